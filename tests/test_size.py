@@ -1,4 +1,4 @@
-"""The sources stay small enough to read: modules, functions, docstrings."""
+"""The sources stay small enough to read: modules, functions, docstrings; names of programs do not collide."""
 
 import ast
 import re
@@ -35,3 +35,15 @@ def test_docstrings_are_less_than_15_percent_of_the_package() -> None:
 def test_every_ignored_type_error_names_its_code_and_reason() -> None:
     ignored = [line for module in MODULES for line in module.read_text().splitlines() if "type: ignore" in line]
     assert [line for line in ignored if not re.search(r"# type: ignore\[[\w-]+\]  # \w", line)] == []
+
+
+def test_programs_of_one_name_are_imported_in_one_folder_alone() -> None:
+    """Tests run in one process, where a name is one module."""
+    programs = sorted((PACKAGE.parents[1] / "validation").glob("*/*.py"))
+    names = {path.stem for path in programs}
+    where: dict[str, set[str]] = {}
+    for path in programs:
+        for name in re.findall(r"^(?:from|import) (\w+)", path.read_text(), re.MULTILINE):
+            where.setdefault(name, set()).add(path.parent.name)
+    twice = {name for name in names if sum(path.stem == name for path in programs) > 1}
+    assert {name: folders for name, folders in where.items() if name in twice and len(folders) > 1} == {}

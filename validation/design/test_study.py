@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))  # of `ways`, which reads `study`
+sys.path.insert(0, str(HERE))  # of `ways`, which reads `draws`
 
 
 @pytest.fixture(scope="module")
 def study() -> dict[str, Any]:
-    return runpy.run_path(str(HERE / "study.py"))
+    return runpy.run_path(str(HERE / "draws.py"))
 
 
 @pytest.mark.parametrize("linear", [False, True])

@@ -1,6 +1,6 @@
 """Is there a better design than the greedy one? python validation/design/ways.py [DRAWS].
 
-The hidden robots of study.py, whose model is right, and fresh ones: 12 runs as `design ask` takes them; the remaining
+The hidden robots of draws.py, whose model is right, and fresh ones: 12 runs as `design ask` takes them; the remaining
 runs planned together by exchange before each; four times as many targets; and 24 runs of the grid. Results are added to
 ways.json beside this file, a line a draw; draws that it has are left out.
 """
@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from study import FIRST_SEED, Tank, fish, grids, hidden, synthetic_unknowns, unseen
+from draws import FIRST_SEED, Tank, fish, grids, hidden, synthetic_unknowns, unseen
 
 from hypertuna.design.criterion import CHECK, Design, design
 from hypertuna.design.posterior import infer

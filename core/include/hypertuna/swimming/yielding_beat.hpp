@@ -1,8 +1,6 @@
 /// The beat of joints that yield: tabulated, measured, and settled.
 #pragma once
 
-#include <iterator>
-
 #include "hypertuna/swimming/yielding.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
@@ -113,8 +111,8 @@ struct Measuring : Body {
     auto measure(const typename Body::State& start) const { return Body::measure(start, *swings); }
 };
 
-/// Beats from rest after which a search that failed begins again.
-inline constexpr int rungs[] = {10, 40, 160};
+/// Beats from rest after which a search that failed begins again; at first it goes on.
+inline constexpr int rungs[] = {0, 10, 40, 160};
 
 /// The settled beat of joints that yield, by Newton's method: undamped from a brisk start, at half the steps first,
 /// then at all of them; where that fails, undamped again from what 10, 40 and 160 beats from rest lead to. `rung`
@@ -131,18 +129,18 @@ Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S
     Settled<S, Y> out = prove(first, search.P, search);
     rung = S(0);
     Y start = filled<Y>(S(0));
-    for (int k = -1, waited = 0; k < int(std::size(rungs)); ++k) {
+    int k = 0, waited = 0;
+    for (const int wait : rungs) {
         const auto open = !(out.distance < S(T(tolerance.settled)));
         if (!any(open)) break;
-        const int wait = k < 0 ? 0 : rungs[k];
         for (; waited < wait; ++waited) start = body.swim(start);
-        Search<S, Y> again = search_from(k < 0 ? search.P : start, out.beats + S(T(wait)));
+        Search<S, Y> again = search_from(k == 0 ? search.P : start, out.beats + S(T(wait)));
         again.distance = select(open, again.distance, S(0));
-        newton(body, 1, T(tolerance.last), false, k < 0 ? quick_beats : max_beats, again);
+        newton(body, 1, T(tolerance.last), false, k == 0 ? quick_beats : max_beats, again);
         Swinging<S> swung;
         out = select(open, prove(Measuring<Body>{body, &swung}, again.P, again), out);
         swings = select(open, swung, swings);
-        rung = select(open, S(T(k + 1)), rung);
+        rung = select(open, S(T(++k)), rung);
     }
     return out;
 }

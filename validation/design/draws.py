@@ -1,6 +1,6 @@
 """Are designed runs worth more than a grid, and do their intervals hold the truth? Hidden robots, over and over.
 
-    python validation/design/study.py [draws] [-o FILE]
+    python validation/design/draws.py [draws] [-o FILE]
 
 A robot of `hypertuna robot new --links 4 --actuation servo`, with six coefficients hidden. Two grids of 24 runs in
 random order against 12 designed runs, refit after each; errors, widths and coverage of the speeds of 40 gaits drawn at
