@@ -140,7 +140,7 @@ Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S
         Swinging<S> swung;
         out = select(open, prove(Measuring<Body>{body, &swung}, again.P, again), out);
         swings = select(open, swung, swings);
-        rung = select(open, S(T(++k)), rung);
+        rung = select(open, S(T(k++)), rung);
     }
     return out;
 }
