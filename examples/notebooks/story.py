@@ -10,6 +10,9 @@
 # `film`. This notebook needs the extra `film`.
 
 # %%
+# !hypertuna robot new fish.toml --links 4 --actuation servo
+
+# %%
 import av
 import cv2
 import numpy as np
@@ -20,7 +23,6 @@ from hypertuna.film.camera import Camera
 from hypertuna.film.run import track_film, write_film_run
 from hypertuna.film.sections import body_of
 
-# !hypertuna robot new fish.toml --links 4 --actuation servo
 robot = ht.load("fish.toml")
 document, factors = robot.document(), {"drag_tangential": 2.0, "drag_normal": 0.667, "added_mass_normal": 1.25}
 for key, factor in factors.items():
