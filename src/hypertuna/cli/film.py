@@ -263,9 +263,9 @@ def record_command(
     from hypertuna.film.record import record
     from hypertuna.film.source import open_film
 
-    wished = None if size is None else (int(size[0]), int(size[1]))
+    pixels = None if size is None else (int(size[0]), int(size[1]))
     with progress_bar("recording", parts="ms") as progress:
-        record(source, output, duration=duration, size=wished, rate=frame_rate, progress=progress)
+        record(source, output, duration=duration, size=pixels, rate=frame_rate, progress=progress)
     film = open_film(output)
     facts = {"file": output, "frames": len(film.time), "frame_rate_hz": film.rate, "size_px": [film.width, film.height]}
     emit(facts, record=dict, lines=_recorded_lines, written=(output,), as_json=as_json)

@@ -23,7 +23,7 @@ DEVICES = {"linux": ("v4l2", "/dev/video{}"), "darwin": ("avfoundation", "{}"), 
 KEPT = ("h264", "hevc", "mjpeg", "vp8", "vp9", "av1", "mpeg4")  # codecs that are written as they come
 REORDERED = 0.5  # s by which a frame may come before one that is shown earlier
 WAIT = 10.0  # s without a frame
-QUALITY = "2"  # of MPEG-4, 1 (best) to 31, where a camera gives raw pictures
+QUALITY = 2  # of MPEG-4, 1 (best) to 31, where a camera gives raw pictures
 
 
 def is_live(name: str) -> bool:
@@ -42,7 +42,7 @@ def record(
 ) -> int:
     """Record a source for a duration [s] into a film (Matroska); return the number of frames.
 
-    Frames keep the times that the source gives them. size [px], rate [Hz]: wished of a camera.
+    Frames keep the times that the source gives them. size [px], rate [Hz]: asked of a camera.
     """
     need("film", "av", "cv2", by="cameras")
     import av
@@ -84,8 +84,8 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
     """Open a source."""
     import av
 
-    wished = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
-    wished |= {"framerate": f"{rate:g}"} if rate is not None else {}
+    asked = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
+    asked |= {"framerate": f"{rate:g}"} if rate is not None else {}
     if source == PIPE:
         stream = av.open(sys.stdin.buffer, options={"protocol_whitelist": "pipe"}, timeout=WAIT)
     elif source.lower().startswith(CAMERA):
@@ -97,7 +97,7 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
         if device not in {one for names in av.formats_available for one in names.split(",")}:
             fix = "record by its own program, and track the file"
             raise InputError("cannot be opened by this PyAV", key=source, value=f"without {device}", fix=fix)
-        stream = av.open(name.format(number), format=device, options=wished, timeout=WAIT)
+        stream = av.open(name.format(number), format=device, options=asked, timeout=WAIT)
     elif source.lower().startswith(NETWORK):
         stream = av.open(source, options={"protocol_whitelist": PROTOCOLS}, timeout=WAIT)
     else:
@@ -125,7 +125,7 @@ def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], Non
     made = out.add_stream("mpeg4", rate=1000)
     made.width, made.height, made.pix_fmt = stream.codec_context.width, stream.codec_context.height, "yuv420p"
     made.codec_context.flags |= 2  # AV_CODEC_FLAG_QSCALE
-    made.codec_context.global_quality = 118 * int(QUALITY)
+    made.codec_context.global_quality = 118 * QUALITY
     for frame in container.decode(stream):
         stamp = frame.time if frame.time is not None else time.monotonic() - begin
         yield stamp, partial(_encode, out, made, frame)
