@@ -9,7 +9,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-using State = Bent<Real, 1>;
+using State = YieldingState<Real, 1>;
 
 /// A tank for a body with one joint that yields.
 template <class S, class Law>
@@ -184,7 +184,7 @@ void gradient_of(const Model& model, const YieldBatch& batch, const Directions& 
         load(model, batch, gait, gait + 1, tank.parameters, yield.spring[0]);
         double* const out = rows + std::size_t(gait) * (derivative_count + yield_state) * count;
         for (int first = 0; first < count; first += lanes) {
-            Bent<Derivative, 1> start{};
+            YieldingState<Derivative, 1> start{};
             Derivative* const spring[] = {&yield.spring[0].stiffness, &yield.spring[0].damping, &yield.spring[0].rest};
             for (int i = 0; i < yield_state; ++i)
                 component(start, i) = Derivative(Real(state[std::size_t(gait) * yield_state + i]));
@@ -218,7 +218,7 @@ void gradient_of(const Model& model, const YieldBatch& batch, const Directions& 
             };
             for (const auto& [about, of] : quantities<Derivative>)
                 if (about.differentiable) write(of(m));
-            Bent<Derivative, 1> last = b.end;
+            YieldingState<Derivative, 1> last = b.end;
             for (int i = 0; i < yield_state; ++i) write(component(last, i));
         }
     }

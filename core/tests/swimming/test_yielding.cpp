@@ -12,7 +12,7 @@ using namespace hypertuna;
 template <class Law, int D, int steps>
 struct Yielding {
     using Body = YieldingSwimmer<double, Law, D>;
-    using State = Bent<double, D>;
+    using State = YieldingState<double, D>;
     static constexpr int links = Fish<double, Law>::links, first = links - D;
 
     Fish<double, Law, steps> fish;
@@ -59,7 +59,7 @@ static void forward_dynamics() {
     constexpr int steps = 256;
     Yielding<Law, D, steps> fish(2, 0.2, 0.5, 0.01, 0.1);
     const auto body = fish.body();
-    Bent<double, D> y{{-0.3, 0.05, 0.01}, {}, {}};
+    YieldingState<double, D> y{{-0.3, 0.05, 0.01}, {}, {}};
     for (int d = 0; d < D; ++d) y.angle[d] = 0.2 - 0.1 * d, y.momentum[d] = 0.002 * (d + 1);
     Hung<double, D> hung[max_hung];
     const int k = 37;
@@ -93,7 +93,7 @@ static void forward_dynamics() {
     // dp/dt is what the momenta are a moment later, along the accelerations.
     const double h = 1e-6;
     Twist<double> xi;
-    const Bent<double, D> rate = body.rate(k, y, xi);
+    const YieldingState<double, D> rate = body.rate(k, y, xi);
     for (int d = 0; d < D; ++d) CHECK_NEAR(rate.angle[d], now.rate[d], 1e-14);
     double change[2][D];
     for (int side = 0; side < 2; ++side) {
@@ -143,13 +143,13 @@ template <class Law, int D>
 static void newton_equals_waiting() {
     auto fish = std::make_unique<Yielding<Law, D, 64>>(2, 0.2, 1.0, 0.01, 0.05);
     const auto found = fish->settled();
-    const auto waited = wait(fish->body(), Bent<double, D>{}, 400);
-    Bent<double, D> apart = found.start - waited.start, start = found.start;
+    const auto waited = wait(fish->body(), YieldingState<double, D>{}, 400);
+    YieldingState<double, D> apart = found.start - waited.start, start = found.start;
     for (int k = 0; k < 3 + 2 * D; ++k)
         CHECK_NEAR(component(apart, k) / (1e-3 + std::fabs(component(start, k))), 0, 1e-6);
     CHECK_NEAR(waited.beat.power / found.beat.power, 1, 1e-8);
     // Once more from there: the same to rounding.
-    Search<double, Bent<double, D>> search = search_from(found.start, 0.0);
+    Search<double, YieldingState<double, D>> search = search_from(found.start, 0.0);
     newton(fish->body(), 1, 1e-9, false, 10, search);
     apart = search.P - waited.start;
     for (int k = 0; k < 3 + 2 * D; ++k)
@@ -195,7 +195,7 @@ static void inertia_of_a_joint() {
     for (int g = 0; g < 2; ++g) fish->fish.swings[g] = {0, 0, 0};
     fish->fill();
     Hung<double, 1> hung[max_hung];
-    const auto now = fish->body().move(0, Bent<double, 1>{}, hung);
+    const auto now = fish->body().move(0, YieldingState<double, 1>{}, hung);
     const double reduced = reduced_inertia(fish->fish.swimmer, 3, fish->shape, fish->acceleration, fish->joint);
     CHECK_NEAR(reduced / now.reduced[0][0], 1, 1e-13);
 }

@@ -6,7 +6,7 @@
 
 namespace hypertuna {
 
-inline constexpr int yield_state = Bent<double, 1>::size;
+inline constexpr int yield_state = YieldingState<double, 1>::size;
 
 /// Gaits of a robot whose joint at the front of `link` yields: for each gait stiffness, damping and rest angle of
 /// its spring.

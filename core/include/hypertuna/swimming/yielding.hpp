@@ -41,7 +41,7 @@ struct YieldTable {
 template <class S, class Law, int D>
 struct YieldingSwimmer {
     using Scalar = S;
-    using State = Bent<S, D>;
+    using State = YieldingState<S, D>;
 
     const Swimmer<S, Law>& fish;
     const JointShare<S>* joints;
@@ -56,7 +56,7 @@ struct YieldingSwimmer {
 
     /// Velocities in a state at instant k, and the links that hang.
     template <class V>
-    HYPERTUNA_INLINE Moving<V, D> move(int k, const Bent<V, D>& y, Hung<V, D>* hung) const {
+    HYPERTUNA_INLINE Moving<V, D> move(int k, const YieldingState<V, D>& y, Hung<V, D>* hung) const {
         using G = Shaped<S, V, D>;
         const int first = yields.first;
         G angles[D];
@@ -127,12 +127,12 @@ struct YieldingSwimmer {
 
     /// Rate of the state at instant k, with the twist of the head.
     template <class V>
-    HYPERTUNA_NOINLINE Bent<V, D> rate(int k, const Bent<V, D>& y, Twist<V>& xi) const {
+    HYPERTUNA_NOINLINE YieldingState<V, D> rate(int k, const YieldingState<V, D>& y, Twist<V>& xi) const {
         k = k < table.instants ? k : k - table.instants;
         Hung<V, D> hung[max_hung];
         const Moving<V, D> now = move(k, y, hung);
         xi = now.xi;
-        Bent<V, D> out;
+        YieldingState<V, D> out;
         for (int d = 0; d < D; ++d) {
             out.angle[d] = now.rate[d];
             out.momentum[d] = -(spring[d].stiffness * y.angle[d] + spring[d].damping * now.rate[d]);
@@ -165,10 +165,10 @@ struct YieldingSwimmer {
 
     /// State after a beat.
     template <class V>
-    HYPERTUNA_NOINLINE Bent<V, D> swim(Bent<V, D> y, int stride = 1) const {
+    HYPERTUNA_NOINLINE YieldingState<V, D> swim(YieldingState<V, D> y, int stride = 1) const {
         const S step = period * S(base_t<S>(2.0 * stride / table.instants));
         for (int k = 0; k < table.instants; k += 2 * stride)
-            y = runge_kutta_4(step, y, [&](int half, const Bent<V, D>& now) {
+            y = runge_kutta_4(step, y, [&](int half, const YieldingState<V, D>& now) {
                 Twist<V> xi;
                 return rate(k + half * stride, now, xi);
             });
@@ -251,7 +251,7 @@ struct YieldingSwimmer {
     /// changes.
     State step_in_square(State d, const State& y) const {
         State step = state(d);
-        Bent<Dual<S, 1>, D> along = widen<Dual<S, 1>>(y);
+        YieldingState<Dual<S, 1>, D> along = widen<Dual<S, 1>>(y);
         for (int k = 0; k < State::size; ++k) component(along, k).d[0] = component(step, k);
         const Dual<S, 1> speed = surge(along);
         const S &u = speed.v, &more = speed.d[0], square = u * u + (u + u) * more;
@@ -262,7 +262,7 @@ struct YieldingSwimmer {
 
   private:
     template <class V>
-    V surge(const Bent<V, D>& y) const {
+    V surge(const YieldingState<V, D>& y) const {
         Hung<V, D> hung[max_hung];
         return move(0, y, hung).xi.x;
     }

@@ -7,26 +7,26 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 /// A state with the pose of the nose.
 template <class S, int D>
-struct BentMotion {
-    Bent<S, D> state;
+struct YieldingMotion {
+    YieldingState<S, D> state;
     Pose<S> pose;
 
     template <class A>
-    friend HYPERTUNA_INLINE BentMotion operator*(const A& a, const BentMotion& b) {
+    friend HYPERTUNA_INLINE YieldingMotion operator*(const A& a, const YieldingMotion& b) {
         return {a * b.state, a * b.pose};
     }
-    friend HYPERTUNA_INLINE BentMotion operator+(const BentMotion& a, const BentMotion& b) {
+    friend HYPERTUNA_INLINE YieldingMotion operator+(const YieldingMotion& a, const YieldingMotion& b) {
         return {a.state + b.state, a.pose + b.pose};
     }
 };
 
 /// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
 template <class S, class Law, int D>
-Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swinging<S>& swings) const {
+Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swinging<S>& swings) const {
     const int steps = table.instants / 2, links = fish.links;
     const S step = period * S(base_t<S>(1.0 / steps)), zero(0), mean(base_t<S>(1.0 / steps));
     Beat<S> beat{{zero, zero, zero}, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
-    BentMotion<S, D> motion{start, {zero, zero, zero}};
+    YieldingMotion<S, D> motion{start, {zero, zero, zero}};
     swings = {zero, zero, zero, zero, zero};
     for (int k = 0; k < steps; ++k) {
         Hung<S, D> hung[max_hung];
@@ -57,10 +57,10 @@ Beat<S, Bent<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swin
         scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
         scratch.tail[k] =
             place(motion.pose, Planar<S>{front.x + link.length * last.c, front.y + link.length * last.s, zero});
-        motion = runge_kutta_4(step, motion, [&](int half, const BentMotion<S, D>& m) {
+        motion = runge_kutta_4(step, motion, [&](int half, const YieldingMotion<S, D>& m) {
             Twist<S> xi;
-            const Bent<S, D> changes = rate(2 * k + half, m.state, xi);
-            return BentMotion<S, D>{changes, pose_rate(m.pose, xi)};
+            const YieldingState<S, D> changes = rate(2 * k + half, m.state, xi);
+            return YieldingMotion<S, D>{changes, pose_rate(m.pose, xi)};
         });
     }
     swings = {mean * swings.mean, (mean + mean) * swings.sine, (mean + mean) * swings.cosine, swings.peak,

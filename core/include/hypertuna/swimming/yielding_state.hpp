@@ -11,40 +11,42 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// Momentum of the body, and of each coordinate that yields its angle from rest and its momentum. As a change of the
 /// motion: twist of the head, angles, rates.
 template <class S, int D>
-struct Bent {
+struct YieldingState {
     static constexpr int size = 3 + 2 * D;
     Planar<S> body;
     S angle[D];     // rad
     S momentum[D];  // N m s
 
-    friend HYPERTUNA_INLINE Bent operator+(Bent a, const Bent& b) {
+    friend HYPERTUNA_INLINE YieldingState operator+(YieldingState a, const YieldingState& b) {
         a.body = a.body + b.body;
         HYPERTUNA_UNROLL
         for (int d = 0; d < D; ++d) a.angle[d] += b.angle[d], a.momentum[d] += b.momentum[d];
         return a;
     }
     template <class A>
-    friend HYPERTUNA_INLINE Bent operator*(const A& a, Bent b) {
+    friend HYPERTUNA_INLINE YieldingState operator*(const A& a, YieldingState b) {
         b.body = a * b.body;
         HYPERTUNA_UNROLL
         for (int d = 0; d < D; ++d) b.angle[d] = a * b.angle[d], b.momentum[d] = a * b.momentum[d];
         return b;
     }
-    friend HYPERTUNA_INLINE Bent operator-(const Bent& a, const Bent& b) { return a + S(base_t<S>(-1)) * b; }
+    friend HYPERTUNA_INLINE YieldingState operator-(const YieldingState& a, const YieldingState& b) {
+        return a + S(base_t<S>(-1)) * b;
+    }
 };
 
 template <class S, int D>
-HYPERTUNA_INLINE S& component(Bent<S, D>& y, int k) {
+HYPERTUNA_INLINE S& component(YieldingState<S, D>& y, int k) {
     return k < 3 ? component(y.body, k) : k < 3 + D ? y.angle[k - 3] : y.momentum[k - 3 - D];
 }
 template <class V, class S, int D>
-HYPERTUNA_INLINE Bent<V, D> widen(const Bent<S, D>& y) {
-    Bent<V, D> out{widen<V>(y.body), {}, {}};
+HYPERTUNA_INLINE YieldingState<V, D> widen(const YieldingState<S, D>& y) {
+    YieldingState<V, D> out{widen<V>(y.body), {}, {}};
     for (int d = 0; d < D; ++d) out.angle[d] = V(y.angle[d]), out.momentum[d] = V(y.momentum[d]);
     return out;
 }
 template <class S, int D, class M>
-HYPERTUNA_INLINE Bent<S, D> select(const M& mask, const Bent<S, D>& yes, Bent<S, D> no) {
+HYPERTUNA_INLINE YieldingState<S, D> select(const M& mask, const YieldingState<S, D>& yes, YieldingState<S, D> no) {
     no.body = select(mask, yes.body, no.body);
     for (int d = 0; d < D; ++d) {
         no.angle[d] = select(mask, yes.angle[d], no.angle[d]);
