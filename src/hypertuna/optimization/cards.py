@@ -65,6 +65,9 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
         if any(gait.bias) or not column.startswith("bias"):
             bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
             summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
+    for one in result.variables:
+        bound = f" ({result.bounds[one.name]} bound)" if one.name in result.bounds else ""
+        summary[one.label] = (result.design[one.name], one.unit + bound)
     summary["speed"] = (result.speed, "m/s")
     summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
     if result.robust is not None:  # all above is of the robot itself
