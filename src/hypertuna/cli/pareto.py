@@ -85,7 +85,7 @@ def _gait_names(front: Front) -> dict[str, str]:
     """Name the columns of the gaits in CSV; biases only if there are any."""
     kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else NEEDED
     names = ["frequency", *(f"{kind}_{group.name}" for kind in kinds for group in front.robot.joints)]
-    return {name: name for name in (*names, *front.designs)}
+    return {name: name for name in (*names, *(one.label for one in front.space.variables))}
 
 
 def _names(front: Front) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import METHODS
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -132,11 +134,16 @@ class BodyLimits:
 
 
 def design_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:
-    """Return the bounds of --design by key; each key once."""
-    for name, count in Counter(name for name, _, _ in bounds or []).items():
+    """Return the bounds of --design by key."""
+    return once([(name, (low, high)) for name, low, high in bounds or []])
+
+
+def once(pairs: Sequence[tuple[str, T]]) -> dict[str, T]:
+    """Return what --design gives by key, each key once."""
+    for name, count in Counter(name for name, _ in pairs).items():
         if count > 1:
             raise InputError("must be given once", key=f"--design {name}", value=f"{count} times", fix="leave one out")
-    return bounds_of(bounds)
+    return dict(pairs)
 
 
 def bounds_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:

@@ -73,6 +73,7 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if isinstance(leaf.value, int):
         fix = "try its values one by one, by --set"
         raise InputError("must be a whole number, which nothing has a derivative by", key=leaf.name, fix=fix)
+    _check_ends(leaf.name, low, high)
     unit, usual = (leaf.about.unit, leaf.about.usual) if leaf.about else ("", None)
     if usual is not None and not usual[0] <= low <= high <= usual[1]:
         rule = f"must stay within what is usual, {usual[0]:g} to {usual[1]:g} {unit}".rstrip()
@@ -88,7 +89,7 @@ def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
             raise InputError("must be given once", key=f"design {name}", value=f"{count} times", fix="leave one out")
     names = {one.name for one in found}
     fin = sorted(name for name in names if name.startswith("fin."))
-    if len(fin) > 2 or (len(fin) == 2 and not {*fin} in ({"fin.span", "fin.chord"}, {"fin.area", "fin.aspect_ratio"})):
+    if len(fin) > 2 or (len(fin) == 2 and {*fin} not in ({"fin.span", "fin.chord"}, {"fin.area", "fin.aspect_ratio"})):
         fix = "give fin.span and fin.chord, or fin.area and fin.aspect_ratio"
         raise InputError("must be independent", key="design", value=" and ".join(fin), fix=fix)
     return found
@@ -124,20 +125,25 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     return parse(document, file=robot.file)
 
 
-def _checked(robot: Robot, one: Variable) -> Variable:
-    """Check the range of a variable, and the robots at its ends."""
-    key, value = f"design {one.name}", f"{one.low:g}:{one.high:g}"
-    if not math.isfinite(one.low) or not math.isfinite(one.high):
+def _check_ends(name: str, low: float, high: float) -> None:
+    """Check the ends of a range."""
+    key, value = f"design {name}", f"{low:g}:{high:g}"
+    if not math.isfinite(low) or not math.isfinite(high):
         raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
-    if not one.low < one.high:
-        fix = "exchange the two" if one.low > one.high else "set the value by --set, or give a range"
+    if not low < high:
+        fix = "exchange the two" if low > high else "set the value by --set, or give a range"
         raise InputError("must have a lower value below a higher one", key=key, value=value, fix=fix)
+
+
+def _checked(robot: Robot, one: Variable) -> Variable:
+    """Check the robots at the ends of a range."""
     for end in (one.low, one.high):
         try:
             designed(robot, (one,), (end,))
         except InputError as error:
             rule = f"must keep the robot's file valid, but at {end:g} {error.key or ''} {error.rule}"
-            raise InputError(rule, key=key, value=value, fix=error.fix or "narrow the range") from None
+            value, fix = f"{one.low:g}:{one.high:g}", error.fix or "narrow the range"
+            raise InputError(rule, key=f"design {one.name}", value=value, fix=fix) from None
     return one
 
 
@@ -220,6 +226,7 @@ def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if kind not in FIN:
         fix = did_you_mean(name, [f"fin.{one}" for one in FIN])
         raise InputError("must be a size of the caudal fin", key="design", value=shown(name), fix=fix)
+    _check_ends(name, low, high)
     if not low > 0:
         fix = "give factors on the fin as described: 0.5:1.5"
         raise InputError("must be greater than 0", key=f"design {name}", value=f"{low:g}:{high:g}", fix=fix)
@@ -247,9 +254,7 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
         document["water"]["lumped"]["added_mass"][last] *= mass
 
 
-def _exchange_plate(
-    document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float
-) -> float:
+def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
     """Exchange the plate at the end of the last link; return its added mass over that before."""
     strip, links, before = document["water"]["strip"], document["links"], whole["water"]["strip"]
     length, area = links["length_m"][last], links["lateral_area_m2"][last]

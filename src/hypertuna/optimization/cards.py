@@ -100,11 +100,14 @@ def front_card(front: Front) -> Card:
     if not count:
         return Card(f"{front.robot.name}: no best compromise", [(front.stop, "bold red")])
     heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
+    design = [(one.label, front.designs[one.name]) for one in front.space.variables]
+    heads += [label.replace(".", "\n", 1) for label, _ in design]
     rows = []
     for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):
         gait = front.gaits[k]
         angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
-        rows.append((*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles))
+        values = [*front.values[k], *(column[k] for _, column in design)]
+        rows.append((*(f"{value:.4g}" for value in values), f"{gait.frequency:.3g}", *angles))
     robust = f", {STATISTICS[front.robust]}" if front.robust else ""
     reference = ", ".join(f"{value:.4g}" for value in front.reference)
     parts: list[Part] = [Table([*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"], rows, left=())]

@@ -97,8 +97,8 @@ def optimize(
     bounds : mapping, optional
         Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
     design : mapping, optional
-        Bounds of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.05, 2)}``. What depends
-        on a link's length or mass follows it. ``fin.span`` and ``fin.chord``, or ``fin.area`` and
+        Bounds of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.05, 2)}``. What
+        depends on a link's length or mass follows it. ``fin.span`` and ``fin.chord``, or ``fin.area`` and
         ``fin.aspect_ratio``, are factors on the caudal fin. `robot` of the result is the best one.
     limits : sequence of Limit
         From `gait_limits`.

@@ -14,7 +14,7 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
@@ -29,7 +29,7 @@ from hypertuna.optimization.problem import STATISTICS, Problem, over_fit
 from hypertuna.ranges import NOT_NEGATIVE, Whole
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.swimming.gait import Gait
-from hypertuna.swimming.sweep import sweep
+from hypertuna.swimming.sweep import UNITS, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,8 +97,8 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
         for one in self.space.variables:
-            about = {"units": one.unit, "long_name": f"{one.name} of the robot"}
-            variables[one.name] = ("gait", self.designs[one.name], about)
+            about = {"units": UNITS.get(one.unit, one.unit), "long_name": f"{one.name} of the robot"}
+            variables[one.label] = ("gait", self.designs[one.name], about)
         return self._swims().assign(variables).assign_attrs(facts)
 
     def _swims(self) -> xr.Dataset:
@@ -109,7 +109,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
 
         pairs = zip(self.robots, self.gaits, strict=True)
         swims = [sweep(robot, [gait], threads=1, check_rest=True) for robot, gait in pairs]
-        return xr.concat(swims, "gait", combine_attrs="drop_conflicts").assign_attrs(sweep(self.robot, []).attrs)
+        return xr.concat(swims, "gait", combine_attrs="override").assign_attrs(provenance(self.robot))
 
 
 @checked

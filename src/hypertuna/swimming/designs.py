@@ -56,9 +56,7 @@ def smooth(robot: Robot, one: Variable) -> bool:
     return low == high
 
 
-def rates(
-    robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]
-) -> Array:
+def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
     """Differentiate features of the robot at values of variables (features, variables).
 
     The features are powers of the file's numbers, and sums of them. Five points within the range, a ten thousandth of
