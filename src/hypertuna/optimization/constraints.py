@@ -111,8 +111,8 @@ def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[
     """Return quantities of gaits and robot alone, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
 
     ``rate_GROUP`` is the max rate of a joint group [rad/s]; ``reach_GROUP`` is its commanded amplitude over the one it
-    reaches at that frequency [1]; ``robot_mass`` [kg]; ``robot_length`` [m]. Gradients are by frequency, then amplitude,
-    phase and bias of every group.
+    reaches at that frequency [1]; ``robot_mass`` is in kg, ``robot_length`` in m. Gradients are by frequency, then
+    amplitude, phase and bias of every group.
     """
     f, values, gradients = gaits.frequency, {}, {}
     for g, group in enumerate(robot.joints):

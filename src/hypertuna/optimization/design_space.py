@@ -27,7 +27,7 @@ def gait_columns(robot: Robot) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """A box of gaits and of the robot's variables; the coordinates x are its free values, in Hz, rad, units of the file."""
+    """A box of gaits and of the robot's variables; the coordinates x are the free values, in Hz, rad or file units."""
 
     columns: tuple[str, ...]  # every value of a gait, named by `gait_columns`, then the variables
     unit: Array  # (columns,) size of the unit [Hz, rad, or 1 of a variable]
