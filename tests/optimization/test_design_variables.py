@@ -22,7 +22,7 @@ from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.beat import settle
-from hypertuna.swimming.designs import beat_features
+from hypertuna.swimming.designs import beat_features, rates
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
 from models import changed
@@ -180,6 +180,28 @@ def test_a_last_link_that_is_the_fin_changes_as_a_whole() -> None:
     assert found.links.mass == eel.links.mass
 
 
+@pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 1.0])
+def test_how_the_numbers_follow_is_known_to_ten_digits(tuna: Robot, part: float) -> None:
+    """Powers of one half to two, inside the range and at its ends, against their derivatives on paper."""
+    links = tuna.links
+
+    def columns(robot: Robot) -> Any:
+        strip = robot.water.strip
+        assert strip is not None
+        one = robot.links
+        return np.array([one.com[7], one.inertia[7], one.lateral_area[7], strip.edge_height, strip.edge_aspect])
+
+    length = variable(tuna, "links.length[7]", 0.05, 0.12)
+    x = 0.05 + 0.07 * part
+    (found,) = rates(tuna, (length,), np.array([x]), columns).T
+    exact = (links.com[7] / 0.089, 2 * links.inertia[7] * x / 0.089**2, links.lateral_area[7] / 0.089, 0, 0)
+    np.testing.assert_allclose(found, exact, rtol=1e-10, atol=1e-12)
+    area = variable(tuna, "fin.area", 0.3, 1.7)
+    x = 0.3 + 1.4 * part
+    (found,) = rates(tuna, (area,), np.array([x]), columns).T
+    np.testing.assert_allclose(found, (0, 0, 0.160 * 0.032, 0.5 * 0.160 / math.sqrt(x), 0), rtol=1e-10, atol=1e-11)
+
+
 # --- optima
 
 
@@ -227,7 +249,7 @@ def test_the_best_stiffness_grows_as_the_square_of_the_frequency() -> None:
         robot = springy()
         assert robot.hinge is not None
         robot = changed(robot, {"hinge.damping_n_m_s_per_rad": robot.hinge.damping * factor})
-        ends = (0.4 * robot.hinge.stiffness * factor**2, 3 * robot.hinge.stiffness * factor**2)  # type: ignore[union-attr]
+        ends = (0.4 * robot.hinge.stiffness * factor**2, 3 * robot.hinge.stiffness * factor**2)
         best = ht.optimize(robot, maximize="speed", bounds=fixed(2 * factor), design={"hinge.stiffness": ends})
         found.append((best.design["hinge.stiffness_n_m_per_rad"], best.speed))
     assert found[1][0] / found[0][0] == pytest.approx(4, rel=1e-4)
@@ -251,6 +273,7 @@ def test_the_bend_of_a_hinge_is_a_limit_without_derivatives() -> None:
     k = robot.hinge.stiffness
     how: Any = {"maximize": "speed", "bounds": fixed(2.0), "design": {"hinge.stiffness": (0.5 * k, 20 * k)}}
     free = ht.optimize(robot, **how)
+    assert free.gait is not None
     bend = float(settle(free.robot, Gaits.of([free.gait]))["bend_peak"][0])
     kept = ht.optimize(robot, **how, limits=gait_limits(robot, bend=0.8 * bend), particles=8, iterations=20)
     assert kept.method == "pso"
@@ -361,7 +384,11 @@ def test_a_sweep_of_the_shell_has_the_values_as_columns(run: Run, tmp_path: Path
     assert head.startswith("links.length[7]_m,fin.aspect_ratio,frequency_hz,")
     assert len(rows) == 6
     assert "aspect_ratio" in output
-    for more in (("--checkpoint", str(tmp_path / "j")), ("-o", str(tmp_path / "grid.shards"))):
+    for more in (
+        ("--checkpoint", str(tmp_path / "j")),
+        ("--plot", str(tmp_path / "grid.svg")),
+        ("-o", str(tmp_path / "grid.shards")),
+    ):
         code, _, errors = run("sweep", "--robot", "hypertuna", *gait, *design, *more)
         assert (code, "Traceback" in errors) == (2, False)
         assert "design" in errors

@@ -74,7 +74,7 @@ def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Cal
         for node in nodes:
             changed = values.copy()
             changed[k] = node
-            rows.append(features(designed(robot, design, changed)))
+            rows.append(features(designed(robot, design, changed.tolist())))
         middle = rows[2]
         columns.append(weights @ (np.stack(rows) - middle))
     return np.stack(columns, axis=1)

@@ -147,8 +147,8 @@ def _sweep_designs(
     sizes = {one.label: len(values) for one, values in zip(found, levels.values(), strict=True)}
     variables = {}
     for name, first in swims[0].data_vars.items():
-        values = np.stack([one[name].values for one in swims]).reshape(*sizes.values(), *first.shape)
-        variables[name] = ((*sizes, *first.dims), values, first.attrs)
+        stack = np.stack([one[name].values for one in swims])
+        variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
     coordinates = {
         one.label: (
             one.label,
