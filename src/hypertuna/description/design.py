@@ -96,7 +96,7 @@ def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
 
 
 def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], *, made_by: str = "") -> Robot:
-    """Return a robot with other values of variables [unit of the file]; `made_by` becomes their source.
+    """Return a robot with other values of variables [unit of the file]; `made_by` is added to their source.
 
     Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
     """
@@ -120,8 +120,8 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     if made_by:
         sources = document.setdefault("sources", {})
         for key in [*_changes(before, document)]:
-            known = robot.source(key)
-            sources[key] = f"{made_by}{f'; before: {known}' if known else ''}"
+            known = robot.source(key)  # an estimate stays one
+            sources[key] = f"{known}; {made_by}" if known else made_by
     return parse(document, file=robot.file)
 
 
