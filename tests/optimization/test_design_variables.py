@@ -135,6 +135,28 @@ def test_a_mass_takes_moment_of_inertia_and_sum_with_it(tuna: Robot) -> None:
     assert found.links.inertia[0] == pytest.approx(tuna.links.inertia[0] * 2.4 / 2.209, rel=1e-14)
 
 
+def test_values_that_a_file_leaves_to_defaults_can_be_varied_and_follow() -> None:
+    document = new_robot("fish", links=3, length=0.3)
+    for key in ("com_m", "wetted_area_m2", "inertia_kg_m2"):
+        document["links"].pop(key, None)
+    document["sources"] = {}
+    document.pop("uncertainty", None)
+    plain = parse(document)
+    one = variable(plain, "links.com_m[1]", 0.02, 0.04)
+    found = designed(plain, (one,), (0.03,))
+    assert found.links.com == (plain.links.com[0], 0.03, plain.links.com[2])
+    longer = designed(plain, (variable(plain, "links.length[1]", 0.05, 0.1),), (0.1,))
+    assert longer.links.com[1] == 0.05
+    assert longer.links.inertia[1] == pytest.approx(plain.links.mass[1] * 0.1**2 / 12, rel=1e-14)
+    damped = robot_named("hypertuna strip hinge")
+    document = damped.document()
+    del document["hinge"]["damping_n_m_s_per_rad"]
+    free = parse(document)
+    found = designed(free, (variable(free, "hinge.damping", 1e-4, 1e-2),), (2e-3,))
+    assert found.hinge is not None
+    assert found.hinge.damping == 2e-3
+
+
 def test_a_fin_of_its_own_is_exchanged_within_its_link(tuna: Robot) -> None:
     """What the link has beside the plate stays; drag and friction follow the areas."""
     span, chord = 0.160 * 1.1, 0.032 * 0.9
@@ -427,6 +449,8 @@ REFUSED = {
     "fin.size=0.5:1": "must be a size of the caudal fin",
     "fin.area=0:1": "must be greater than 0",
     "fin.chord=0.5:5": "the fin must fit its link",
+    "fin.area=0.001:1": "the fin must leave its link an area",
+    "joints.I.amplitude_max=10:20": "its derivative is zero everywhere",
     "joints.I.share[0]=0.1:0.2": "must add up to 1",
 }
 

@@ -20,7 +20,7 @@ from hypertuna.optimization.objective import UNUSABLE, Evaluation, Objective
 from hypertuna.parallel.executors import map_shards
 from hypertuna.ranges import Whole, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, QUANTITIES, STATUSES, directional_derivatives, settle
-from hypertuna.swimming.designs import model_features, rates, smooth
+from hypertuna.swimming.designs import model_features, rates
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.yielding import BEND
 
@@ -65,11 +65,10 @@ class Problem:
         """Robots that swim every gait."""
         return (self.robot,) if self.robust is None else self.samples
 
-    @cached_property
+    @property
     def non_differentiable(self) -> tuple[str, ...]:
-        """Quantities in objectives and limits that have no derivatives, and variables by which there are none."""
-        rough = [name for name in self.needs if name in (*QUANTITIES, *BEND) and name not in DIFFERENTIABLE]
-        return (*rough, *(one.name for one in self.space.variables if not smooth(self.robot, one)))
+        """Quantities in objectives and limits that have no derivatives."""
+        return tuple(name for name in self.needs if name in (*QUANTITIES, *BEND) and name not in DIFFERENTIABLE)
 
     @property
     def options(self) -> dict[str, Any]:

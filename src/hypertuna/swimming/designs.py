@@ -42,18 +42,8 @@ def model_features(robot: Robot) -> Array:
 
 
 def beat_features(robot: Robot) -> Array:
-    """Return all that settled beats and limits of gaits know of a robot [SI]."""
-    groups = [(joints.bandwidth or 0.0, joints.amplitude_max or 0.0) for joints in robot.joints]
-    bandwidths = [] if robot.model.joints == "ideal" else groups
-    shares = [share for joints in robot.joints for share in joints.share]
-    return np.concatenate([model_features(robot), np.ravel(bandwidths), shares, [robot.body.mass, robot.body.length]])
-
-
-def smooth(robot: Robot, one: Variable) -> bool:
-    """Whether beats have exact derivatives by a variable: those by the shares of joints are not known."""
-    ends = (designed(robot, (one,), (end,)) for end in (one.low, one.high))
-    low, high = ([share for joints in end.joints for share in joints.share] for end in ends)
-    return low == high
+    """Return all that settled beats know of a robot [SI]."""
+    return np.append(model_features(robot), [robot.body.mass, robot.body.length])
 
 
 def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
