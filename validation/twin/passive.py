@@ -1,6 +1,6 @@
 """The question that the paper ends with, joint II passive and tuned: data/twin/passive.json.
 
-python validation/twin/passive.py [--members N] [--seed N]    six minutes of one core
+python validation/twin/passive.py [--members N] [--seed N]    ten minutes of one core
 
 Mechanical costs are of settled beats, electrical ones of the twin, which swims grids of gaits. Each robot swims its own
 best gait at each speed. One of some members of data/twin/family.json swims too, in both water laws. docs/passive.md
@@ -265,7 +265,7 @@ def trends(robot: ht.Robot) -> dict[str, float]:
 def main() -> None:
     """Swim, store."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--members", type=int, default=6)
+    parser.add_argument("--members", type=int, default=16)
     parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args()
     robot = ht.load("hypertuna")
