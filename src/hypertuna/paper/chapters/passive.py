@@ -129,7 +129,10 @@ def answer_table(record: Mapping[str, Any]) -> Table:
             members = ""
             if found:
                 low, middle, high = band(found)
-                members = f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}"
+                lost = sum(
+                    bool(one["active"][name] and not one["passive"][name]) for one in record["family"][law].values()
+                )
+                members = f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
             spring = pair["passive"][name]
             cells = [
                 *_pair(pair, name),
