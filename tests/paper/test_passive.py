@@ -10,8 +10,6 @@ import pytest
 import hypertuna as ht
 from hypertuna.paper.chapters import passive
 from hypertuna.paper.chapters.passive import (
-    LAWS,
-    PLACE,
     SAME,
     answer_table,
     claim_table,
@@ -22,7 +20,19 @@ from hypertuna.paper.chapters.passive import (
     stiffness_table,
     verdict,
 )
-from hypertuna.paper.passive import PUMP, ROOT, Swum, best_of, cheapest, fastest, passive_robot, tuned, with_fin
+from hypertuna.paper.passive import (
+    LAWS,
+    PLACE,
+    PUMP,
+    ROOT,
+    Swum,
+    best_of,
+    cheapest,
+    fastest,
+    passive_robot,
+    tuned,
+    with_fin,
+)
 from hypertuna.reports.html import Table
 
 

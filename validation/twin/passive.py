@@ -25,6 +25,7 @@ from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.paper.passive import (
+    LAWS,
     PLACES,
     PUMP,
     RELAXATION,
@@ -45,7 +46,6 @@ from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits
 
 FILE = budget.FOLDER / "passive.json"
-LAWS = ("lumped", "strip")
 SPEEDS = (0.3, 0.4, 0.5)  # m/s, of the question
 SLOPE = tuple(np.arange(0.15, 0.5, 0.05).round(2).tolist())  # m/s, over which the best stiffness is followed
 MIDDLE = 0.3  # m/s, where a spring that stays is the best one

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.figures import COLORS, FAINT, LINES, POINTS, SHAPES, TIGHT, styled
-from hypertuna.paper.chapters.passive import KINDS, LAWS, PLACE
 from hypertuna.paper.computed import COSTS
+from hypertuna.paper.passive import KINDS, LAWS, PLACE
 from hypertuna.reports.html import WIDTH
 
 

@@ -15,7 +15,10 @@ from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gait, Gaits
 
 PLACES = {"front of joint II": 5, "middle of joint II": 6, "root of the fin": 7}  # link whose front bends
-ROOT = PLACES["root of the fin"]
+PLACE = "root of the fin"  # of the hinge in the answer
+ROOT = PLACES[PLACE]
+LAWS = {"lumped": "lumped", "strip": "strips"}  # waters and their labels
+KINDS = ("active", "passive")
 PUMP = "piston pump"
 RELAXATION = 0.005  # s, damping over stiffness of a hinge of silicone: the relaxation time of HyperTuna's materials
 STIFFNESS = tuple(np.geomspace(0.015, 6.0, 46).tolist())  # N m/rad

@@ -17,16 +17,13 @@ from hypertuna.io.files import published
 from hypertuna.paper.chapter import Chapter, Trials, compose
 from hypertuna.paper.chapters.budget import read_stored
 from hypertuna.paper.computed import COSTS, OURS
-from hypertuna.paper.passive import PLACES, passive_robot
+from hypertuna.paper.passive import KINDS, LAWS, PLACE, PLACES, passive_robot
 from hypertuna.reports.html import Section, Shown, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
 
-LAWS = {"lumped": "lumped", "strip": "strips"}
-PLACE = next(reversed(PLACES))  # of the hinge in the answer
 SAME = 0.02  # of a speed or cost that is swum again: the search interpolates between gaits of a grid
 SURE = 1.0  # %, below which the grid leaves the sign of a change open
-KINDS = ("active", "passive")
 FIN_COLUMNS = {
     ("active", "0.3"): "cost at 0.3 m/s, active",
     ("passive", "0.3"): "cost at 0.3 m/s, passive",
@@ -129,9 +126,8 @@ def answer_table(record: Mapping[str, Any]) -> Table:
             members = ""
             if found:
                 low, middle, high = band(found)
-                lost = sum(
-                    bool(one["active"][name] and not one["passive"][name]) for one in record["family"][law].values()
-                )
+                family = record["family"][law].values()
+                lost = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
                 members = f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
             spring = pair["passive"][name]
             cells = [
