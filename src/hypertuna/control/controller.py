@@ -34,7 +34,7 @@ SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, o
 RING = 3.0  # less where the line rings more slowly than within so many ticks,
 SHORT = 2.0  # ticks of a period of a line that pumps do not ring
 SWING = 0.5  # of the rate at which hammer reaches the soft limit: a joint that is read to swing faster is held back
-NOISE = 5.0  # standard deviations of the difference of two readings that are no swing
+NOISE = 5.0  # standard deviations of the difference of two readings, which hold back no swing of half of that
 DRAWN = 1.5  # largest rate of a bend over the one whose hammer would empty the cylinder of the side that draws
 RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
@@ -352,13 +352,14 @@ def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) 
     """Compute the fastest bends of a joint: its oil hammers up to the soft limit, or runs empty.
 
     Of what is read [rad per tick], less: at the peak, the air in the oil gives less than half of what it does at rest.
-    But noise is no swing.
+    But the noise of the readings holds back no swing of half of that.
     """
     hammer = circuit["hammer"] * circuit["map"][0]
     rate = (soft_limit(robot) - circuit["fill"]) / hammer
     drawn = DRAWN * _suction(robot, hydraulics, c) / hammer
     noise = math.sqrt(2) * sum(sensor.noise or 0.0 for sensor in robot.sensors if sensor.quantity == "bend")
-    swing = max(SWING * rate / require_controller(robot).rate, NOISE * noise)
+    swing = SWING * rate / require_controller(robot).rate
+    swing = max(swing, 0.5 * swing + NOISE * noise)
     return {"swing": rounded_number(swing), "sent_rate": rounded_number(min(rate, drawn))}
 
 
