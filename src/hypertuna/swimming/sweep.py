@@ -24,6 +24,7 @@ from hypertuna.swimming.batch import CHUNK, Part, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
+from hypertuna.swimming.yielding import spring_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,7 +193,7 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     if np.isnan(result["speed"][0]):
         rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
-    springs = {f"hinge.{name}": getattr(hinge, name) for hinge in robot.hinges for name in ("stiffness", "damping")}
+    springs = spring_values(robot)
     names = (*parameter_names(robot), *springs)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
     return Gradient(
