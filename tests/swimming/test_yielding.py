@@ -294,6 +294,15 @@ def test_a_spring_gets_the_steps_that_it_needs_or_a_sentence() -> None:
         settle(hinged(100.0, 50.0), GAITS)
 
 
+@pytest.mark.parametrize("zeta", [0.05, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("ratio", [30.0, 100.0, 300.0, 700.0])
+def test_a_damped_hinge_gets_the_steps_that_its_power_needs(ratio: float, zeta: float) -> None:
+    """Stiff and critically damped, it was off by 3e-2 at 128 steps."""
+    beat = settle(hinged(ratio, zeta), GAITS)
+    taken = beat["power_to_water"][0] + beat["damping_power"][0]
+    assert beat["mechanical_power"][0] / taken == pytest.approx(1, abs=1.5e-3)
+
+
 def test_a_sweep_has_the_hinge_beside_the_gait() -> None:
     """Lanes beside each other are what each gait is alone."""
     robot = hinged(1.6)

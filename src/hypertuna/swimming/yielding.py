@@ -21,6 +21,7 @@ from hypertuna.swimming.model import core_model
 
 MAX_STEPS = 1024  # a beat, that a stiff spring may ask for by itself
 STABLE = 2.3  # steps a beat for each beat's angular frequency that the fastest motion of a spring has: RK4's limit
+ACCURATE = 20.0  # the same for its fastest decay: the powers of a damped hinge then balance to 1.3e-3
 SOFT = 0.3  # of the stiffness at resonance: above, the search finds every beat
 
 # What results say of each hinge beside the quantities of a beat: unit and meaning.
@@ -90,14 +91,18 @@ def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
-    """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs."""
+    """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs.
+
+    Damped springs get more, so that the power of their dampers is right, up to `MAX_STEPS`.
+    """
     free = np.linalg.inv(reduced_inertia(robot, model))
     stiffness, damping = (np.array([getattr(hinge, name) for hinge in robot.hinges]) for name in SPRING)
     count = len(stiffness)
     swing = np.block([[np.zeros((count, count)), np.eye(count)], [-free * stiffness, -free * damping]])
     rates, modes = np.linalg.eig(swing)
     fastest = int(np.abs(rates).argmax())
-    needed = 2 * STABLE * abs(rates[fastest]) / (2 * np.pi * np.asarray(frequency))
+    beat = 2 * np.pi * np.asarray(frequency)  # rad/s
+    needed, wanted = 2 * STABLE * abs(rates[fastest]) / beat, -ACCURATE * rates.real.min() / beat
     most = max(steps, MAX_STEPS)
     if (needed > most).any():
         d = int(np.abs(modes[count:, fastest]).argmax())
@@ -107,7 +112,8 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
         key, number = robot.hinge_key(d), f"_n_m_{'s_' * damped}per_rad"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
         raise InputError(rule, key=f"{key}.{word}{number}", value=f"{value:g}", fix=fix, file=robot.file)
-    return np.asarray(steps * 2 ** np.ceil(np.log2(np.maximum(needed / steps, 1))), dtype=np.int64)
+    factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
+    return np.asarray(steps * 2 ** np.ceil(np.log2(factor)), dtype=np.int64)
 
 
 def softness(robot: Robot, frequency: float) -> float:
@@ -119,7 +125,7 @@ def softness(robot: Robot, frequency: float) -> float:
 
 def yield_rows(
     robot: Robot, gaits: Gaits, model: _core.Model, steps: int, options: Mapping[str, Any]
-) -> tuple[Array, int, Array]:
+) -> tuple[Array, int, NDArray[np.int64]]:
     """Return the core's rows of settled beats with the hinges, the size of the state, and the steps of each beat."""
     links = hinge_links(robot)
     each = steps_for(robot, gaits.columns[0], steps, model)
