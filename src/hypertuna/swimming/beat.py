@@ -85,11 +85,11 @@ def settle(
         taken = np.full(len(rows), steps)
     row = dict(zip(_COLUMNS[:_NAMED], rows.T, strict=False))
     _, momentum, monodromy, swings = np.split(rows, _NAMED + np.cumsum([0, size, size**2]), axis=1)
-    swing = swing_of(robot, gaits, row, swings, model) if robot.hinges else {}
+    swing = swing_of(robot, gaits, swings, model) if robot.hinges else {}
     multipliers = _multipliers(monodromy.reshape(-1, size, size))
     radius = np.abs(multipliers).max(axis=1)
     unstable = (row["status"] == 0) & (radius > NEUTRAL)
-    return {name: row[name] for name in (*QUANTITIES, "approach_beats")} | {
+    return row | {
         "spectral_radius": radius,
         "arrived": row["arrived"] == 1,
         "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`

@@ -138,10 +138,10 @@ def yield_rows(
     return np.array([rows[k] for k in range(len(each))]), 3 + 2 * len(links), each
 
 
-def swing_of(robot: Robot, gaits: Gaits, row: Mapping[str, Array], swings: Array, model: _core.Model) -> dict[str, Any]:
+def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> dict[str, Any]:
     """Return how the hinges swing in each settled beat, from mean, sine, cosine, peak and damping: `BEND`."""
     inertia, squares = reduced_inertia(robot, model).diagonal(), (2 * np.pi * gaits.columns[0]) ** 2
-    result: dict[str, Any] = {"retry": row["retry"]}
+    result: dict[str, Any] = {}
     for d, hinge in enumerate(robot.hinges):
         _, sine, cosine, peak, damping = swings[:, 5 * d : 5 * d + 5].T
         amplitude, lag = np.hypot(sine, cosine), np.arctan2(-cosine, sine) % (2 * np.pi)
