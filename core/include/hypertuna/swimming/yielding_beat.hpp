@@ -77,6 +77,26 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
             beat.torque_peak, beat.excursion,    beat.arc,   beat.radius,         beat.advance};
 }
 
+/// The beat map of a state of more than eight numbers, in two passes of half the derivatives each: loops over more than
+/// eight are not unrolled, and take half as long again.
+template <class S, class Law, int D>
+    requires(YieldingState<S, D>::size > 8)
+BeatMap<S, YieldingState<S, D>> beat_map(const YieldingSwimmer<S, Law, D>& body, int stride_instants,
+                                         const YieldingState<S, D>& y) {
+    constexpr int size = YieldingState<S, D>::size, half = (size + 1) / 2;
+    BeatMap<S, YieldingState<S, D>> map;
+    for (int first = 0; first < size; first += half) {
+        auto start = widen<Dual<S, half>>(y);
+        for (int k = 0; k < half && first + k < size; ++k) component(start, first + k).d[k] = S(1);
+        auto end = body.swim(start, stride_instants);
+        for (int i = 0; i < size; ++i) {
+            component(map.end, i) = component(end, i).v;
+            for (int k = 0; k < half && first + k < size; ++k) map.monodromy.a[i][first + k] = component(end, i).d[k];
+        }
+    }
+    return map;
+}
+
 /// Enter the beat of the prescribed joints, the yielding ones at rest.
 template <class S, class Law, int D>
 HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
