@@ -248,7 +248,7 @@ def yielding_fish(random: np.random.Generator) -> tuple[Robot, ht.Gait]:
 
 @pytest.mark.parametrize(("hinges", "most"), [(1, 4.5), (2, 12), (3, 22)])
 def test_a_settled_beat_with_hinges_costs_little_more(hinges: int, most: float) -> None:
-    """3.3 times as much as a prescribed one of the same robot with one hinge, 8 with two, 16 with three; timings vary."""
+    """3.3 times a prescribed one of the same robot with one hinge, 8 with two, 16 with three; timings vary."""
     amplitudes = [(float(a),) for a in np.radians(np.linspace(8, 24, 64))]
     gaits = Gaits.grid(frequency=[FREQUENCY], amplitude=amplitudes, phase=[(0.0,)])
     robots = rigid(hinges), hinged(1.6, hinges=hinges)
