@@ -228,23 +228,32 @@ static Output held_force(const Model& model, const Frequency& frequency, const P
 
 // --- joints that yield
 
-static YieldBatch yielding(const Model& model, int hinge, const Input<2>& spring, const GaitBatch& gaits,
-                           std::size_t count) {
-    if (hinge < 1 || hinge >= model.links) throw nb::value_error("hinge: must be a link behind the head");
-    if (model.links - hinge > max_hung) throw nb::value_error("hinge: has too many links behind it");
-    check_extent("spring", spring.shape(0), count);
-    check_extent("spring", spring.shape(1), 3);
-    return {gaits, hinge, spring.data()};
+using Hinges = std::vector<int>;
+
+static void check_hinges(const Model& model, const Hinges& hinges) {
+    if (hinges.empty() || hinges.size() > max_hinges) throw nb::value_error("hinges: must be 1 to 3");
+    for (std::size_t d = 0; d < hinges.size(); ++d)
+        if (hinges[d] <= (d ? hinges[d - 1] : 0) || hinges[d] >= model.links)
+            throw nb::value_error("hinges: must be links behind the head, head to tail");
+    if (model.links - hinges[0] > max_hung) throw nb::value_error("hinges: have too many links behind them");
 }
 
-static Output yield_settle(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
+static YieldBatch yielding(const Model& model, const Hinges& hinges, const Input<2>& spring, const GaitBatch& gaits,
+                           std::size_t count) {
+    check_hinges(model, hinges);
+    check_extent("spring", spring.shape(0), count);
+    check_extent("spring", spring.shape(1), hinges.size() * spring_numbers);
+    return {gaits, hinges.data(), int(hinges.size()), spring.data()};
+}
+
+static Output yield_settle(const Model& model, const Hinges& hinges, const Input<2>& spring, const Frequency& frequency,
                            const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias, int steps, int wait,
                            int max_beats, int from_rest, int approach, double mass, int threads) {
     const YieldBatch gaits =
-        yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
+        yielding(model, hinges, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
     check_steps(steps);
     const YieldKernel& use = yield_kernel();
-    Output rows = zeros({frequency.shape(0), names(use.column).size() + std::size_t(yield_state * (yield_state + 1))});
+    Output rows = zeros({frequency.shape(0), std::size_t(use.row_width(gaits.hinges))});
     const SettleOptions options{steps, wait, max_beats, from_rest, approach, mass};
     const nb::gil_scoped_release unlocked;
     in_parallel(int(frequency.shape(0)), kernel().lanes, threads,
@@ -252,66 +261,71 @@ static Output yield_settle(const Model& model, int hinge, const Input<2>& spring
     return rows;
 }
 
-static Output yield_gradient(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
-                             const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias,
-                             const Input<2>& state, const Input<2>& along, int steps, double mass, int threads) {
+static Output yield_gradient(const Model& model, const Hinges& hinges, const Input<2>& spring,
+                             const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
+                             const PerGroup& bias, const Input<2>& state, const Input<2>& along, int steps, double mass,
+                             int threads) {
     const YieldBatch gaits =
-        yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
+        yielding(model, hinges, spring, batch(model, frequency, amplitude, phase, bias), frequency.shape(0));
+    const int n = int(along.shape(1)), width = yield_state(gaits.hinges);
     check_steps(steps);
     check_extent("state", state.shape(0), frequency.shape(0));
-    check_extent("state", state.shape(1), yield_state);
-    check_extent("directions", along.shape(0), parameter_count(model) + 3);
-    const int n = int(along.shape(1));
+    check_extent("state", state.shape(1), width);
+    check_extent("directions", along.shape(0), parameter_count(model) + spring.shape(1));
     const Directions directions{along.data(), n, {}, {}};
     const YieldKernel& use = yield_kernel();
     Output out = zeros({frequency.shape(0), std::size_t(derivative_count), along.shape(1)});
     const nb::gil_scoped_release unlocked;
-    const std::size_t size = std::size_t(derivative_count + yield_state) * (yield_state + n);
+    const std::size_t size = std::size_t(derivative_count + width) * (width + n);
     std::vector<double> rates(frequency.shape(0) * size);
     in_parallel(int(frequency.shape(0)), 1, threads, [&](int begin, int end) {
         use.gradient(model, gaits, directions, begin, end, state.data(), steps, mass, rates.data());
         for (int gait = begin; gait < end; ++gait)
-            with_moving_start<YieldingState<double, 1>>(rates.data() + gait * size, n,
-                                                        out.data() + std::size_t(gait) * derivative_count * n);
+            with_hinges(gaits.hinges, [&](auto D) {
+                with_moving_start<YieldingState<double, D.value>>(
+                    rates.data() + gait * size, n, out.data() + std::size_t(gait) * derivative_count * n);
+            });
     });
     return out;
 }
 
-static Output yield_bends(const Model& model, int hinge, const Input<2>& spring, const Frequency& frequency,
+static Output yield_bends(const Model& model, const Hinges& hinges, const Input<2>& spring, const Frequency& frequency,
                           const PerGroup& amplitude, const PerGroup& phase, const PerGroup& bias, const Input<1>& state,
                           int steps, int count) {
-    const YieldBatch gaits = yielding(model, hinge, spring, batch(model, frequency, amplitude, phase, bias), 1);
-    check_extent("state", state.shape(0), yield_state);
-    Output out = zeros({std::size_t(std::max(count, 0)), 3});
+    const YieldBatch gaits = yielding(model, hinges, spring, batch(model, frequency, amplitude, phase, bias), 1);
+    check_extent("state", state.shape(0), yield_state(gaits.hinges));
+    Output out = zeros({std::size_t(std::max(count, 0)), hinges.size(), 3});
     yield_kernel().bends(model, gaits, state.data(), steps, count, out.data());
     return out;
 }
 
 static void bind_yielding(nb::module_& m) {
     m.def(
-        "yield_settle", &yield_settle, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"), nb::arg("frequency"),
+        "yield_settle", &yield_settle, nb::arg("model"), nb::arg("hinges"), nb::arg("spring"), nb::arg("frequency"),
         nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"),
         nb::arg("max_beats"), nb::arg("from_rest"), nb::arg("approach"), nb::arg("mass"), nb::arg("threads"),
-        "As `settle` for a body whose joint at the front of link `hinge` yields, `spring` (gaits, 3) being stiffness, "
-        "damping and rest angle: columns as named by `yield_columns`, then state and monodromy.");
-    m.def("yield_gradient", &yield_gradient, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"),
+        "As `settle` for a body whose joints at the fronts of the links `hinges` yield, head to tail, `spring` (gaits, "
+        "hinges x SPRING_NUMBERS) being stiffness, damping and rest angle of each: the named columns, state, "
+        "monodromy, then of each hinge mean, sine, cosine and peak of its swing, and its damper's power.");
+    m.def("yield_gradient", &yield_gradient, nb::arg("model"), nb::arg("hinges"), nb::arg("spring"),
           nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"),
           nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"), nb::arg("threads"),
-          "As `gradient`, the spring's three numbers being the last parameters.");
-    m.def("yield_bends", &yield_bends, nb::arg("model"), nb::arg("hinge"), nb::arg("spring"), nb::arg("frequency"),
+          "As `gradient`, the springs' numbers being the last parameters.");
+    m.def("yield_bends", &yield_bends, nb::arg("model"), nb::arg("hinges"), nb::arg("spring"), nb::arg("frequency"),
           nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"), nb::kw_only(), nb::arg("steps"),
           nb::arg("count"),
-          "Angle from rest, rate and acceleration (count, 3) of a joint that yields, at every step from a state on.");
+          "Angle from rest, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.");
     m.def(
         "reduced_inertia",
-        [](const Model& model, int hinge) {
-            if (hinge < 1 || hinge >= model.links) throw nb::value_error("hinge: must be a link behind the head");
-            return yield_kernel().reduced_inertia(model, hinge);
+        [](const Model& model, const Hinges& hinges) {
+            check_hinges(model, hinges);
+            return yield_kernel().reduced_inertia(model, hinges.data(), int(hinges.size()));
         },
-        nb::arg("model"), nb::arg("hinge"),
-        "Inertia that the free, straight body opposes to the joint at the front of link `hinge` [kg m^2].");
-    m.def("yield_columns", [] { return names(yield_kernel().column); }, "Names of the columns of `yield_settle`.");
-    m.attr("YIELD_STATE_SIZE") = yield_state;
+        nb::arg("model"), nb::arg("hinges"),
+        "Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn "
+        "alike [kg m^2].");
+    m.attr("SPRING_NUMBERS") = spring_numbers;
+    m.attr("MAX_HINGES") = max_hinges;
     m.attr("YIELD_LINKS") = max_hung;
 }
 

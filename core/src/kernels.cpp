@@ -1,119 +1,31 @@
 /// The kernels, compiled once for each instruction set: HYPERTUNA_ARCH names it.
-#include "hypertuna/host/kernels.hpp"
-
 #include <algorithm>
-#include <limits>
 
-#include "hypertuna/host/real.hpp"
-#include "hypertuna/host/tank.hpp"
-#include "hypertuna/swimming/parameters.hpp"
-#include "hypertuna/swimming/quantities.hpp"
+#include "hypertuna/host/rows.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Parameters of the model with W gaits in the lanes; beyond the last gait the last one is repeated.
-void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, std::vector<Real>& parameters) {
-    const int g = model.groups;
-    for (int k = 0; k < lanes; ++k) {
-        const int gait = std::min(first + k, end - 1);
-        set_lane(parameters[0], k, gaits.frequency[gait]);
-        for (int i = 0; i < g; ++i) {
-            set_lane(parameters[1 + i], k, gaits.amplitude[gait * g + i]);
-            set_lane(parameters[1 + g + i], k, gaits.phase[gait * g + i]);
-            set_lane(parameters[1 + 2 * g + i], k, gaits.bias[gait * g + i]);
-        }
-    }
-}
-
-/// What a search found besides the quantities, in the order of the columns.
-struct Found {
-    const Settled<Real>& settled;
-    const Approach<Real>& approach;
-    Twist<Real> xi;  // at the start of the beat
-    Real status;     // but for its stability
-};
-struct Column {
-    const char* name;
-    Real (*of)(const Found&);
-};
-template <int i, int k>
-Real monodromy(const Found& found) {
-    return found.settled.monodromy.a[i][k];
-}
-constexpr Column columns[] = {
-    {"status", [](const Found& found) { return found.status; }},
-    {"arrived",
-     [](const Found& found) {
-         return select(found.approach.distance < Real(approach_tolerances.arrived), Real(1.0), Real(0.0));
-     }},
-    {"approach_beats", [](const Found& found) { return found.approach.beats; }},
-    {"u", [](const Found& found) { return found.xi.x; }},
-    {"v", [](const Found& found) { return found.xi.y; }},
-    {"r", [](const Found& found) { return found.xi.z; }},
-    {"p_x", [](const Found& found) { return found.settled.start.x; }},
-    {"p_y", [](const Found& found) { return found.settled.start.y; }},
-    {"l", [](const Found& found) { return found.settled.start.z; }},
-    {"m_00", monodromy<0, 0>},
-    {"m_01", monodromy<0, 1>},
-    {"m_02", monodromy<0, 2>},
-    {"m_10", monodromy<1, 0>},
-    {"m_11", monodromy<1, 1>},
-    {"m_12", monodromy<1, 2>},
-    {"m_20", monodromy<2, 0>},
-    {"m_21", monodromy<2, 1>},
-    {"m_22", monodromy<2, 2>},
-};
-constexpr int quantity_count = std::size(quantities<Real>), column_count = quantity_count + std::size(columns);
+constexpr const char* state_columns[] = {"p_x",  "p_y",  "l",    "m_00", "m_01", "m_02",
+                                         "m_10", "m_11", "m_12", "m_20", "m_21", "m_22"};
+static_assert(row_width(Momentum<Real>::size) == named_columns + int(std::size(state_columns)));
 
 const char* settle_column(int k) {
     if (k < quantity_count) return quantities<Real>[k].about.name;
-    return k < column_count ? columns[k - quantity_count].name : nullptr;
-}
-
-/// The settled beat of the gaits in the tank: by waiting, or by Newton's method.
-template <class Law>
-Settled<Real> settle_tank(const PeriodicSwimmer<Real, Law>& body, Tank<Real, Law>& tank, const SettleOptions& options) {
-    const auto rest = filled<Momentum<Real>>(Real(0.0));  // joints that set in cannot give momentum
-    if (options.wait >= 0) return wait(body, rest, options.wait);
-    Momentum<Real> guess = rest;
-    for (int k = 0; k < options.from_rest; ++k) guess = body.swim(guess);
-    if (options.from_rest < 0)
-        guess = brisk_start(tank.table, int(tank.groups.size()), tank.swings.data(), tank.frequency, body.length);
-    return settle(body, guess, options.max_beats);
+    if (k < named_columns) return found_columns[k - quantity_count];
+    return k < row_width(Momentum<Real>::size) ? state_columns[k - named_columns] : nullptr;
 }
 
 template <class Law>
 void settle_gaits(const Model& model, const GaitBatch& gaits, const SettleOptions& options, int begin, int end,
                   double* rows) {
     Tank<Real, Law> tank(model, options.steps);
-    const Real nan(std::numeric_limits<double>::quiet_NaN());
     for (int first = begin; first < end; first += lanes) {
         load_gaits(model, gaits, first, end, tank.parameters);
         tank.fill();
         const PeriodicSwimmer<Real, Law> body{tank.fish,          tank.joints.data(),         tank.table,
                                               Real(model.length), Real(1.0) / tank.frequency, tank.scratch};
-        const Settled<Real> s = settle_tank(body, tank, options);
-        // Toward what is not settled no start is followed: its distance is NaN.
-        const Momentum<Real> target =
-            select(s.distance < Real(settle_tolerances.settled), s.start, filled<Momentum<Real>>(nan));
-        const Approach<Real> way = approach(body, target, options.approach);
-        const Real speed = mean_speed(s.beat, tank.frequency);
-        const Measured<Real> measured{s.beat,
-                                      speed,
-                                      largest_rate(model.groups, tank.groups.data(), tank.frequency),
-                                      tank.frequency,
-                                      body.length,
-                                      Real(options.mass),
-                                      towing_power(tank.fish, speed),
-                                      s.residual,
-                                      s.distance,
-                                      s.beats};
-        const Found found{s, way, twist(tank.table[0], s.start), search_status(s, speed)};
-        for (int c = 0; c < column_count; ++c) {
-            const auto of = quantities<Real>[std::min(c, quantity_count - 1)].of;
-            const Real value = quantity_count <= c ? columns[c - quantity_count].of(found) : of ? of(measured) : nan;
-            for (int k = 0; k < lanes && first + k < end; ++k) rows[(first + k) * column_count + c] = lane(value, k);
-        }
+        LaneRows write{rows, row_width(Momentum<Real>::size), first, end};
+        settle_into(model, body, tank, options, write);
     }
 }
 
@@ -149,7 +61,6 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
                     double* rows) {
     if (list.empty()) return;
     Tank<Derivative, Law, G> tank(model, steps);
-    const Derivative zero(Real(0.0));
     const int count = 3 + directions.count;
     std::vector<Real> parameters(gait_parameters(model.groups), Real(0.0));
     for (int gait = begin; gait < end; ++gait) {
@@ -166,16 +77,7 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
                 tank.refill();
             const Beat<Derivative> beat = measure_beat(tank.fish, tank.joints.data(), tank.table,
                                                        Derivative(Real(1.0)) / tank.frequency, start, tank.scratch);
-            const Measured<Derivative> m{beat,
-                                         mean_speed(beat, tank.frequency),
-                                         largest_rate(model.groups, tank.groups.data(), tank.frequency),
-                                         tank.frequency,
-                                         Derivative(Real(model.length)),
-                                         Derivative(Real(mass)),
-                                         zero,
-                                         zero,
-                                         zero,
-                                         zero};
+            const Measured<Derivative> m = measured(beat, tank, model.length, mass);
             double* row = out;
             const auto write = [&](const Derivative& result) {
                 for (std::size_t k = 0; k < lanes && first + k < list.size(); ++k)

@@ -36,7 +36,7 @@ class Model:
 
 def yield_settle(
     model: Model,
-    hinge: int,
+    hinges: Sequence[int],
     spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
@@ -52,12 +52,12 @@ def yield_settle(
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    As `settle` for a body whose joint at the front of link `hinge` yields, `spring` (gaits, 3) being stiffness, damping and rest angle: columns as named by `yield_columns`, then state and monodromy.
+    As `settle` for a body whose joints at the fronts of the links `hinges` yield, head to tail, `spring` (gaits, hinges x SPRING_NUMBERS) being stiffness, damping and rest angle of each: the named columns, state, monodromy, then of each hinge mean, sine, cosine and peak of its swing, and its damper's power.
     """
 
 def yield_gradient(
     model: Model,
-    hinge: int,
+    hinges: Sequence[int],
     spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
@@ -70,11 +70,11 @@ def yield_gradient(
     mass: float,
     threads: int,
 ) -> NDArray[numpy.float64]:
-    """As `gradient`, the spring's three numbers being the last parameters."""
+    """As `gradient`, the springs' numbers being the last parameters."""
 
 def yield_bends(
     model: Model,
-    hinge: int,
+    hinges: Sequence[int],
     spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
     frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     amplitude: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
@@ -86,18 +86,17 @@ def yield_bends(
     count: int,
 ) -> NDArray[numpy.float64]:
     """
-    Angle from rest, rate and acceleration (count, 3) of a joint that yields, at every step from a state on.
+    Angle from rest, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.
     """
 
-def reduced_inertia(model: Model, hinge: int) -> float:
+def reduced_inertia(model: Model, hinges: Sequence[int]) -> float:
     """
-    Inertia that the free, straight body opposes to the joint at the front of link `hinge` [kg m^2].
+    Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn alike [kg m^2].
     """
 
-def yield_columns() -> list[str]:
-    """Names of the columns of `yield_settle`."""
+SPRING_NUMBERS: int = 3
 
-YIELD_STATE_SIZE: int = 5
+MAX_HINGES: int = 3
 
 YIELD_LINKS: int = 32
 

@@ -87,6 +87,25 @@ def test_a_hinge_is_of_a_link_that_the_robot_has(run: Run, hinged: str) -> None:
     )
 
 
+def test_several_hinges_are_listed_from_nose_to_tail(run: Run, hinged: str) -> None:
+    """They swim, one by one in the record; the twin takes one."""
+    rigid = Path(hinged).read_text().partition("[hinge]")[0]
+    one, two = (f"\n[[hinges]]\nlink = {link}\nstiffness_n_m_per_rad = 0.5\n" for link in (1, 2))
+
+    def checked(tables: str) -> str:
+        Path("two.toml").write_text(rigid + tables)
+        return run("robot", "check", "two.toml")[2]
+
+    assert "hinges[1].link must be behind link 2, and at most 2, but is 1" in checked(two + one)
+    assert "hinges must not stand beside [hinge], but is given" in checked(one + two.replace("[[hinges]]", "[hinge]"))
+    assert "has no twin: it has 2 hinges, and the twin takes one" in checked(one + two)
+    assert "hinges must be a single hinge in the twin, but is 2" in run("twin", "--robot", "two.toml", *GAIT)[2]
+    code, output, errors = run("swim", "--robot", "two.toml", *GAIT, "--json")
+    record = json.loads(output)
+    assert (code, errors) == (0, "")
+    assert 0 < record["bend_amplitude_1_deg"] != record["bend_amplitude_2_deg"] > 0
+
+
 @pytest.mark.parametrize(
     ("options", "sentences"),
     [

@@ -111,8 +111,8 @@ def test_every_key_has_default_and_typical_value() -> None:
     assert by_name["joints.line.loss"][3:5] == ("0.0", "1.5")
     assert by_name["joints.servo.torque_n_m"].typical == "0.01 to 200"  # usual: HyperTuna has muscles
     without = {name.split(".")[0] for name, key in by_name.items() if not key.typical}
-    assert without <= {"format", "name", "description", "uncertainty", "sources", "fit", "hinge", "joints", "water",
-                           "firmware",  # numbers of responses
+    assert without <= {"format", "name", "description", "uncertainty", "sources", "fit", "hinge", "hinges", "joints",
+                       "water", "firmware",  # numbers of responses
                        "gait_bounds", "drive_unit", "spatial"}  # fmt: skip
 
 

@@ -1,4 +1,5 @@
 /// Joints that yield: their dynamics against the twin's, energy, the stiff limit, similarity, and starts from rest.
+#include <initializer_list>
 #include <memory>
 
 #include "check.hpp"
@@ -22,7 +23,7 @@ struct Yielding {
     LinkShape<double> shape[links];
     LinkAcceleration<double> acceleration[links];
     Spring<double> spring[D];
-    Swinging<double> swings;
+    Swinging<double, D> swings;
 
     Yielding(double frequency, double amplitude, double stiffness, double damping, double rest)
         : fish(frequency, amplitude) {
@@ -38,16 +39,15 @@ struct Yielding {
         tabulate_yielding(fish.swimmer, fish.joints, fish.swings, fish.frequency, spring, fish.table, yields());
     }
     Body body() {
-        Body out{fish.swimmer, fish.joints,  fish.table, yields(), fish.length, fish.period,
-                 {},           fish.scratch, joint,      shape,    acceleration};
+        Body out{fish.swimmer, fish.joints,  fish.table, yields(), fish.length,  fish.period,
+                 {},           fish.scratch, joint,      shape,    acceleration, &swings};
         for (int d = 0; d < D; ++d) out.spring[d] = spring[d];
         return out;
     }
     State guess() const { return {fish.brisk(), {}, {}}; }
     Settled<double, State> settled() {
-        double rung = 0;
-        const auto found = settle_yielding(body(), guess(), 60, rung, swings);
-        CHECK(rung == 0 && found.distance < settle_tolerances.settled);
+        const auto found = settle(body(), guess(), 60);
+        CHECK(found.retry == 0 && found.distance < settle_tolerances.settled);
         return found;
     }
 };
@@ -127,7 +127,8 @@ static void energy() {
     double off[2];
     const auto balance = [&](auto& fish) {
         const auto found = fish.settled();
-        const double taken = fish.swings.damping;
+        double taken = 0;
+        for (const double power : fish.swings.damping) taken += power;
         CHECK(taken > 1e-3 * found.beat.power);
         return found.beat.power / (found.beat.loss + taken) - 1;
     };
@@ -196,8 +197,19 @@ static void inertia_of_a_joint() {
     fish->fill();
     Hung<double, 1> hung[max_hung];
     const auto now = fish->body().move(0, YieldingState<double, 1>{}, hung);
-    const double reduced = reduced_inertia(fish->fish.swimmer, 3, fish->shape, fish->acceleration, fish->joint);
-    CHECK_NEAR(reduced / now.reduced[0][0], 1, 1e-13);
+    const auto reduced = [](auto& fish, std::initializer_list<int> hinges) {
+        return reduced_inertia(fish->fish.swimmer, hinges.begin(), int(hinges.size()), fish->shape, fish->acceleration,
+                               fish->joint);
+    };
+    CHECK_NEAR(reduced(fish, {3}) / now.reduced[0][0], 1, 1e-13);
+    // Two that turn alike: their own inertia, and twice what couples them.
+    auto both = std::make_unique<Yielding<Elongated<double>, 2, 64>>(2, 0.0, 1.0, 0.0, 0.0);
+    for (int g = 0; g < 2; ++g) both->fish.swings[g] = {0, 0, 0};
+    both->fill();
+    Hung<double, 2> hung_both[max_hung];
+    const auto pair = both->body().move(0, YieldingState<double, 2>{}, hung_both);
+    const double own = pair.reduced[0][0] + pair.reduced[1][1];
+    CHECK_NEAR(reduced(both, {2, 3}) / (own + 2 * pair.reduced[1][0]), 1, 1e-13);
 }
 
 int main() {

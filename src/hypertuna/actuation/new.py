@@ -9,10 +9,11 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.actuation.soft_joint import JointModel, joint_models
+from hypertuna.actuation.tail import with_tail
 from hypertuna.description.at_sea import DIVES, add_space, take_to_sea
 from hypertuna.description.commented import commented
 from hypertuna.description.inversion import inversion_speed
-from hypertuna.description.new import Sizes, new_robot, shape_of
+from hypertuna.description.new import Sizes, shape_of
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import HOSE, DriveUnit
 from hypertuna.description.schema.control import Controller
@@ -49,15 +50,21 @@ AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 
 def first_robot(
-    name: str, *, joints: Sequence[str] = (), actuation: str = "none", sea: bool = False, **sizes: Unpack[Sizes]
+    name: str,
+    *,
+    joints: Sequence[str] = (),
+    actuation: str = "none",
+    sea: bool = False,
+    tail: str = "driven",
+    **sizes: Unpack[Sizes],
 ) -> str:
-    """Return the text of a robot file that swims at once; sizes as in `new_robot`.
+    """Return the text of a robot file that swims at once; sizes as in `new_robot`, `tail` as in `with_tail`.
 
     `actuation` is "none", "servo" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
     """
     if sea and actuation == "none":
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
-    document, (shape, _) = new_robot(name, joints=joints, **sizes), shape_of(**sizes)
+    document, (shape, _) = with_tail(name, tail, joints=joints, **sizes), shape_of(**sizes)
     if actuation != "none":
         _drive(document, actuation)
     if actuation == "servo":

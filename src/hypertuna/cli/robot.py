@@ -34,6 +34,7 @@ WIDTH = "Largest width of the body in m, without fins. (default: that at which i
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
 ACTUATIONS = ("none", "servo", "hydraulic")
+TAILS = ("driven", "passive", "flexible")
 
 RobotFile = Annotated[
     str, typer.Argument(help="Name of a robot that comes with hypertuna, or path of a TOML file.", show_default=False)
@@ -82,6 +83,9 @@ def new(
     size: SizeOptions,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
     actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
+    tail: Annotated[
+        str, opt.word("--tail", TAILS, "Tail fin: driven, on a passive hinge, or flexible, a chain of three.")
+    ] = "driven",
     sea: Annotated[
         bool, opt.flag("--sea", "Add fins, sections, pilot and wiring: for dive, mission and firmware.")
     ] = False,
@@ -93,7 +97,7 @@ def new(
 
     path = Path(parsing.new_file(parsing.output_file(file, (".toml",), "FILE"), force))
     names = [] if joints is None else [name.strip() for name in joints.split(",")]
-    text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, **size.sizes)
+    text = first_robot(path.stem, joints=names, actuation=actuation, sea=sea, tail=tail, **size.sizes)
     write_atomically(path, text.encode())
     robot = load(path)
     print_lines(_next_lines(robot))

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
+from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.description.mistakes import translate
 from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
@@ -99,6 +100,9 @@ class Robot(Part, Plotted, Tabular):
     spatial: Spatial | None = entry("table of the links beyond the plane", default=None)
     fins: Fins | None = entry("table of the pectoral fins", default=None)
     hinge: Hinge | None = entry("table of a passive hinge in the tail", default=None)
+    hinge_list: tuple[Hinge, ...] | None = entry(
+        "list of passive hinges in the tail, nose to tail, instead of [hinge]", key="hinges", default=None
+    )
     fit: Fitted | None = entry("table that `hypertuna identify` writes", default=None)
     uncertainty: dict[str, Factor] | None = entry(
         "factor within which the true value of an estimate lies in 90 % of cases, by key or the start of a key",
@@ -122,7 +126,11 @@ class Robot(Part, Plotted, Tabular):
     @property
     def hinges(self) -> tuple[Hinge, ...]:
         """The passive hinges, whose bends follow those of the joint groups among the coordinates of the tail."""
-        return () if self.hinge is None else (self.hinge,)
+        return self.hinge_list or () if self.hinge is None else (self.hinge,)
+
+    def hinge_key(self, d: int) -> str:
+        """Return the key of the table of hinge d."""
+        return "hinge" if self.hinge_list is None else f"hinges[{d}]"
 
     @property
     def file(self) -> str:
@@ -249,8 +257,7 @@ class Robot(Part, Plotted, Tabular):
             yield from self.spatial.centers(links.length)
         if self.fins is not None:
             yield self.fins.on_head(links.length[0])
-        for hinge in self.hinges:
-            yield hinge.in_tail(len(links.name))
+        yield from self._hinge_checks()
         for name, gait in self.gaits.items():
             yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
@@ -285,6 +292,21 @@ class Robot(Part, Plotted, Tabular):
             yield Check(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
             if group.line is not None and self.controller is not None:
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
+
+    def _hinge_checks(self) -> Iterator[Check]:
+        """Check that hinges are in the tail, in its order."""
+        both = self.hinge is not None and self.hinge_list is not None
+        fix = "make [hinge] the first of [[hinges]]"
+        yield Check(not both, "hinge_list", "must not stand beside [hinge]", fix, "given")
+        count, most = len(self.hinges), _core.MAX_HINGES
+        yield Check(count <= most, "hinge_list", f"must be at most {most} hinges", "join some", f"{count}")
+        ahead = 0
+        for d, hinge in enumerate(self.hinges):
+            last, key = len(self.links.name) - 1, f"{self.hinge_key(d)}.link"
+            text = f"must be behind link {ahead}, and at most {last}" if d else f"must be a link from 1 to {last}"
+            fix = "list the hinges from nose to tail, one a link" if d else "link 0 is the head"
+            yield Check(ahead < hinge.link <= last, key, text, fix, f"{hinge.link}")
+            ahead = hinge.link
 
     def _source_checks(self) -> Iterator[Check]:
         """Check that every source and every factor belongs to a key or the start of one."""

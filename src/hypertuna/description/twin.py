@@ -13,12 +13,15 @@ from hypertuna.errors import InputError
 
 # Joint groups of a robot that `robot new --sea` writes: a Teensy 4.1 has no more pins for those with oil.
 AT_SEA = {"servo": _core.MAX_JOINTS, "hydraulic": 3}
+MAX_HINGES = 1  # that a twin bends
 
 
 def why_no_twin(robot: Robot) -> str:
     """Return why a robot has no twin, as the end of a sentence; empty if it has one."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
+    if len(robot.hinges) > MAX_HINGES:
+        return f"it has {len(robot.hinges)} hinges, and the twin takes one"
     if hinge := _hinge_on_oil(robot):
         return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
     return "" if robot.controller is not None else "its file has no controller"
@@ -26,7 +29,7 @@ def why_no_twin(robot: Robot) -> str:
 
 def twin_note(robot: Robot) -> str:
     """Return a sentence on a robot with joints that a twin does not take; empty for all others."""
-    if len(robot.joints) <= _core.MAX_JOINTS and _hinge_on_oil(robot) is None:
+    if len(robot.joints) <= _core.MAX_JOINTS and len(robot.hinges) <= MAX_HINGES and _hinge_on_oil(robot) is None:
         return ""
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
 
@@ -38,6 +41,9 @@ def require_groups(robot: Robot, *, sea: bool = False) -> None:
         rule, file = f"must be at most {most} groups for the twin", robot.file or None
         fix = f"let joints share a group, as in the file that `{new_command(robot, sea=sea)}` writes"
         raise InputError(rule, file=file, key="joints", value=f"{count}", fix=fix)
+    if len(robot.hinges) > MAX_HINGES:
+        rule, fix = "must be a single hinge in the twin", "leave the others out; `swim` and `sweep` bend them all"
+        raise InputError(rule, file=robot.file or None, key="hinges", value=f"{len(robot.hinges)}", fix=fix)
 
 
 def require_mass_at_hinge(robot: Robot) -> None:
@@ -45,7 +51,9 @@ def require_mass_at_hinge(robot: Robot) -> None:
     if hinge := _hinge_on_oil(robot):
         rule = "must not be the only link of a joint group that oil bends, in the twin"
         fix = "put the hinge on another link"
-        raise InputError(rule, file=robot.file or None, key="hinge.link", value=f"{hinge.link}", fix=fix)
+        raise InputError(
+            rule, file=robot.file or None, key=f"{robot.hinge_key(0)}.link", value=f"{hinge.link}", fix=fix
+        )
 
 
 def require_controller(robot: Robot) -> Controller:

@@ -107,7 +107,7 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
     yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
-    for hinge in robot.hinges:
+    if (hinge := robot.hinge) is not None:
         label, powers = "stiffness of the hinge", followers("stiffness", 0, alias=True)
         yield Knob("hinge", label, "N m/rad", hinge.stiffness, powers, part=("stiffness", 0))
     unit = robot.drive_unit

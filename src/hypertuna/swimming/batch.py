@@ -20,7 +20,7 @@ from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import APPROACH, QUANTITIES, STATUSES, check_steps, settle, settle_from_rest
 from hypertuna.swimming.gait import AXES, KINDS, Gait, Gaits, check_gait, part_of
 from hypertuna.swimming.swim import SUMMARY
-from hypertuna.swimming.yielding import BEND
+from hypertuna.swimming.yielding import bend_table
 
 CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
 FROM_REST = {
@@ -71,8 +71,7 @@ class Swimming:
         result = settle(self.robot, gaits, steps=self.steps, wait=self.wait, approach=approach, threads=self.threads)
         extra = _from_rest(self.robot, gaits, result, self.steps, self.threads) if self.check_rest else {}
         result |= extra | {"settled": result["status"] == 0}
-        bend = BEND if self.robot.hinges else {}
-        return {name: result[name] for name in (*QUANTITIES, *bend, *extra, "status", "settled")}
+        return {name: result[name] for name in (*QUANTITIES, *bend_table(self.robot), *extra, "status", "settled")}
 
 
 @dataclass(frozen=True)
@@ -103,8 +102,8 @@ class Batch:
         variables: dict[str, Any] = {
             name: {"units": about.unit, "long_name": about.meaning} for name, about in QUANTITIES.items()
         }
-        if how.robot.hinges:
-            variables |= {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in BEND.items()}
+        bends = bend_table(how.robot).items()
+        variables |= {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in bends}
         flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
         variables |= FROM_REST if how.check_rest else {}
         variables["status"] = {"long_name": "how the search ended"} | flags

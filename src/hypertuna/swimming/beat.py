@@ -12,7 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.yielding import hinge_of, swing_of, yield_derivatives, yield_rows
+from hypertuna.swimming.yielding import swing_of, yield_derivatives, yield_rows
 
 DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
 MAX_BEATS = _core.NEWTON_BEATS  # of each stage of Newton's method
@@ -51,8 +51,7 @@ def check_steps(steps: int) -> None:
 
 _COLUMNS = _core.settle_columns()
 _SIZE = _core.STATE_SIZE  # of the state, as of a twist
-_MOMENTUM = slice(_COLUMNS.index("p_x"), _COLUMNS.index("p_x") + _SIZE)
-_MONODROMY = slice(_COLUMNS.index("m_00"), None)
+_NAMED = _COLUMNS.index("p_x")  # the state follows, and the monodromy
 _PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
 
 
@@ -71,32 +70,33 @@ def settle(
 
     `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat: from
     a brisk speed, or from the motion after `from_rest` beats from rest. With `approach`, a start from rest is followed
-    toward each settled beat for so many beats at most: "arrived", "approach_beats". Where a hinge yields, `momentum` is
-    the core's whole state, and how it swings stands beside it (`BEND` of `yielding`).
+    toward each settled beat for so many beats at most: "arrived", "approach_beats". Where hinges yield, `momentum` is
+    the core's whole state, and how they swing stands beside it (`BEND` of `yielding`). "steps" are those that were
+    taken.
     """
     check_steps(steps)
     model = model or core_model(robot)
     options: dict[str, Any] = {"wait": wait, "max_beats": MAX_BEATS, "from_rest": from_rest, "approach": approach}
     options |= {"mass": robot.body.mass, "threads": threads}
-    if hinge_of(robot) is None:
-        rows, names, size = _core.settle(model, *gaits.columns, steps=steps, **options), _COLUMNS, _SIZE
-        row = dict(zip(names, rows.T, strict=False))
-        momentum, monodromy, swing = rows[:, _MOMENTUM], rows[:, _MONODROMY], {}
+    if robot.hinges:
+        rows, size, taken = yield_rows(robot, gaits, model, steps, options)
     else:
-        rows, names, size = yield_rows(robot, gaits, model, steps, options)
-        row = dict(zip(names, rows.T, strict=False))
-        momentum, monodromy = rows[:, len(names) : len(names) + size], rows[:, len(names) + size :]
-        swing = swing_of(robot, gaits, row, model)
+        rows, size = _core.settle(model, *gaits.columns, steps=steps, **options), _SIZE
+        taken = np.full(len(rows), steps)
+    row = dict(zip(_COLUMNS[:_NAMED], rows.T, strict=False))
+    _, momentum, monodromy, swings = np.split(rows, _NAMED + np.cumsum([0, size, size**2]), axis=1)
+    swing = swing_of(robot, gaits, swings, model) if robot.hinges else {}
     multipliers = _multipliers(monodromy.reshape(-1, size, size))
     radius = np.abs(multipliers).max(axis=1)
     unstable = (row["status"] == 0) & (radius > NEUTRAL)
-    return {name: row[name] for name in (*QUANTITIES, "approach_beats")} | {
+    return row | {
         "spectral_radius": radius,
         "arrived": row["arrived"] == 1,
         "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
         "twist": np.stack([row[name] for name in ("u", "v", "r")], axis=1),
         "momentum": momentum,
         "multipliers": multipliers,
+        "steps": taken,
         **swing,
     }
 
@@ -126,7 +126,7 @@ def directional_derivatives(
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
     how: Any = {"steps": steps, "mass": robot.body.mass, "threads": threads}
     model = model or core_model(robot)
-    if hinge_of(robot) is not None:
+    if robot.hinges:
         how.pop("steps")
         rows = yield_derivatives(robot, gaits, momentum, along, model, steps, how)
     else:

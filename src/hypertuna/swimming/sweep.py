@@ -27,6 +27,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, dir
 from hypertuna.swimming.designs import design_of, spring_values
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
+from hypertuna.swimming.yielding import spring_values
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -32,7 +32,7 @@ from hypertuna.swimming.beat import (
 from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
-from hypertuna.swimming.yielding import BEND, Bend, bend_joints, folds, too_soft
+from hypertuna.swimming.yielding import Bend, bend_joints, bend_summary, bends_of, folds, softness, too_soft
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,9 +49,6 @@ SUMMARY = {
     for name, about in sorted(QUANTITIES.items(), key=lambda item: -item[1].shown)
     if about.shown
 }
-
-
-BENDS = {name: Format({"1": "", "rad": "deg"}.get(unit, unit)) for name, (unit, _) in BEND.items()}
 
 
 @dataclass(frozen=True)
@@ -79,7 +76,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     change_per_beat: float  # of the motion to the next beat, body lengths or rad
     distance_to_settled: float  # from the settled motion, relative to the distance traveled in a beat
     beats: int  # integrated
-    multipliers: NDArray[np.complex128]  # (3,), with a hinge (5,), of the monodromy, largest first; NaN from rest
+    multipliers: NDArray[np.complex128]  # (3,), and 2 more a hinge, of the monodromy, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
     status_text: str  # the same as a sentence, and where a start from rest leads
     reached_from_rest: bool | None  # whether a start from rest leads to this beat; None where that is not checked
@@ -87,9 +84,9 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     steps: int  # per beat
     current: tuple[float, float]  # m/s
     from_rest: float | None  # s from rest; None for the settled beat
-    bend: Bend | None  # of the joint that yields; None for a robot without one
+    bends: tuple[Bend, ...]  # of the passive hinges
     _start: Array | None  # twist at the start of the trajectory; None from rest
-    _state: Array  # of the core there: momentum of the body, and angle and momentum of the joint that yields
+    _state: Array  # of the core there: momentum of the body, angles and momenta of the hinges
 
     @property
     def settled(self) -> bool:
@@ -119,7 +116,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         """
         straight = self.turn_radius >= _core.NEARLY_STRAIGHT * self.robot.body.length
         hidden = {name: Format(unit, None) for name, (unit, _) in SUMMARY.items() if straight and name[:5] == "turn_"}
-        return summarized(self, SUMMARY | hidden) | ({} if self.bend is None else summarized(self.bend, BENDS))
+        return summarized(self, SUMMARY | hidden) | bend_summary(self.robot, self.bends)
 
     def continued(self, beats: int) -> xr.Dataset:
         """Continue the motion from the start of `trajectory`.
@@ -143,7 +140,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
         model = core_model(self.robot)
         driven = joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
-        if self.bend is not None:
+        if self.bends:
             joints = bend_joints(self.robot, self.gait, driven, self._state, self.steps)
         twist = twist_from_rest(self.robot, joints[0]) if self._start is None else self._start
         motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
@@ -246,11 +243,10 @@ def _swim(
         spectral_radius=values["spectral_radius"],
         turn=values["turn_rate"] / gait.frequency,
     )
-    multipliers, bend = result["multipliers"][0], None
-    if robot.hinges:
-        bend = Bend(**{name: float(result[name][0]) for name in BEND})
-        text = text if status in ("settled", "unstable") else f"{text} {too_soft(bend.stiffness_ratio)}"
-        text += folds(bend.bend_peak)
+    multipliers, bends = result["multipliers"][0], bends_of(robot, result)
+    if bends and status not in ("settled", "unstable"):
+        text += f" {too_soft(softness(robot, gait.frequency))}"
+    text += folds(bends)
     state = result["momentum"][0]
     return Swim(
         robot=robot,
@@ -261,10 +257,10 @@ def _swim(
         status_text=text,
         reached_from_rest=None,
         settled_from_rest=None,
-        steps=steps,
+        steps=int(result["steps"][0]),
         current=current,
         from_rest=from_rest,
-        bend=bend,
+        bends=bends,
         _start=result["twist"][0].copy() if from_rest is None else None,
         _state=state.copy() if from_rest is None else np.zeros_like(state),
     )

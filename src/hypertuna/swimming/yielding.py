@@ -1,11 +1,12 @@
-"""A joint that yields: the core's rows of its settled beats, the steps that its spring needs, and how it swings."""
+"""Hinges that yield: the core's rows of settled beats, the steps that springs need, and how the hinges swing."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,132 +14,180 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.description.schema.actuator import Hinge
 from hypertuna.errors import InputError
-from hypertuna.io.quantity import Format
+from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
 
 MAX_STEPS = 1024  # a beat, that a stiff spring may ask for by itself
 STABLE = 2.3  # steps a beat for each beat's angular frequency that the fastest motion of a spring has: RK4's limit
+ACCURATE = 20.0  # the same for its fastest decay: the powers of a damped hinge then balance to 1.3e-3
 SOFT = 0.3  # of the stiffness at resonance: above, the search finds every beat
 
-# What a sweep says of the joint beside the quantities of a beat: unit and meaning.
+# What results say of each hinge beside the quantities of a beat: unit and meaning.
 BEND = {
-    "stiffness_ratio": ("1", "stiffness of the hinge over that at resonance with the beat"),
+    "stiffness_ratio": ("1", "stiffness of the hinge over that at resonance with the beat, other hinges rigid"),
     "bend_amplitude": ("rad", "amplitude of the hinge's angle: that of its part at the beat's frequency"),
     "bend_lag": ("rad", "how far that part lags behind the gait's clock"),
     "bend_peak": ("rad", "largest angle of the hinge"),
     "damping_power": ("W", "mean power that the hinge's damper takes"),
 }
+SPRING = ("stiffness", "damping")  # of a hinge, that results have derivatives by
 
 
 @dataclass(frozen=True)
 class Bend:
-    """How a joint that yields swings in a settled beat."""
+    """How a hinge swings in a settled beat."""
 
-    stiffness_ratio: Annotated[float, Format()]  # over the stiffness at resonance
-    bend_amplitude: Annotated[float, Format("deg")]  # rad, of the part at the beat's frequency
-    bend_lag: Annotated[float, Format("deg")]  # rad, of that part behind the gait's clock
-    bend_peak: Annotated[float, Format("deg")]  # rad, largest angle
-    damping_power: Annotated[float, Format("W")]  # W
-
-
-def hinge_of(robot: Robot) -> Hinge | None:
-    """Return the hinge of a robot, if it has one that the core can follow."""
-    if not robot.hinges:
-        return None
-    (hinge,) = robot.hinges
-    if len(robot.links.name) - hinge.link > _core.YIELD_LINKS:
-        rule = f"must have at most {_core.YIELD_LINKS} links behind it"
-        raise InputError(rule, key="hinge.link", value=f"{hinge.link}", fix="put it further back", file=robot.file)
-    return hinge
+    stiffness_ratio: float  # over the stiffness at resonance, other hinges rigid
+    bend_amplitude: float  # rad, of the part at the beat's frequency
+    bend_lag: float  # rad, of that part behind the gait's clock
+    bend_peak: float  # rad, largest angle
+    damping_power: float  # W
 
 
-def resonance(robot: Robot, frequency: Any, model: _core.Model | None = None) -> Any:
-    """Return the stiffness [N m/rad] at which the hinge of the free, straight robot resonates with a beat [Hz]."""
-    hinge = hinge_of(robot)
-    assert hinge is not None
-    return _core.reduced_inertia(model or core_model(robot), hinge.link) * (2 * np.pi * frequency) ** 2
+def bend_name(robot: Robot, name: str, d: int) -> str:
+    """Return the name of what results say of hinge d: numbered from 1 where there are several."""
+    return name if len(robot.hinges) == 1 else f"{name}_{d + 1}"
+
+
+def bend_table(robot: Robot) -> dict[str, tuple[str, str]]:
+    """Return unit and meaning of all that results say of the hinges, by name."""
+    return {bend_name(robot, name, d): row for d in range(len(robot.hinges)) for name, row in BEND.items()}
+
+
+def bends_of(robot: Robot, result: Mapping[str, Array]) -> tuple[Bend, ...]:
+    """Return how each hinge swings in the first beat of `settle`."""
+    return tuple(
+        Bend(**{name: float(result[bend_name(robot, name, d)][0]) for name in BEND}) for d in range(len(robot.hinges))
+    )
+
+
+def bend_summary(robot: Robot, bends: tuple[Bend, ...]) -> dict[str, Quantity]:
+    """Return the swings of all hinges as quantities."""
+    flat = {bend_name(robot, name, d): value for d, bend in enumerate(bends) for name, value in vars(bend).items()}
+    units = {"1": "", "rad": "deg"}
+    shown = {name: Format(units.get(unit, unit)) for name, (unit, _) in bend_table(robot).items()}
+    return summarized(SimpleNamespace(**flat), shown)
+
+
+def hinge_links(robot: Robot) -> list[int]:
+    """Return the links of the hinges, if the core can follow them."""
+    links = [hinge.link for hinge in robot.hinges]
+    if links and len(robot.links.name) - links[0] > _core.YIELD_LINKS:
+        rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_key(0)}.link"
+        raise InputError(rule, key=key, value=f"{links[0]}", fix="put it further back", file=robot.file)
+    return links
+
+
+def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
+    """Return the inertia that the free, straight body opposes to its hinges (D, D) [kg m^2]."""
+    links, model = hinge_links(robot), model or core_model(robot)
+    alike = [[_core.reduced_inertia(model, sorted({i, k})) for k in links] for i in links]
+    inertia = np.array(alike)
+    own = inertia.diagonal()
+    coupled = (inertia - own[:, None] - own[None, :]) / 2  # of two that turn alike: their own, and twice this
+    return np.where(np.eye(len(links)) > 0, inertia, coupled)
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
-    """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the spring."""
-    hinge = hinge_of(robot)
-    assert hinge is not None
-    inertia = _core.reduced_inertia(model or core_model(robot), hinge.link)
-    decay, square = hinge.damping / (2 * inertia), hinge.stiffness / inertia
-    fastest = decay + math.sqrt(decay**2 - square) if decay**2 > square else math.sqrt(square)  # 1/s
-    needed = 2 * STABLE * fastest / (2 * np.pi * np.asarray(frequency))
+    """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs.
+
+    Damped springs get more, so that the power of their dampers is right, up to `MAX_STEPS`.
+    """
+    free = np.linalg.inv(reduced_inertia(robot, model))
+    stiffness, damping = (np.array([getattr(hinge, name) for hinge in robot.hinges]) for name in SPRING)
+    count = len(stiffness)
+    swing = np.block([[np.zeros((count, count)), np.eye(count)], [-free * stiffness, -free * damping]])
+    rates, modes = np.linalg.eig(swing)
+    fastest = int(np.abs(rates).argmax())
+    beat = 2 * np.pi * np.asarray(frequency)  # rad/s
+    needed, wanted = 2 * STABLE * abs(rates[fastest]) / beat, -ACCURATE * rates.real.min() / beat
     most = max(steps, MAX_STEPS)
     if (needed > most).any():
-        damped = decay**2 > square
-        word, value = ("damping", hinge.damping) if damped else ("stiffness", hinge.stiffness)
+        d = int(np.abs(modes[count:, fastest]).argmax())
+        damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
+        word, value = ("damping", damping[d]) if damped else ("stiffness", stiffness[d])
         rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
-        fix = f"give less {word}, more --steps where the command has them, or leave [hinge] out for a rigid joint"
-        key = f"hinge.{word}_n_m_{'s_' * bool(damped)}per_rad"
-        raise InputError(rule, key=key, value=f"{value:g}", fix=fix, file=robot.file)
-    return np.asarray(steps * 2 ** np.ceil(np.log2(np.maximum(needed / steps, 1))), dtype=np.int64)
+        key, number = robot.hinge_key(d), f"_n_m_{'s_' * damped}per_rad"
+        fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
+        raise InputError(rule, key=f"{key}.{word}{number}", value=f"{value:g}", fix=fix, file=robot.file)
+    factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
+    return np.asarray(steps * 2 ** np.ceil(np.log2(factor)), dtype=np.int64)
+
+
+def softness(robot: Robot, frequency: float) -> float:
+    """Return the square of the hinges' lowest natural frequency over a beat's [Hz]: k/k_r, with one hinge."""
+    stiffness = np.array([hinge.stiffness for hinge in robot.hinges])
+    square = np.linalg.eigvals(np.linalg.inv(reduced_inertia(robot)) * stiffness).real.min()
+    return float(square / (2 * np.pi * frequency) ** 2)
 
 
 def yield_rows(
     robot: Robot, gaits: Gaits, model: _core.Model, steps: int, options: Mapping[str, Any]
-) -> tuple[Array, list[str], int]:
-    """Return the core's rows of settled beats with the hinge, the names of their columns, and the size of the state."""
-    names, size = _core.yield_columns(), _core.YIELD_STATE_SIZE
-    rows = np.empty((len(gaits.columns[0]), len(names) + size * (size + 1)))
+) -> tuple[Array, int, NDArray[np.int64]]:
+    """Return the core's rows of settled beats with the hinges, the size of the state, and the steps of each beat."""
+    links = hinge_links(robot)
     each = steps_for(robot, gaits.columns[0], steps, model)
+    rows: dict[int, Array] = {}
     for count in np.unique(each):
         some = np.flatnonzero(each == count)
         part = [np.ascontiguousarray(column[some]) for column in gaits.columns]
-        spring, (hinge,) = _spring(robot, len(some)), robot.hinges
-        rows[some] = _core.yield_settle(model, hinge.link, spring, *part, steps=int(count), **options)
-    return rows, names, size
+        found = _core.yield_settle(model, links, _springs(robot, len(some)), *part, steps=int(count), **options)
+        rows |= zip(some.tolist(), found, strict=True)
+    return np.array([rows[k] for k in range(len(each))]), 3 + 2 * len(links), each
 
 
-def swing_of(robot: Robot, gaits: Gaits, row: Mapping[str, Array], model: _core.Model) -> dict[str, Array]:
-    """Return how the hinge swings in each settled beat: `BEND`."""
-    (hinge,) = robot.hinges
-    return {
-        "stiffness_ratio": hinge.stiffness / resonance(robot, gaits.columns[0], model),
-        "bend_amplitude": np.hypot(row["bend_sine"], row["bend_cosine"]),
-        "bend_lag": np.arctan2(-row["bend_cosine"], row["bend_sine"]) % (2 * np.pi),
-        "bend_peak": row["bend_peak"],
-        "damping_power": row["damping_power"],
-        "rung": row["rung"],
-    }
+def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> dict[str, Any]:
+    """Return how the hinges swing in each settled beat, from mean, sine, cosine, peak and damping: `BEND`."""
+    inertia, squares = reduced_inertia(robot, model).diagonal(), (2 * np.pi * gaits.columns[0]) ** 2
+    result: dict[str, Any] = {}
+    for d, hinge in enumerate(robot.hinges):
+        _, sine, cosine, peak, damping = swings[:, 5 * d : 5 * d + 5].T
+        amplitude, lag = np.hypot(sine, cosine), np.arctan2(-cosine, sine) % (2 * np.pi)
+        told = hinge.stiffness / (inertia[d] * squares), amplitude, lag, peak, damping
+        result |= {bend_name(robot, name, d): value for name, value in zip(BEND, told, strict=True)}
+    return result
+
+
+def spring_values(robot: Robot) -> dict[str, float]:
+    """Return the numbers of the springs that results have derivatives by, as a file names them."""
+    hinges = enumerate(robot.hinges)
+    return {f"{robot.hinge_key(d)}.{name}": getattr(hinge, name) for d, hinge in hinges for name in SPRING}
 
 
 def yield_derivatives(
     robot: Robot, gaits: Gaits, state: Array, along: Array, model: _core.Model, steps: int, options: Any
 ) -> Array:
-    """Return derivatives as `_core.gradient`, along directions (parameters, or 3 more for the spring; directions)."""
-    missing = len(model.parameter_names()) + 3 - len(along)
-    along = np.ascontiguousarray(np.vstack([along, np.zeros((missing, along.shape[1]))]))
+    """Return derivatives as `_core.gradient`, along directions (parameters, or those of the springs too; directions).
+
+    The springs' parameters are those of `spring_values`.
+    """
+    links, parameters = hinge_links(robot), len(model.parameter_names())
+    springs = np.zeros((len(links), _core.SPRING_NUMBERS, along.shape[1]))
+    if len(along) > parameters:
+        springs[:, : len(SPRING)] = along[parameters:].reshape(len(links), len(SPRING), -1)
+    along = np.ascontiguousarray(np.vstack([along[:parameters], springs.reshape(-1, along.shape[1])]))
     each = steps_for(robot, gaits.columns[0], steps, model)
-    (hinge,) = robot.hinges
-    rows: Array | None = None
+    rows: dict[int, Array] = {}
     for count in np.unique(each):
         some = np.flatnonzero(each == count)
         part = [np.ascontiguousarray(column[some]) for column in gaits.columns]
         how = {"state": np.ascontiguousarray(state[some]), "directions": along, "steps": int(count)} | options
-        found = _core.yield_gradient(model, hinge.link, _spring(robot, len(some)), *part, **how)
-        rows = np.empty((len(each), *found.shape[1:])) if rows is None else rows
-        rows[some] = found
-    assert rows is not None
-    return rows
+        found = _core.yield_gradient(model, links, _springs(robot, len(some)), *part, **how)
+        rows |= zip(some.tolist(), found, strict=True)
+    return np.array([rows[k] for k in range(len(each))])
 
 
 def bend_joints(robot: Robot, gait: Gait, joints: Array, state: Array, steps: int) -> Array:
-    """Bend the hinge over joint motions (instants, links, 3), two instants a step, from a state of the core on."""
-    (hinge,) = robot.hinges
-    gaits = Gaits.of([gait])
+    """Bend the hinges over joint motions (instants, links, 3), two instants a step, from a state of the core on."""
+    gaits, links = Gaits.of([gait]), hinge_links(robot)
     finer = int(steps_for(robot, gaits.columns[0], 2 * steps)[0]) // (2 * steps)
     count = finer * (len(joints) - 1) + 1
     options: Any = {"steps": 2 * steps * finer, "count": count}
-    bends = _core.yield_bends(core_model(robot), hinge.link, _spring(robot, 1), *gaits.columns, state, **options)
+    bends = _core.yield_bends(core_model(robot), links, _springs(robot, 1), *gaits.columns, state, **options)
     bent = joints.copy()
-    bent[:, hinge.link] += bends[::finer]
+    bent[:, links] += bends[::finer]
     return bent
 
 
@@ -148,12 +197,12 @@ def too_soft(ratio: float) -> str:
     return f"no steady beat: {why}k/k_r = {ratio:.2g} (stiffness of the hinge over that at resonance)."
 
 
-def folds(peak: float) -> str:
+def folds(bends: tuple[Bend, ...]) -> str:
     """Say, as a further sentence, that a hinge swings its tail through the body; nothing of one that does not."""
-    return " The hinge bends by more than half a turn, through the body: nothing stops it there." * (peak > math.pi)
+    folded = any(bend.bend_peak > math.pi for bend in bends)
+    return " The hinge bends by more than half a turn, through the body: nothing stops it there." * folded
 
 
-def _spring(robot: Robot, count: int) -> Array:
-    """Return stiffness, damping and rest angle of the hinge for some gaits (gaits, 3)."""
-    (hinge,) = robot.hinges
-    return np.tile([hinge.stiffness, hinge.damping, 0.0], (count, 1))
+def _springs(robot: Robot, count: int) -> Array:
+    """Return stiffness, damping and rest angle of each hinge for some gaits (gaits, hinges x SPRING_NUMBERS)."""
+    return np.tile([x for hinge in robot.hinges for x in (hinge.stiffness, hinge.damping, 0.0)], (count, 1))

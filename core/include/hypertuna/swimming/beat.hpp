@@ -22,6 +22,12 @@ struct Beat {
     S advance;    // m, motion of the nose along its axis over the beat, positive toward the head, as the speed is
 };
 
+/// A beat whose end is the momentum alone: `yielding_beat.hpp` has that of more coordinates.
+template <class S>
+const Beat<S>& without_bend(const Beat<S>& beat) {
+    return beat;
+}
+
 /// Scratch memory for measuring a beat.
 template <class S>
 struct BeatScratch {

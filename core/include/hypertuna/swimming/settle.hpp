@@ -7,11 +7,22 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
+/// Where a search that failed begins again: where it is, at its guess or at rest, and after how many beats from there.
+enum class From { here, guess, rest };
+struct Retry {
+    From from;
+    int wait;
+    bool damped;
+};
+inline constexpr int long_wait = 200;  // beats after which even the slow transients have chosen their way
+
 /// A swimmer in its gait, as the search for its settled beat asks it: its state is the momentum. A body whose state has
 /// more coordinates is a type with these members.
 template <class S, class Law>
 struct PeriodicSwimmer {
     using Scalar = S;
+    using State = Momentum<S>;
+    static constexpr Retry retries[] = {{From::here, 0, false}, {From::guess, 2, true}, {From::guess, long_wait, true}};
 
     const Swimmer<S, Law>& fish;
     const JointShare<S>* joints;
@@ -25,6 +36,8 @@ struct PeriodicSwimmer {
         return swim_beat(fish, table, stride_instants, period, P);
     }
     Beat<S> measure(const Momentum<S>& P) const { return measure_beat(fish, joints, table, period, P, scratch); }
+    /// Twist of the head at the beat's start.
+    Twist<S> head(const Momentum<S>& P) const { return twist(table[0], P); }
     /// A change of the state as a change of the motion at the beat's start, and back.
     Twist<S> motion(const Momentum<S>& change) const { return table.mobility[0] * change; }
     Momentum<S> state(const Twist<S>& change) const { return inverse(table.mobility[0]) * change; }
@@ -45,7 +58,7 @@ struct PeriodicSwimmer {
     }
 
   private:
-    S surge(const Momentum<S>& P) const { return twist(table[0], P).x; }
+    S surge(const Momentum<S>& P) const { return head(P).x; }
 };
 
 template <class S, class Y = Momentum<S>>
@@ -56,6 +69,7 @@ struct Settled {
     S residual;  // change of the motion over the measured beat, body lengths or rad
     S distance;  // Newton's step from it, relative to the stride: how far it is from settled
     S beats;     // beats integrated to find it
+    S retry;     // of the body's list, that found it; 0 too where none was needed
 };
 
 template <class S, class Y, class M>
@@ -78,7 +92,8 @@ Settled<S, Y> select(const M& mask, const Settled<S, Y>& yes, const Settled<S, Y
             map.monodromy,
             pick(yes.residual, no.residual),
             pick(yes.distance, no.distance),
-            pick(yes.beats, no.beats)};
+            pick(yes.beats, no.beats),
+            pick(yes.retry, no.retry)};
 }
 
 /// A brisk start for the search: above most gaits' speed, because Newton comes down on it from above in a few steps and
@@ -101,13 +116,11 @@ struct SettleTolerances {
     double coarse, fine, last, settled;
 };
 inline constexpr SettleTolerances settle_tolerances = {5e-2, 1e-3, 1e-5, 1e-7};
-enum class Retry { go_on, damped, patient };
 inline constexpr int quick_beats = 12;  // that undamped Newton gets at each number of steps
-inline constexpr int long_wait = 200;   // beats after which even the slow transients have chosen their way
 
 /// What became of a search, as BeatStatus: 0 settled (it may yet be unstable), 1 unsettled, 3 diverged.
-template <class S>
-S search_status(const Settled<S>& found, const S& speed) {
+template <class S, class Y>
+S search_status(const Settled<S, Y>& found, const S& speed) {
     using T = base_t<S>;
     const S most(std::numeric_limits<T>::max()), &turn = found.beat.displacement.heading;
     const auto finite = (abs(turn + found.beat.power + found.beat.loss + found.residual) <= most) &
@@ -125,12 +138,20 @@ HYPERTUNA_NOINLINE Settled<S, Y> prove(const Body& body, const Y& start, const S
             search.map.monodromy,
             body.size(body.motion(beat.end - start)),
             body.size(step) / body.stride(start),
-            search.beats + S(1)};
+            search.beats + S(1),
+            S(0)};
 }
 
-/// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself.
-///
-/// Where that fails, the search goes on; then it begins again with damped steps; and at last after a long wait.
+/// A state with the same number everywhere.
+template <class Y, class S>
+Y filled(const S& number) {
+    Y state;
+    for (int k = 0; k < Y::size; ++k) component(state, k) = number;
+    return state;
+}
+
+/// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself. Where
+/// that fails, the search goes on and begins again as the body's list says.
 template <class Body, class Y, class S = typename Body::Scalar>
 Settled<S, Y> settle(const Body& body, const Y& guess, int max_beats) {
     using T = base_t<S>;
@@ -142,18 +163,19 @@ Settled<S, Y> settle(const Body& body, const Y& guess, int max_beats) {
     newton(body, 1, T(tolerance.fine), false, quick_beats, search);
     Settled<S, Y> out = prove(body, search.P, search);
 
-    for (const Retry retry : {Retry::go_on, Retry::damped, Retry::patient}) {
+    int tried = 0;
+    for (const Retry& retry : Body::retries) {
         const auto open = !(out.distance < S(T(tolerance.settled)));
         if (!any(open)) break;
-        Y start = retry == Retry::go_on ? search.P : guess;
-        const int wait = retry == Retry::go_on ? 0 : retry == Retry::damped ? 2 : long_wait;
-        for (int k = 0; k < wait; ++k) start = body.swim(start);
+        Y start = retry.from == From::here ? search.P : retry.from == From::guess ? guess : filled<Y>(S(0));
+        for (int k = 0; k < retry.wait; ++k) start = body.swim(start);
         // Gaits that are settled keep what they have: their search is closed from the start.
-        Search<S, Y> again = search_from(start, out.beats + S(T(wait)));
+        Search<S, Y> again = search_from(start, out.beats + S(T(retry.wait)));
         again.distance = select(open, again.distance, S(0));
-        const bool damped = retry != Retry::go_on;
-        newton(body, 1, T(tolerance.last), damped, damped ? max_beats : quick_beats, again);
-        out = select(open, prove(body, again.P, again), out);
+        newton(body, 1, T(tolerance.last), retry.damped, retry.from == From::here ? quick_beats : max_beats, again);
+        Settled<S, Y> found = prove(body, again.P, again);
+        found.retry = S(T(tried++));
+        out = select(open, found, out);
     }
     return out;
 }
@@ -199,14 +221,6 @@ inline constexpr ApproachTolerances approach_tolerances = {1e-2, 1e-6};
 template <class S, class Y, class M>
 Approach<S, Y> select(const M& mask, const Approach<S, Y>& yes, const Approach<S, Y>& no) {
     return {select(mask, yes.end, no.end), select(mask, yes.distance, no.distance), select(mask, yes.beats, no.beats)};
-}
-
-/// A state with the same number everywhere.
-template <class Y, class S>
-Y filled(const S& number) {
-    Y state;
-    for (int k = 0; k < Y::size; ++k) component(state, k) = number;
-    return state;
 }
 
 /// Swim plain beats from rest, every `stride_instants` of the table's instants half a step, until the motion arrives at

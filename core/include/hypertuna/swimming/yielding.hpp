@@ -15,19 +15,6 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 inline constexpr int max_hung = 32;  // links from the first joint that yields to the tail
 
-/// How the first coordinate swings over a settled beat: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics,
-/// its largest angle from rest, and what the dampers take.
-template <class S>
-struct Swinging {
-    S mean, sine, cosine, peak;  // rad
-    S damping;                   // W
-};
-template <class S, class M>
-Swinging<S> select(const M& mask, const Swinging<S>& yes, const Swinging<S>& no) {
-    return {select(mask, yes.mean, no.mean), select(mask, yes.sine, no.sine), select(mask, yes.cosine, no.cosine),
-            select(mask, yes.peak, no.peak), select(mask, yes.damping, no.damping)};
-}
-
 /// The beat of the prescribed joints, and what lies ahead of the first joint that yields: tabulated once.
 template <class S, int D>
 struct YieldTable {
@@ -42,6 +29,11 @@ template <class S, class Law, int D>
 struct YieldingSwimmer {
     using Scalar = S;
     using State = YieldingState<S, D>;
+    template <class V>
+    using Hanging = Hung<Shaped<S, V, D>, D>;
+    /// Damping by the residual loses beats that undamped steps find.
+    static constexpr Retry retries[] = {
+        {From::here, 0, false}, {From::rest, 10, false}, {From::rest, 40, false}, {From::rest, 160, false}};
 
     const Swimmer<S, Law>& fish;
     const JointShare<S>* joints;
@@ -53,10 +45,11 @@ struct YieldingSwimmer {
     JointMotion<S>* joint;  // scratch, links each
     LinkShape<S>* shape;
     LinkAcceleration<S>* acceleration;
+    Swinging<S, D>* swings;  // of the beat that was measured last
 
     /// Velocities in a state at instant k, and the links that hang.
     template <class V>
-    HYPERTUNA_INLINE Moving<V, D> move(int k, const YieldingState<V, D>& y, Hung<V, D>* hung) const {
+    HYPERTUNA_INLINE Moving<V, D> move(int k, const YieldingState<V, D>& y, Hanging<V>* hung) const {
         using G = Shaped<S, V, D>;
         const int first = yields.first;
         G angles[D];
@@ -87,7 +80,7 @@ struct YieldingSwimmer {
                          direction.cos * turn.cos - direction.sin * turn.sin};
             w += prescribed.rate;
             hang(i, direction, w, at);
-            hung[i - first] = lifted_link(at, y.angle);
+            hung[i - first] = at;
             const LinkInertia<S>& inertia = fish.water.inertia(i);
             const Momentum<G> u = at.at.wrench(inertia * Along<G>{at.at.c, -at.at.s, none});
             const Momentum<G> v = at.at.wrench(inertia * Along<G>{at.at.s, at.at.c, none});
@@ -129,20 +122,20 @@ struct YieldingSwimmer {
     template <class V>
     HYPERTUNA_NOINLINE YieldingState<V, D> rate(int k, const YieldingState<V, D>& y, Twist<V>& xi) const {
         k = k < table.instants ? k : k - table.instants;
-        Hung<V, D> hung[max_hung];
+        Hanging<V> hung[max_hung];
         const Moving<V, D> now = move(k, y, hung);
         xi = now.xi;
         YieldingState<V, D> out;
         for (int d = 0; d < D; ++d) {
             out.angle[d] = now.rate[d];
-            out.momentum[d] = -(spring[d].stiffness * y.angle[d] + spring[d].damping * now.rate[d]);
+            out.momentum[d] = spring[d].moment(y.angle[d], now.rate[d]);
         }
         const V none(S(0));
         Wrench<V> force{none, none, none};
         Momentum<V> behind = force;
         const Swimmer<S, Law, V> tail{fish.links, nullptr, fish.water};
         for (int i = fish.links - 1; i >= yields.first; --i) {
-            const Hung<V, D>& link = hung[i - yields.first];
+            const Hung<V, D> link = lifted_link(hung[i - yields.first], y.angle);
             Twist<V> yielding{none, none, none};
             for (int d = 0; d < D; ++d) yielding = yielding + now.rate[d] * link.screw[d];
             const Twist<V> twist = xi + yielding;
@@ -195,7 +188,7 @@ struct YieldingSwimmer {
             joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
             S inertia[D][D];
             for (int d = 0; d < D; ++d) {
-                acceleration_of[d] = -(spring[d].stiffness * y.angle[d] + spring[d].damping * now.rate[d]);
+                acceleration_of[d] = spring[d].moment(y.angle[d], now.rate[d]);
                 for (int i = yields.first; i < fish.links; ++i)
                     acceleration_of[d] -= S(yields.share[i][d]) * scratch.torque[i];
                 for (int e = 0; e <= d; ++e) inertia[d][e] = now.reduced[d][e];
@@ -205,11 +198,12 @@ struct YieldingSwimmer {
         return body;
     }
 
-    /// The beat from a state, measured, and how it swings.
-    Beat<S, State> measure(const State& start, Swinging<S>& swings) const;
-    Beat<S, State> measure(const State& start) const {
-        Swinging<S> unused;
-        return measure(start, unused);
+    /// The beat from a state, measured.
+    Beat<S, State> measure(const State& start) const;
+    /// Twist of the head at the beat's start.
+    Twist<S> head(const State& y) const {
+        Hung<S, D> hung[max_hung];
+        return move(0, y, hung).xi;
     }
 
     /// A change of the state as a change of the motion at the beat's start, with the springs at rest, and back.
@@ -263,7 +257,7 @@ struct YieldingSwimmer {
   private:
     template <class V>
     V surge(const YieldingState<V, D>& y) const {
-        Hung<V, D> hung[max_hung];
+        Hanging<V> hung[max_hung];
         return move(0, y, hung).xi.x;
     }
     /// The end of the links ahead at instant k.

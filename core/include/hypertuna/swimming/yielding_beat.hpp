@@ -22,20 +22,24 @@ struct YieldingMotion {
 
 /// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
 template <class S, class Law, int D>
-Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start, Swinging<S>& swings) const {
+Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) const {
     const int steps = table.instants / 2, links = fish.links;
     const S step = period * S(base_t<S>(1.0 / steps)), zero(0), mean(base_t<S>(1.0 / steps));
     Beat<S> beat{{zero, zero, zero}, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
     YieldingMotion<S, D> motion{start, {zero, zero, zero}};
-    swings = {zero, zero, zero, zero, zero};
+    Swinging<S, D>& swing = *swings;
+    for (int d = 0; d < D; ++d)
+        swing.mean[d] = swing.sine[d] = swing.cosine[d] = swing.peak[d] = swing.damping[d] = zero;
     for (int k = 0; k < steps; ++k) {
         Hung<S, D> hung[max_hung];
         const Moving<S, D> now = move(2 * k, motion.state, hung);
-        const S& angle = motion.state.angle[0];
         const auto [s, c] = sincos(S(base_t<S>(2 * pi * k / steps)));
-        swings.mean += angle, swings.sine += s * angle, swings.cosine += c * angle;
-        swings.peak = max(swings.peak, abs(angle));
-        for (int d = 0; d < D; ++d) swings.damping += spring[d].damping * now.rate[d] * now.rate[d];
+        for (int d = 0; d < D; ++d) {
+            const S part = mean * motion.state.angle[d];
+            swing.mean[d] += part, swing.sine[d] += (s + s) * part, swing.cosine[d] += (c + c) * part;
+            swing.peak[d] = max(swing.peak[d], abs(motion.state.angle[d]));
+            swing.damping[d] += mean * spring[d].damping * now.rate[d] * now.rate[d];
+        }
         S accelerations[D];
         const Composite<S> body = bend(2 * k, motion.state, now, accelerations);
         const Symmetric<S> mobility = inverse(body.inertia);
@@ -63,8 +67,6 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
             return YieldingMotion<S, D>{changes, pose_rate(m.pose, xi)};
         });
     }
-    swings = {mean * swings.mean, (mean + mean) * swings.sine, (mean + mean) * swings.cosine, swings.peak,
-              mean * swings.damping};
     beat.power = mean * beat.power;
     beat.power_positive = mean * beat.power_positive;
     beat.loss = mean * beat.loss;
@@ -73,6 +75,26 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
     measure_path(steps, scratch, beat);
     return {motion.state,     beat.displacement, beat.power, beat.power_positive, beat.loss,
             beat.torque_peak, beat.excursion,    beat.arc,   beat.radius,         beat.advance};
+}
+
+/// The beat map of a state of more than eight numbers, in two passes of half the derivatives each: loops over more than
+/// eight are not unrolled, and take half as long again.
+template <class S, class Law, int D>
+    requires(YieldingState<S, D>::size > 8)
+BeatMap<S, YieldingState<S, D>> beat_map(const YieldingSwimmer<S, Law, D>& body, int stride_instants,
+                                         const YieldingState<S, D>& y) {
+    constexpr int size = YieldingState<S, D>::size, half = (size + 1) / 2;
+    BeatMap<S, YieldingState<S, D>> map;
+    for (int first = 0; first < size; first += half) {
+        auto start = widen<Dual<S, half>>(y);
+        for (int k = 0; k < half && first + k < size; ++k) component(start, first + k).d[k] = S(1);
+        auto end = body.swim(start, stride_instants);
+        for (int i = 0; i < size; ++i) {
+            component(map.end, i) = component(end, i).v;
+            for (int k = 0; k < half && first + k < size; ++k) map.monodromy.a[i][first + k] = component(end, i).d[k];
+        }
+    }
+    return map;
 }
 
 /// Enter the beat of the prescribed joints, the yielding ones at rest.
@@ -91,58 +113,24 @@ HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const Joi
     }
 }
 
-/// The inertia about a joint that the free, straight body opposes to it, kg m^2: a spring of this inertia times the
-/// square of a beat's angular frequency is in resonance with it.
+/// The inertia that the free, straight body opposes to joints that turn alike, kg m^2: a spring of this inertia times
+/// the square of a beat's angular frequency is in resonance with it, if it is that of a single joint.
 template <class S, class Law>
-S reduced_inertia(const Swimmer<S, Law>& fish, int hinge, LinkShape<S>* shape, LinkAcceleration<S>* acceleration,
-                  JointMotion<S>* joint) {
-    for (int i = 0; i < fish.links; ++i) joint[i] = {S(0), i == hinge ? S(1) : S(0), S(0)};
+S reduced_inertia(const Swimmer<S, Law>& fish, const int* hinges, int count, LinkShape<S>* shape,
+                  LinkAcceleration<S>* acceleration, JointMotion<S>* joint) {
+    for (int i = 0; i < fish.links; ++i) joint[i] = {S(0), S(0), S(0)};
+    for (int h = 0; h < count; ++h) joint[hinges[h]].rate = S(1);
     hypertuna::shape(fish.links, fish.link, joint, shape, acceleration);
-    const Composite<S> body = composite(fish, shape);  // b is what a unit rate of the joint brings along
+    const Composite<S> body = composite(fish, shape);  // b is what unit rates of the joints bring along
     const Twist<S> xi = inverse(body.inertia) * (S(-1) * body.momentum);
     return S(2) * kinetic_energy(fish, shape, xi);
 }
 
-/// A body whose measured beat also tells how it swings.
-template <class Body>
-struct Measuring : Body {
-    Swinging<typename Body::Scalar>* swings;
-
-    auto measure(const typename Body::State& start) const { return Body::measure(start, *swings); }
-};
-
-/// Beats from rest after which a search that failed begins again; at first it goes on.
-inline constexpr int rungs[] = {0, 10, 40, 160};
-
-/// The settled beat of joints that yield, by Newton's method: undamped from a brisk start, at half the steps first,
-/// then at all of them; where that fails, undamped again from what 10, 40 and 160 beats from rest lead to. `rung`
-/// counts these.
-template <class Body, class Y, class S = typename Body::Scalar>
-Settled<S, Y> settle_yielding(const Body& body, const Y& guess, int max_beats, S& rung, Swinging<S>& swings) {
-    using T = base_t<S>;
-    constexpr SettleTolerances tolerance = settle_tolerances;
-    Search<S, Y> search = search_from(body.swim(body.swim(guess, 2), 2), S(2));
-    newton(body, 2, T(tolerance.coarse), false, quick_beats, search);
-    search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
-    newton(body, 1, T(tolerance.fine), false, quick_beats, search);
-    const Measuring<Body> first{body, &swings};
-    Settled<S, Y> out = prove(first, search.P, search);
-    rung = S(0);
-    Y start = filled<Y>(S(0));
-    int k = 0, waited = 0;
-    for (const int wait : rungs) {
-        const auto open = !(out.distance < S(T(tolerance.settled)));
-        if (!any(open)) break;
-        for (; waited < wait; ++waited) start = body.swim(start);
-        Search<S, Y> again = search_from(k == 0 ? search.P : start, out.beats + S(T(wait)));
-        again.distance = select(open, again.distance, S(0));
-        newton(body, 1, T(tolerance.last), false, k == 0 ? quick_beats : max_beats, again);
-        Swinging<S> swung;
-        out = select(open, prove(Measuring<Body>{body, &swung}, again.P, again), out);
-        swings = select(open, swung, swings);
-        rung = select(open, S(T(k++)), rung);
-    }
-    return out;
+/// A beat without what its end says of the joints that yield.
+template <class S, int D>
+Beat<S> without_bend(const Beat<S, YieldingState<S, D>>& b) {
+    return {b.end.body,    b.displacement, b.power, b.power_positive, b.loss,
+            b.torque_peak, b.excursion,    b.arc,   b.radius,         b.advance};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -211,8 +211,3 @@ class Hinge(Part):
         how="let the fin swing in air: decay of the swings",
         usual=(1e-6, 10.0),
     )
-
-    def in_tail(self, links: int) -> Check:
-        """Check that the robot has the link."""
-        text = f"must be a link from 1 to {links - 1}"
-        return Check(self.link < links, "hinge.link", text, "link 0 is the head", f"{self.link}")

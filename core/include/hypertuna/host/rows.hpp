@@ -1,0 +1,111 @@
+/// Settled beats as rows of numbers, for bodies of any state: gaits in, lane by lane, and what was found out.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+
+#include "hypertuna/host/kernels.hpp"
+#include "hypertuna/host/real.hpp"
+#include "hypertuna/host/tank.hpp"
+#include "hypertuna/swimming/quantities.hpp"
+
+namespace hypertuna::inline HYPERTUNA_ARCH {
+
+/// Set a lane of a number, or of one with derivatives that stay as they are.
+template <class S>
+void put_lane(S& x, int k, double y) {
+    if constexpr (requires { x.d; })
+        set_lane(x.v, k, y);
+    else
+        set_lane(x, k, y);
+}
+
+/// Write gaits into the lanes of the parameters; beyond the last gait the last one is repeated.
+template <class S>
+void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, std::vector<S>& parameters) {
+    const int g = model.groups;
+    for (int k = 0; k < lanes; ++k) {
+        const int gait = std::min(first + k, end - 1);
+        put_lane(parameters[0], k, gaits.frequency[gait]);
+        for (int i = 0; i < g; ++i) {
+            put_lane(parameters[1 + i], k, gaits.amplitude[gait * g + i]);
+            put_lane(parameters[1 + g + i], k, gaits.phase[gait * g + i]);
+            put_lane(parameters[1 + 2 * g + i], k, gaits.bias[gait * g + i]);
+        }
+    }
+}
+
+/// Rows that the lanes write side by side, from gait `first` on.
+struct LaneRows {
+    double* rows;
+    int width, first, end;
+    int column = 0;
+
+    void operator()(const Real& value) {
+        for (int k = 0; k < lanes && first + k < end; ++k)
+            rows[std::size_t(first + k) * width + column] = lane(value, k);
+        ++column;
+    }
+};
+
+/// Columns of a row; the state at the start and the monodromy follow.
+inline constexpr const char* found_columns[] = {"status", "arrived", "approach_beats", "retry", "u", "v", "r"};
+inline constexpr int quantity_count = int(std::size(quantities<Real>)),
+                     named_columns = quantity_count + int(std::size(found_columns));
+inline constexpr int row_width(int state) { return named_columns + state * (1 + state); }
+
+/// What quantities are made of, as far as it has derivatives.
+template <class S, class Law, class G>
+Measured<S> measured(const Beat<S>& beat, const Tank<S, Law, G>& tank, double length, double mass) {
+    const S zero(base_t<S>(0.0));
+    const int groups = int(tank.groups.size());
+    return {beat,
+            mean_speed(beat, tank.frequency),
+            largest_rate(groups, tank.groups.data(), tank.frequency),
+            tank.frequency,
+            S(base_t<S>(length)),
+            S(base_t<S>(mass)),
+            zero,
+            zero,
+            zero,
+            zero};
+}
+
+/// Find the settled beat of the gaits in the tank, by waiting or by Newton's method, and write it.
+template <class Body, class Law>
+Settled<Real, typename Body::State> settle_into(const Model& model, const Body& body, const Tank<Real, Law>& tank,
+                                                const SettleOptions& options, LaneRows& write) {
+    using Y = typename Body::State;
+    const Real nan(std::numeric_limits<double>::quiet_NaN());
+    const Y rest = filled<Y>(Real(0.0));  // joints that set in cannot give momentum
+    Settled<Real, Y> s;
+    if (options.wait >= 0) {
+        s = wait(body, rest, options.wait);
+    } else {
+        Y guess = rest;
+        for (int k = 0; k < options.from_rest; ++k) guess = body.swim(guess);
+        if (options.from_rest < 0) {
+            Momentum<Real> brisk =
+                brisk_start(tank.table, model.groups, tank.swings.data(), tank.frequency, body.length);
+            for (int k = 0; k < 3; ++k) component(guess, k) = component(brisk, k);
+        }
+        s = settle(body, guess, options.max_beats);
+    }
+    // Toward what is not settled no start is followed: its distance is NaN.
+    const Y target = select(s.distance < Real(settle_tolerances.settled), s.start, filled<Y>(nan));
+    const Approach<Real, Y> way = approach(body, target, options.approach);
+    Measured<Real> m = measured(without_bend(s.beat), tank, model.length, options.mass);
+    m.towed_power = towing_power(tank.fish, m.speed);
+    m.residual = s.residual, m.distance = s.distance, m.beats = s.beats;
+    for (const auto& quantity : quantities<Real>) write(quantity.of ? quantity.of(m) : nan);
+    const Twist<Real> xi = body.head(s.start);
+    write(search_status(s, m.speed));
+    write(select(way.distance < Real(approach_tolerances.arrived), Real(1.0), Real(0.0)));
+    for (const Real& value : {way.beats, s.retry, xi.x, xi.y, xi.z}) write(value);
+    for (int i = 0; i < Y::size; ++i) write(component(s.start, i));
+    for (const auto& row : s.monodromy.a)
+        for (const Real& value : row) write(value);
+    return s;
+}
+
+}  // namespace hypertuna::inline HYPERTUNA_ARCH

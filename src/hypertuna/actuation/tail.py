@@ -1,0 +1,93 @@
+"""Tails that yield: springs of a plate in segments, and the tail of a first robot that nothing drives."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Unpack
+
+from hypertuna.description.new import Sizes, new_robot, shape_of
+from hypertuna.description.robot import parse
+from hypertuna.errors import InputError
+from hypertuna.swimming.yielding import reduced_inertia, softness
+
+LEAST_LINKS = 3
+SEGMENTS = 3  # of a flexible fin
+RATIO = 1.6  # k/k_r: where the swims of one hinge were most efficient, 0.8 to 2.8 within a tenth (docs/model.md)
+ZETA = 0.05  # damping over the critical one
+MODULUS = 2.4e9  # Pa, of polycarbonate
+
+
+def plate_springs(length: Sequence[float], height: Sequence[float], thickness: float, modulus: float) -> list[float]:
+    """Return the stiffness [N m/rad] of the hinges at the fronts of a plate's segments, clamped at its front.
+
+    Pseudo-rigid bodies in a chain (Howell, Compliant Mechanisms, 2001): each hinge stands for half a segment on either
+    side, k = E I / length, and the first for half a segment alone. Such a chain of n equal segments gives 1 + 1/(2 n^2)
+    times the beam's deflection under a force at the tip. All are stiffer by that factor, so that the tip is where the
+    beam's is: k = 3 E I / length of one segment. Sizes in m, `modulus` in Pa.
+    """
+    bending = [modulus * h * thickness**3 / 12 for h in height]
+    halves = [one / 2 / stiffness for one, stiffness in zip(length, bending, strict=True)]
+    compliances = [one + other for one, other in zip([0.0, *halves], halves, strict=False)]
+    factor = 1 + 1 / (2 * len(length) ** 2)
+    return [factor / compliance for compliance in compliances]
+
+
+def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
+    """Return a document as `new_robot` does, whose last link is "driven", "passive", or "flexible" in `SEGMENTS`."""
+    document = new_robot(name, joints=joints, **sizes)
+    if tail == "driven":
+        return document
+    if len(document["links"]["name"]) < LEAST_LINKS:
+        rule, fix = f"must be at least {LEAST_LINKS} with --tail {tail}", "a driven joint goes ahead of the tail"
+        raise InputError(rule, key="--links", value=f"{len(document['links']['name'])}", fix=fix)
+    _undrive_last(document)
+    last = len(document["links"]["name"]) - 1
+    count = 1
+    if tail == "flexible":
+        document, count = _in_segments(document, sizes), SEGMENTS
+    _add_springs(document, range(last, last + count))
+    return document
+
+
+def _undrive_last(document: dict[str, Any]) -> None:
+    """Take the last link from its joint group, and the group from the robot if it has no other."""
+    group = document["joints"][-1]
+    group["links"] = group["links"][:-1]
+    if not group["links"]:
+        del document["joints"][-1]
+        for table in (*document["gaits"].values(), document["gait_bounds"]):
+            for key in ("amplitude_deg", "phase_deg"):
+                del table[key][-1]
+
+
+def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
+    """Return the document with a last link in segments."""
+    _, lengths = shape_of(**sizes)
+    parts = [*lengths[:-1], *[lengths[-1] / SEGMENTS] * SEGMENTS]
+    others: Any = {key: value for key, value in sizes.items() if key not in ("links", "length", "lengths")}
+    finer = new_robot(document["name"], lengths=parts, **others)
+    finer["links"]["name"] = document["links"]["name"][:-1] + [f"fin {i + 1}" for i in range(SEGMENTS)]
+    kept = {key: document[key] for key in ("description", "joints", "gaits", "gait_bounds")}
+    given = {key: document["sources"][key] for key in ("links.length_m", "body.mass_kg")}
+    given["links.length_m"] += f"; the fin in {SEGMENTS} equal segments"
+    return finer | kept | {"sources": finer["sources"] | given}
+
+
+def _add_springs(document: dict[str, Any], links: range) -> None:
+    """Add hinges whose stiffness is `RATIO` times that at resonance with the cruise."""
+    columns, frequency = document["links"], document["gaits"]["cruise"]["frequency_hz"]
+    length = [columns["length_m"][i] for i in links]
+    height = [columns["lateral_area_m2"][i] / columns["length_m"][i] for i in links]
+    springs = plate_springs(length, height, (12 / MODULUS) ** (1 / 3), MODULUS)  # of a plate 1 m high of 1 N m^2
+    tables = [{"link": i, "stiffness_n_m_per_rad": k} for i, k in zip(links, springs, strict=True)]
+    robot = parse(document | {"hinges": tables})
+    scale = RATIO / softness(robot, frequency)
+    for table, inertia in zip(tables, reduced_inertia(robot).diagonal().tolist(), strict=True):
+        stiffness = scale * table["stiffness_n_m_per_rad"]
+        damping = 2 * ZETA * math.sqrt(stiffness * inertia)
+        table |= {"stiffness_n_m_per_rad": float(f"{stiffness:.3g}"), "damping_n_m_s_per_rad": float(f"{damping:.2g}")}
+    document |= {"hinge": tables[0]} if len(tables) == 1 else {"hinges": tables}
+    key = "hinge" if len(tables) == 1 else "hinges"
+    thickness = 1e3 * (12 * scale / MODULUS) ** (1 / 3)
+    plate = f"that of a plate of {thickness:.2g} mm of polycarbonate ({MODULUS / 1e9:g} GPa)"
+    rule = f"estimate: {RATIO:g} times the stiffness at resonance with the cruise, where swims are efficient; {plate}"
+    document["sources"] |= {key: rule, f"{key}.damping_n_m_s_per_rad": f"estimate: {ZETA:g} of the critical damping"}
