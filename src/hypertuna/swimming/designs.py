@@ -12,6 +12,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import parameter_values
+from hypertuna.swimming.yielding import spring_values
 
 STENCIL = np.arange(-2.0, 3.0)  # steps: exact for polynomials of degree four, as lengths and masses make them
 STEP = 1e-4  # of the value, or of a hundredth of its range, if that is more
@@ -27,11 +28,6 @@ def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
             fix = f"leave it out: {_why_idle(robot, one)}"
             raise InputError(rule, key=f"design {one.name}", file=robot.file or None, fix=fix)
     return design
-
-
-def spring_values(robot: Robot) -> dict[str, float]:
-    """Return the parameters of the hinge, which stand behind those of the model [SI]."""
-    return {f"hinge.{name}": getattr(hinge, name) for hinge in robot.hinges for name in ("stiffness", "damping")}
 
 
 def model_features(robot: Robot) -> Array:

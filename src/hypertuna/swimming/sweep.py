@@ -24,7 +24,7 @@ from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import check_choice
 from hypertuna.swimming.batch import CHUNK, Part, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, directional_derivatives, settle
-from hypertuna.swimming.designs import design_of, spring_values
+from hypertuna.swimming.designs import design_of
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
 from hypertuna.swimming.yielding import spring_values
