@@ -272,7 +272,7 @@ static Output yield_gradient(const Model& model, int hinge, const Input<2>& spri
         use.gradient(model, gaits, directions, begin, end, state.data(), steps, mass, rates.data());
         for (int gait = begin; gait < end; ++gait)
             with_moving_start<YieldingState<double, 1>>(rates.data() + gait * size, n,
-                                               out.data() + std::size_t(gait) * derivative_count * n);
+                                                        out.data() + std::size_t(gait) * derivative_count * n);
     });
     return out;
 }

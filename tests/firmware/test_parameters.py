@@ -92,8 +92,8 @@ def test_fields_are_the_firmware_s_in_its_order(table) -> None:
     assert list(calibration) == [name for pair in pairs for name in pair] + ["servo_trim"]
 
 
-def test_parameters_of_as_many_joint_groups_as_a_twin_takes_fit_the_memory() -> None:
-    robot = parse(tomllib.loads(first_robot("fish", links=_core.MAX_JOINTS + 1, actuation="servo", sea=True)))
+def test_parameters_of_as_many_joint_groups_as_a_board_takes_fit_the_memory() -> None:
+    robot = parse(tomllib.loads(first_robot("fish", links=_core.BOARD_JOINTS + 1, actuation="servo", sea=True)))
     assert len(firmware_table(robot).parameters) == 123 <= _core.MAX_PARAMETERS
 
 
