@@ -23,8 +23,8 @@ from hypertuna.swimming.swim import swim
 from program import Run
 
 LINKS = tuple(range(2, 21))
-DRIVES = ("none", "servo", "hydraulic", "mixed", "hinged")  # by servos, with a fin that yields
-MADE_OF = {"mixed": "hydraulic", "hinged": "servo"}  # of `robot new`
+DRIVES = ("none", "servo", "hydraulic", "mixed")
+MADE_OF = {"mixed": "hydraulic"}  # of `robot new`
 SEA = (False, True)
 FIT = _core.MAX_JOINTS + 1  # joint groups with muscles: more than a twin takes, and long enough for hoses
 NEW = "robot new"
@@ -139,8 +139,6 @@ def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
     most = _core.MAX_JOINTS if sea else FIT if oil else links
     options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
     text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)
-    if drive == "hinged":
-        text += f"\n[hinge]\nlink = {links - 1}\nstiffness_n_m_per_rad = 0.5\ndamping_n_m_s_per_rad = 0.005\n"
     home.mkdir()
     file.write_text(text)
     if drive == "mixed":
