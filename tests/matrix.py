@@ -26,7 +26,7 @@ LINKS = tuple(range(2, 21))
 DRIVES = ("none", "servo", "hydraulic", "mixed")
 MADE_OF = {"mixed": "hydraulic"}  # of `robot new`
 SEA = (False, True)
-FIT = _core.MAX_JOINTS + 1  # joint groups with muscles: more than a twin takes, and long enough for hoses
+FIT = 5  # joint groups with muscles that are long enough for hoses
 NEW = "robot new"
 # By name; ROBOT is the file, GROUPS the number of joint groups. A second of simulated time, two beats.
 COMMANDS = {
@@ -120,8 +120,9 @@ def _pairs(case: Case) -> set[tuple[tuple[int, int], tuple[Any, Any]]]:
 
 def expected(case: Case) -> bool | None:
     """Whether a command has a result, and not a sentence; None where either may be."""
-    twin = case.drive != "none" and (case.sea or case.links - 1 <= _core.MAX_JOINTS)
-    board = case.sea and case.links - 1 <= ON_BOARD["hydraulic" if case.drive in ("hydraulic", "mixed") else "servo"]
+    oil = case.drive in ("hydraulic", "mixed")
+    twin = case.drive != "none" and (case.sea or oil or case.links - 1 <= _core.MAX_JOINTS)
+    board = case.sea and (oil or case.links - 1 <= ON_BOARD["servo"])
     needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE), (board, BOARD))
     return next((there for there, commands in needs if case.command in commands), None)
 
@@ -136,7 +137,7 @@ def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
     if file.exists():
         return file
     oil = drive in ("hydraulic", "mixed")
-    most = _core.MAX_JOINTS if sea else FIT if oil else links
+    most = (ON_BOARD["hydraulic"] if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
     options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
     text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)
     home.mkdir()
