@@ -167,7 +167,7 @@ def test_a_robot_of_too_many_joint_groups_gets_the_command_that_writes_another(
     monkeypatch.chdir(tmp_path)
     code, _, told = run("firmware", "params", "--robot", "rexeel")
     assert code == 2
-    assert "joints must be at most 4 groups for the twin, but is 5" in told
+    assert "joints must be at most 4 groups for the firmware, but is 5" in told
     assert run(*shlex.split(told.split("`")[1])[1:])[0] == 0
     assert run("firmware", "params", "--robot", "rexeel-sea.toml")[0] == 0
 
