@@ -14,12 +14,12 @@
         const ServoTargets<double, D>&, PlantOutput<double, D, InSpace>*);                         \
     keyword template void follow_targets(const Machine<Body6<double, Law<double>, D>>&,            \
                                          MachineState<double, D, InSpace>&, MachineTick<double, D, InSpace>&);
-#define HYPERTUNA_PLANT6_ALL(keyword, Law)                                    \
-    HYPERTUNA_PLANT6_OF(keyword, Law, 1)                                      \
-    HYPERTUNA_PLANT6_OF(keyword, Law, 2)                                      \
-    HYPERTUNA_PLANT6_OF(keyword, Law, 3)                                      \
-    HYPERTUNA_PLANT6_OF(keyword, Law, 4) HYPERTUNA_PLANT6_OF(keyword, Law, 5) \
-        HYPERTUNA_PLANT6_OF(keyword, Law, max_coordinates)
+#define HYPERTUNA_PLANT6_ALL(keyword, Law) \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 1)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 2)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 3)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 4)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 5) HYPERTUNA_PLANT6_OF(keyword, Law, max_coordinates)
 #define HYPERTUNA_PLANT6_EXTERN(Law) HYPERTUNA_PLANT6_ALL(extern, Law)
 #define HYPERTUNA_PLANT6_HERE(Law) HYPERTUNA_PLANT6_ALL(, Law)
 

@@ -23,7 +23,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.description.robot import robot_path
+from hypertuna.description.provenance import robot_path
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing, started
 from hypertuna.firmware.channel import RadioModel
