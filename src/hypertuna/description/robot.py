@@ -127,9 +127,10 @@ class Robot(Part, Plotted, Tabular):
         """The passive hinges, whose bends follow those of the joint groups among the coordinates of the tail."""
         return self.hinge_list or () if self.hinge is None else (self.hinge,)
 
-    def hinge_key(self, d: int) -> str:
-        """Return the key of the table of hinge d."""
-        return "hinge" if self.hinge_list is None else f"hinges[{d}]"
+    @property
+    def hinge_keys(self) -> tuple[str, ...]:
+        """Keys of the tables of the hinges: ``hinge``, or ``hinges[0]`` and so on."""
+        return ("hinge",) if self.hinge else tuple(f"hinges[{d}]" for d in range(len(self.hinges)))
 
     @property
     def file(self) -> str:
@@ -258,8 +259,7 @@ class Robot(Part, Plotted, Tabular):
             yield self.fins.on_head(links.length[0])
         both = self.hinge is not None and self.hinge_list is not None
         yield Check(not both, "hinge_list", "must not stand beside [hinge]", "make it the first of [[hinges]]", "given")
-        keys = (self.hinge_key(d) for d in range(len(self.hinges)))
-        yield from hinges_in_order(dict(zip(keys, self.hinges, strict=True)), len(links.name) - 1)
+        yield from hinges_in_order(dict(zip(self.hinge_keys, self.hinges, strict=True)), len(links.name) - 1)
         for name, gait in self.gaits.items():
             yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:

@@ -52,7 +52,7 @@ def require_mass_at_hinge(robot: Robot) -> None:
         rule = "must not be the only link of a joint group that oil bends, in the twin"
         fix = "put the hinge on another link"
         raise InputError(
-            rule, file=robot.file or None, key=f"{robot.hinge_key(0)}.link", value=f"{hinge.link}", fix=fix
+            rule, file=robot.file or None, key=f"{robot.hinge_keys[0]}.link", value=f"{hinge.link}", fix=fix
         )
 
 

@@ -75,7 +75,7 @@ def hinge_links(robot: Robot) -> list[int]:
     """Return the links of the hinges, if the core can follow them."""
     links = [hinge.link for hinge in robot.hinges]
     if links and len(robot.links.name) - links[0] > _core.YIELD_LINKS:
-        rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_key(0)}.link"
+        rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_keys[0]}.link"
         raise InputError(rule, key=key, value=f"{links[0]}", fix="put it further back", file=robot.file)
     return links
 
@@ -109,7 +109,7 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
         word, value = ("damping", damping[d]) if damped else ("stiffness", stiffness[d])
         rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
-        key, number = robot.hinge_key(d), f"_n_m_{'s_' * damped}per_rad"
+        key, number = robot.hinge_keys[d], f"_n_m_{'s_' * damped}per_rad"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
         raise InputError(rule, key=f"{key}.{word}{number}", value=f"{value:g}", fix=fix, file=robot.file)
     factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
@@ -152,8 +152,8 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
 
 def spring_values(robot: Robot) -> dict[str, float]:
     """Return the numbers of the springs that results have derivatives by, as a file names them."""
-    hinges = enumerate(robot.hinges)
-    return {f"{robot.hinge_key(d)}.{name}": getattr(hinge, name) for d, hinge in hinges for name in SPRING}
+    hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
+    return {f"{key}.{name}": getattr(hinge, name) for key, hinge in hinges for name in SPRING}
 
 
 def yield_derivatives(
