@@ -161,17 +161,16 @@ def test_whole_flight_is_that_of_python(host: Host, monkeypatch: pytest.MonkeyPa
     robot = pilot(host)
     for seed in (0, 3):
         python, twin = in_pond(seed), flight(robot, "pond", seed)
+        last = twin.advance(100_000)
+        assert (ended(last, robot)[0], python.status) == ("done", "done")
         # A flight is + - * / and sqrt, which all machines round alike: without scatter all bits are Python's. A seed's
         # current has a sine of the C library, and is added before Python computes the shear, but after it here: 1e-17
-        # m/s. The difference grows tenfold in 20 s, to 1e-9 m after 120 s and 1e-7 m after 150 s, when a rate of the
-        # gyroscope rounds to another count: 1e-4 m after 170 s, and 6 cm at most until the end.
-        early, last = twin.advance(12_000), twin.advance(100_000)
-        assert early["position"] == pytest.approx(python.record.position[11_999], abs=1e-7 if seed else 0.0, rel=0.0)
-        assert (ended(last, robot)[0], python.status) == ("done", "done")
-        near = 0.1 if seed else 0.0
-        assert abs(twin.made - len(python.record.time)) <= (100 if seed else 0)
+        # m/s. The difference grows tenfold in 20 s, to 1e-8 m after 148 s, when a rate of the gyroscope rounds to
+        # another count: 1e-6 m a second later, and 1e-2 m at the end.
+        near = 3e-2 if seed else 0.0
+        assert abs(twin.made - len(python.record.time)) <= (20 if seed else 0)
         assert last["position"] == pytest.approx(python.record.position[-1], abs=near, rel=0.0)
-        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=0.3 * near, abs=0.0)
+        assert last["charge"] == pytest.approx(python.record.data["charge"][-1], rel=near, abs=0.0)
 
 
 def test_flight_without_time_left_is_given_up(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -179,9 +179,8 @@ def test_half_the_step_changes_nothing_above_a_thousandth(gait: Any) -> None:
     for name in ("angle", "pump_pressure", "unit_pressure", "servo_angle", "surge"):
         a, b = coarse[name][last], fine[name][last]
         assert abs(a - b).max() < 1e-3 * np.ptp(b), name
-    # At 6 Hz slack braids come taut: 215 kPa within a tick, the peak 0.26 % lower with 30 steps than with 60 to 240.
     for name in ("pump_pressure_high", "unit_pressure_high"):
-        assert coarse[name][last].max() == pytest.approx(fine[name][last].max(), rel=3e-3), name
+        assert coarse[name][last].max() == pytest.approx(fine[name][last].max(), rel=1.5e-3), name
 
 
 def driven(target: Any, steps: int) -> dict[str, Any]:

@@ -184,39 +184,6 @@ static void a_pump_pushes_no_faster_than_its_oil_allows() {
     CHECK_NEAR(push(0.0), 1.9e5 / 7e4, 1e-9);
 }
 
-/// A pump whose line rings draws the slower, the emptier its cylinder: what fills it again hammers.
-static void a_pump_does_not_draw_its_cylinder_empty() {
-    Controller<double> model = test_controller<double>();
-    SupervisorModel<double>& line = model.circuit[0];
-    line.smooth = 1e5, line.draw = 1e5 / line.hammer;
-    const auto draw = [&](double trough) {
-        ControllerState<double> state = init(model);
-        state.circuit[0].trough = trough;
-        const double sent = nearest_angle(model, state, 0);
-        return -follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
-    };
-    CHECK_NEAR(draw(line.fill + 1e5), line.draw, 1e-9);
-    CHECK_NEAR(draw(line.fill - 2.5e4), 0.5 * line.draw, 1e-9);
-    for (double empty : {5e4, 9e4}) CHECK_NEAR(draw(line.fill - empty), 0, 1e-9);
-}
-
-/// A tail that its inertia carries faster than its oil allows is held back within the beat.
-static void a_tail_that_swings_too_fast_is_held_back_at_once() {
-    Controller<double> model = test_controller<double>();
-    const auto limit = [&](double part) {
-        model.joint[0].swing = 0.1;
-        ControllerState<double> state = init(model);
-        state.governor[0].bend_limit = 0.3;
-        state.bend[0].seen = true;
-        Status status{};
-        hold_posture(model, state, 0, part * 0.1, status);
-        CHECK(!status.has(Condition::bend_fault));
-        return state.governor[0].bend_limit;
-    };
-    CHECK(limit(0.9) == 0.3);
-    CHECK_NEAR(limit(1.1), governor_min * 0.3, 1e-15);
-}
-
 static void without_commands_the_tail_comes_to_rest() {
     const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
     CHECK(lost.output.status.has(Condition::timeout));
@@ -329,8 +296,6 @@ int main() {
     a_sensor_is_stuck_while_anything_moves();
     a_bias_is_governed();
     a_pump_pushes_no_faster_than_its_oil_allows();
-    a_pump_does_not_draw_its_cylinder_empty();
-    a_tail_that_swings_too_fast_is_held_back_at_once();
     without_commands_the_tail_comes_to_rest();
     float_against_double();
     arbitrary_bits<float>(700000);

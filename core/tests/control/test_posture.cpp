@@ -117,10 +117,9 @@ static Controller<double> free_controller() {
     Controller<double> model = test_controller<double>();
     for (int c = 0; c < 4; ++c) model.map[c] = {-10, 10, {1, 0, 0, 0, 0, 0}};
     model.pressure_work = 4e5, model.pressure_soft = 4.9e5, model.pressure_hard = 5e5;
-    for (int c = 0; c < 4; ++c)
-        model.circuit[c].speed = 100, model.circuit[c].line = model.circuit[c].hammer = 1, model.circuit[c].draw = 1e9;
+    for (int c = 0; c < 4; ++c) model.circuit[c].speed = 100, model.circuit[c].line = model.circuit[c].hammer = 1;
     for (JointModel<double>& joint : model.joint)
-        joint.safe_static = joint.safe_rate = joint.safe_square = 1e-9, joint.swing = joint.sent_rate = 1e9;
+        joint.safe_static = joint.safe_rate = joint.safe_square = 1e-9, joint.rate = joint.sent_rate = 1e9;
     model.slew = 100;
     return model;
 }

@@ -81,8 +81,8 @@ static void the_pressure_of_a_bend_by_hand() {
     CHECK(held(s, 0.0) == 6e4);
 }
 
-/// A beat of a joint that bends by 1 rad, and by as much within a tick, at most.
-static BeatEnd<double> beat_of(double bend, double frequency = 2) { return {bend, frequency, 1, 1}; }
+/// A beat of a joint that bends by 1 rad and 100 rad/s at most.
+static BeatEnd<double> beat_of(double bend, double frequency = 2) { return {bend, frequency, 1, 100}; }
 
 /// A governor that has seen a pressure in a beat of a frequency.
 static Governor<double> governor_after(double ceiling, double pressure, double frequency = 2) {
@@ -122,10 +122,11 @@ static void the_governor_sees_more_than_pressure() {
     };
     // A ceiling that fell within the beat grows from there, not from what the beat still had.
     CHECK(after([](auto& g, auto&) { g.ceiling = 0.02; }).ceiling < 0.02 * governor_max);
-    // A joint that was seen to bend by 0.05 rad within a tick: faster than its oil allows, or not.
-    const auto swings = [](auto& g, auto&) { g.swung = 0.05; };
+    // A joint that swings by 0.4 rad at 2 Hz bends at 5 rad/s: faster than its oil allows, or not.
+    const auto swings = [](auto& g, auto&) { g.swung = 0.4; };
     CHECK(after(swings).ceiling > 0.2);
-    CHECK_NEAR(after([&](auto& g, auto& b) { swings(g, b), b.change = 0.04; }).ceiling, 0.2 * 0.8, 1e-15);
+    const Governor<double> cut = after([&](auto& g, auto& b) { swings(g, b), b.rate = 5; });
+    CHECK_NEAR(cut.ceiling, 0.2 * governor_swing * 5 / (2 * pi * 2 * 0.4), 1e-15);
     CHECK(after([](auto&, auto& b) { b.reach = 0.1; }).ceiling == 0.1);  // no wider than the pumps reach
 }
 

@@ -33,8 +33,6 @@ HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
 SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
 RING = 3.0  # less where the line rings more slowly than within so many ticks,
 SHORT = 2.0  # ticks of a period of a line that pumps do not ring
-SWING = 0.5  # of the rate at which hammer reaches the soft limit: a joint that is read to swing faster is held back
-NOISE = 5.0  # standard deviations of the difference of two readings, which hold back no swing of half of that
 DRAWN = 1.5  # largest rate of a bend over the one whose hammer would empty the cylinder of the side that draws
 RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
 BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
@@ -86,7 +84,7 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
-    free = dict.fromkeys(("swing", "sent_rate"), NO_LIMIT)
+    free = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
     return {"direct": 1.0, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
 
 
@@ -349,18 +347,11 @@ def _ring(hydraulics: Circuits, circuit: int) -> float:
 
 
 def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) -> dict[str, float]:
-    """Compute the fastest bends of a joint: its oil hammers up to the soft limit, or runs empty.
-
-    Of what is read [rad per tick], less: at the peak, the air in the oil gives less than half of what it does at rest.
-    But the noise of the readings holds back no swing of half of that.
-    """
+    """Compute the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
     hammer = circuit["hammer"] * circuit["map"][0]
     rate = (soft_limit(robot) - circuit["fill"]) / hammer
     drawn = DRAWN * _suction(robot, hydraulics, c) / hammer
-    noise = math.sqrt(2) * sum(sensor.noise or 0.0 for sensor in robot.sensors if sensor.quantity == "bend")
-    swing = SWING * rate / require_controller(robot).rate
-    swing = max(swing, 0.5 * swing + NOISE * noise)
-    return {"swing": rounded_number(swing), "sent_rate": rounded_number(min(rate, drawn))}
+    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, drawn))}
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:

@@ -25,7 +25,7 @@ from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, s
 from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
 
-MAGIC, VERSION = b"HTROBOT\0", 5  # image_version of hosts/image.hpp
+MAGIC, VERSION = b"HTROBOT\0", 4  # image_version of hosts/image.hpp
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:

@@ -79,18 +79,14 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     PostureState<T>& posture = state.posture[j];
     Governor<T>& governor = state.governor[j];
     const JointModel<T>& joint = model.joint[j];
-    const T before = state.bend[j].last;
     const ReadingQuality<T> quality =
         judge({-joint.bend_range, joint.bend_range, joint.bend_step, T(repeats_fast)}, state.bend[j], reading,
               state.bend[j].last, motion_of(model, state.circuit[2 * j]),
               !(state.circuit[2 * j].bent || state.circuit[2 * j + 1].bent));
     const BeatShape<T> sent = allowed(model, state, j);
-    const T swung = abs(reading - before);
     if (quality.usable) {
         add_reading(posture, state.oscillator[j], reading);
-        governor.swung = max(governor.swung, swung);
-        // What swings so fast hammers when a slack braid comes taut: the beat's end would be too late.
-        if (joint.swing < swung) governor.ceiling = governor.bend_limit *= T(governor_min);
+        governor.swung = max(governor.swung, abs(reading));
     } else {
         status.set(Condition::bend_fault, j), ++posture.missing;
     }
@@ -99,7 +95,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     if (posture.ended) {
         const T frequency = max(state.frequency.value, state.target.frequency);
         correct_posture(model, state, j);
-        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.swing},
+        govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
                model.circuit[2 * j].fill, model.pressure_work);
     }
     // Two beats without a swing: the sensor lives, but does not follow.
@@ -187,13 +183,13 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
 }
 
 /// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
-/// run empty, for the oil that fills it again hammers. Halfway from the fill to that it draws no more.
+/// run empty, for the oil that fills it again hammers.
 template <class T>
-T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
+T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c, bool rings) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
-    const T lack = T(2) * max(T(0), supervisor.fill - state.circuit[c].trough) / supervisor.hammer;
-    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), lack - supervisor.draw) * model.tick);
+    if (!rings) return T(-1e3);
+    const T change = max(servo.change - supervisor.smooth * model.tick, -supervisor.draw * model.tick);
     return furthest_target(model.servo, servo, change);
 }
 
@@ -215,8 +211,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         const int c = 2 * j + side;
         angle[side] = angle_of(side, asked);
         const bool rings = model.circuit[c].rings();
-        nearest[side] = rings ? nearest_angle(model, state, c) : T(-1e3);
-        furthest[side] = furthest_angle(model, state, c, rings);
+        nearest[side] = nearest_angle(model, state, c, rings), furthest[side] = furthest_angle(model, state, c, rings);
         if (nearest[side] <= angle[side] && angle[side] <= furthest[side]) continue;
         const T last = angle_of(side, state.bend_sent[j]);
         const T way = furthest[side] < angle[side] ? furthest[side] - last : last - nearest[side];

@@ -29,9 +29,9 @@ struct JointModel {
     int direct;                             // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
     T reach;                                // rad: largest bend to either side that its pumps are asked for
     T amplitude;                            // rad: largest amplitude of a command
-    T swing;                                // rad: its bend changes by no more within a tick, or is held back
-    T sent_rate;                            // rad/s: largest rate of the bend that its pumps are sent to, by the hammer
-                                            // of the oil that they press, and that fills again what they draw empty
+    T rate;                                 // rad/s: largest rate of its bend by the hammer of the oil that it presses
+    T sent_rate;                            // rad/s: the same of the bend that its pumps are sent to, also by the oil
+                                            // that fills again what they draw empty
     T bend_range;                           // rad: of the bend sensor, to either side
     T bend_step;                            // rad: largest change of its reading within a tick
     T safe_static, safe_rate, safe_square;  // 1/rad, s/rad, s^2/rad: largest pressure over the soft limit's room, per
@@ -167,7 +167,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         JointModel<T>& joint = m.joint[j];
         visit("direct", j, joint.direct);
         visit("reach", j, joint.reach), visit("amplitude", j, joint.amplitude);
-        visit("swing", j, joint.swing), visit("sent_rate", j, joint.sent_rate);
+        visit("rate", j, joint.rate), visit("sent_rate", j, joint.sent_rate);
         visit("bend_range", j, joint.bend_range), visit("bend_step", j, joint.bend_step);
         visit("safe_static", j, joint.safe_static), visit("safe_rate", j, joint.safe_rate);
         visit("safe_square", j, joint.safe_square);

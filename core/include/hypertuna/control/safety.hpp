@@ -227,16 +227,16 @@ T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard, 
 /// From beat to beat: the widest bend of a joint, amplitude and bias, that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;     // rad: what the beats so far allow
-    T bend_limit;  // rad: what is allowed now, on its way to that
-    T frequency;   // Hz that the ceiling was found at
-    T proven;      // rad: widest bend of the last beat that was seen to keep the limit
-    T peak;        // Pa: largest pressure read in the beat so far
-    T sent;        // rad: largest bend that the joint was sent to in the beat so far
-    T swung;       // rad: fastest that its bend was read to change within a tick
-    bool doubt;    // a reading of this beat is not to be trusted
+    T ceiling;      // rad: what the beats so far allow
+    T bend_limit;   // rad: what is allowed now, on its way to that
+    T frequency;    // Hz that the ceiling was found at
+    T proven;       // rad: widest bend of the last beat that was seen to keep the limit
+    T peak;         // Pa: largest pressure read in the beat so far
+    T sent, swung;  // rad: largest bend that the joint was sent to, and that was read, in the beat so far
+    bool doubt;     // a reading of this beat is not to be trusted
 };
 
+inline constexpr double governor_swing = 0.8;   // of the rate that the oil allows: a joint that swings faster is cut
 inline constexpr double governor_min = 0.6;     // a bend falls to this part from beat to beat at most,
 inline constexpr double governor_max = 2.0;     // and grows to this one
 inline constexpr double governor_floor = 0.02;  // rad: a bend is never governed below
@@ -247,7 +247,7 @@ struct BeatEnd {
     T bend;       // rad: widest bend that is allowed at its end
     T frequency;  // Hz that is commanded
     T reach;      // rad: largest bend of the joint
-    T change;     // rad: largest change of its bend within a tick
+    T rate;       // rad/s: largest rate of its bend
 };
 
 /// End of a beat. Pressure above the fill grows with the bend in proportion, in water up to its square, and it takes
@@ -256,8 +256,9 @@ struct BeatEnd {
 template <class T>
 void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
     const T room = work - fill;
-    // A joint that swings faster than it was sent is carried by its inertia: the oil that it presses out hammers.
-    const T part = min(room / max(governor.peak - fill, T(0.01) * room), beat.change / max(governor.swung, T(1e-3)));
+    // A joint that swings wider than it was sent is carried by its inertia: the oil that it presses out hammers.
+    const T swing = T(2 * pi) * max(beat.frequency, T(0.1)) * max(governor.swung, T(governor_floor));
+    const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);
     if (part < T(1)) {
         governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
         governor.proven = min(governor.proven, governor.ceiling);
