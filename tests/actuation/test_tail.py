@@ -50,9 +50,9 @@ def test_a_first_robot_with_a_tail_that_yields_swims(tail: str, count: int) -> N
     assert len(first(tail, actuation="servo").joints) == len(robot.joints) == 1
 
 
-def first(tail: str, **options: str) -> Robot:
+def first(tail: str, **options: Any) -> Robot:
     """A first robot of a tail."""
-    return parse(tomllib.loads(first_robot("x", tail=tail, **options)))  # type: ignore[arg-type]
+    return parse(tomllib.loads(first_robot("x", tail=tail, **options)))
 
 
 def rigid_of(robot: Robot) -> Robot:

@@ -88,10 +88,8 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
     """Add sections and fins to a robot; `tuna` is HyperTuna's document."""
     if len(document["joints"]) > _core.MAX_JOINTS:
-        rule, fix = (
-            f"must be at most {_core.MAX_JOINTS} joint groups with --sea",
-            "name fewer groups, each of several links",
-        )
+        rule = f"must be at most {_core.MAX_JOINTS} joint groups with --sea"
+        fix = "name fewer groups, each of several links"
         raise InputError(rule, key="--joints", value=f"{len(document['joints'])}", fix=fix)
     document["spatial"] = _spatial(document["links"], ROLL * document["gaits"]["cruise"]["frequency_hz"])
     document["fins"] = _fins(shape, document["links"]["length_m"][0], tuna["fins"])
@@ -119,10 +117,8 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= Guidance.scaled(pilot, length=length, mass=mass, speed=speed / tuna["guidance"]["speed_m_s"][0])
     document["guidance"] = pilot
     sources = SOURCES | {"servos": "estimate: as HyperTuna's fins"}
-    if (
-        len(document["joints"])
-        <= ON_BOARD["servo" if all("servo" in one for one in document["joints"]) else "hydraulic"]
-    ):
+    actuation = "servo" if all("servo" in group for group in document["joints"]) else "hydraulic"
+    if len(document["joints"]) <= ON_BOARD[actuation]:
         document["firmware"] = tuna["firmware"] | _pins(document["joints"])
         empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
         document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)

@@ -42,6 +42,11 @@ class Variable:
     high: float
     place: Place  # in the document; empty of the fin
 
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Unit and meaning, as datasets have them."""
+        return {"units": "1" if self.unit in ("", WHOLE_FIN) else self.unit, "long_name": f"{self.name} of the robot"}
+
 
 @dataclass(frozen=True)
 class _Leaf:
@@ -188,13 +193,10 @@ def _follow(document: dict[str, Any], one: Variable, value: float) -> None:
     kind = FOLLOWED.get(one.label.partition("[")[0])
     if kind is None:
         return
-    key, link = written(one.place), int(one.place[-1])
-    _scale(document, kind, link, value / one.value)
+    _scale(document, kind, int(one.place[-1]), value / one.value)
     total = f"{kind}_{'m' if kind == 'length' else 'kg'}"
     if total in document.get("body", {}):
         document["body"][total] += value - one.value
-    table, last = table_of(document, key)
-    table[last] = value  # exactly
 
 
 def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:

@@ -29,7 +29,7 @@ from hypertuna.optimization.problem import STATISTICS, Problem, over_fit
 from hypertuna.ranges import NOT_NEGATIVE, Whole
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES, check_steps
 from hypertuna.swimming.gait import Gait
-from hypertuna.swimming.sweep import UNITS, sweep
+from hypertuna.swimming.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,8 +97,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
         for one in self.space.variables:
-            about = {"units": UNITS.get(one.unit, one.unit), "long_name": f"{one.name} of the robot"}
-            variables[one.label] = ("gait", self.designs[one.name], about)
+            variables[one.label] = ("gait", self.designs[one.name], one.attributes)
         return self._swims().assign(variables).assign_attrs(facts)
 
     def _swims(self) -> xr.Dataset:

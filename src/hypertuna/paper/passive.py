@@ -71,7 +71,7 @@ def with_fin(robot: Robot, span: float, chord: float) -> Robot:
 
 @dataclass(frozen=True)
 class Swum:
-    """Speeds and costs of gaits (rows, frequencies, sizes); not a number where a gait has none."""
+    """Speeds and costs of gaits (rows, frequencies, sizes); NaN where a gait does not settle."""
 
     rows: Sequence[float]  # stiffness [N m/rad], or phase difference [deg]
     frequency: Sequence[float]  # Hz

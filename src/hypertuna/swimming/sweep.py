@@ -151,18 +151,12 @@ def _sweep_designs(
         stack = np.stack([one[name].values for one in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
     coordinates = {
-        one.label: (
-            one.label,
-            values,
-            {"units": UNITS.get(one.unit, one.unit), "long_name": f"{one.name} of the robot"},
-        )
-        for one, values in zip(found, levels.values(), strict=True)
+        one.label: (one.label, values, one.attributes) for one, values in zip(found, levels.values(), strict=True)
     }
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
 
 
-UNITS = {"": "1", "factor": "1"}  # of variables
 TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
 

@@ -84,7 +84,7 @@ def _swum(robot: Robot, kind: str, one: Mapping[str, float]) -> tuple[Robot, Gai
 
 
 def change(pair: Mapping[str, Any], name: str) -> float:
-    """Return how the passive joint changes the cost at a speed, or the largest speed [%]; not a number where none."""
+    """Return by how much the passive joint changes the cost at a speed, or the largest speed [%]; NaN if missed."""
     active, passive = (pair[kind][name] for kind in KINDS)
     if not (active and passive):
         return math.nan
@@ -93,7 +93,7 @@ def change(pair: Mapping[str, Any], name: str) -> float:
 
 
 def changes(record: Mapping[str, Any], law: str, name: str) -> list[float]:
-    """Return how it does so in members of the family, of those that reach the speed with either joint [%]."""
+    """Return these changes for the members of the family that reach the speed with both joints [%]."""
     found = (change(member, name) for member in record["family"][law].values())
     return [one for one in found if not math.isnan(one)]
 
@@ -105,7 +105,7 @@ def band(values: list[float]) -> tuple[float, float, float]:
 
 
 def verdict(record: Mapping[str, Any], name: str) -> str:
-    """Say which joint is better at a speed, where all bands of members agree in both waters."""
+    """Return which joint is better at a speed, if the bands of the family agree in both waters."""
     found = [changes(record, law, name) for law in LAWS]
     if not all(found):
         return "not decided" if any(found) else "not reached"
