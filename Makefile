@@ -146,14 +146,15 @@ $(foreach p,$(FMU_PLATFORMS),$(eval $(call fmu-rules,$(p))))
 .PHONY: studio-core
 studio-core: build/studio/core.wasm ## C interface of hosts/hypertuna.h for browsers: build/studio/core.wasm
 
-build/studio/core.wasm: $(patsubst %,build/studio/%.o,host twin_short twin_long kernels)
+build/studio/core.wasm: $(patsubst %,build/studio/%.o,host twin_short twin_long kernels yielding)
 	@$(ZIG) -s $(EXPORTS:%=-Wl,--export=%) $^ -o $@
 
 build/studio/%.o: LEVEL = s
 build/studio/twin_short.o: LEVEL = 3
+build/studio/yielding.o: ARCH = -DHYPERTUNA_ARCH=portable_yielding
 build/studio/%.o: $(VENV)/.installed-studio $(shell find core/include core/src hosts -type f)
 	@mkdir -p $(@D)
-	@$(ZIG) -std=c++20 -O$(LEVEL) -g0 -DHYPERTUNA_SMALL -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -Icore/include -c -o $@ \
+	@$(ZIG) -std=c++20 -O$(LEVEL) -g0 -DHYPERTUNA_SMALL $(ARCH) -fno-exceptions -fno-rtti -ffp-contract=off -fvisibility=hidden -Icore/include -c -o $@ \
 	  $(or $(wildcard hosts/$*.cpp),core/src/$*.cpp)
 
 # The page of the studio, in one file. OpenBLAS and the kernels take the same way on every x86-64: the images are the

@@ -9,39 +9,31 @@
 #include "hypertuna/host/beat_gradient.hpp"
 #include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
+#include "hypertuna/host/spring_steps.hpp"
 #include "hypertuna/host/tank.hpp"
 
 namespace hypertuna {
 
 extern const Kernel kernel_portable;
+extern const YieldKernel kernel_portable_yielding;
 
-/// Largest modulus of the eigenvalues of a matrix: that of A^(2^k) is its 2^k-th power, and nearly its largest number.
-template <int N>
-double spectral_radius(Matrix<double, N> m) {
-    double power = 0;  // of 2, by which the root of A^(2^k) is larger than that of m
-    for (double root = 1; 1e-18 < root; root /= 2) {
-        double largest = 0, sum = 0;
-        for (const auto& row : m.a)
-            for (double x : row) largest = std::max(largest, std::abs(x)), sum += x;
-        if (!std::isfinite(sum)) return std::nan("");
-        if (largest == 0) return 0;
-        const int exponent = std::ilogb(largest);
-        power += exponent * root;
-        const Matrix<double, N> before = m;
-        for (int i = 0; i < N; ++i)
-            for (int j = 0; j < N; ++j) {
-                m.a[i][j] = 0;
-                for (int k = 0; k < N; ++k)
-                    m.a[i][j] += std::ldexp(before.a[i][k], -exponent) * std::ldexp(before.a[k][j], -exponent);
-            }
-    }
-    return std::exp2(power);
-}
-
-/// A robot's swimmer: the model, and the mass of the whole body.
+/// A robot's swimmer: the model, the mass of the whole body, and the hinges that yield.
 struct HostModel {
     Model model;
-    double mass;  // kg
+    double mass;                 // kg
+    std::vector<int> hinges;     // links behind them, head to tail
+    std::vector<double> spring;  // numbers of each
+    SpringRates rates;
+
+    YieldBatch yielding(const GaitBatch& gaits, std::vector<double>& springs, int count) const {
+        springs.clear();
+        for (int k = 0; k < count; ++k) springs.insert(springs.end(), spring.begin(), spring.end());
+        return {gaits, hinges.data(), int(hinges.size()), springs.data()};
+    }
+    int state() const { return yield_state(int(hinges.size())); }
+    int steps(double frequency) const {
+        return hinges.empty() ? beat_steps : spring_steps(rates, frequency, beat_steps);
+    }
 };
 
 /// A quantity of a settled gait: those of the core, its status, and how a start from rest comes to it; null after them.
@@ -77,76 +69,132 @@ struct GaitColumns {
     GaitBatch batch() const { return {frequency.data(), kind[0].data(), kind[1].data(), kind[2].data()}; }
 };
 
+/// Call work(std::integral_constant) with the size of a state.
+template <class Work>
+void with_state(int size, const Work& work) {
+    if (size == yield_state(0)) work(std::integral_constant<int, yield_state(0)>());
+    with_hinges((size - 3) / 2, [&](auto D) { work(std::integral_constant<int, yield_state(D.value)>()); });
+}
+
 /// Rows of the kernel for gaits.
 class SettledRows {
   public:
-    SettledRows(const HostModel& host, const GaitBatch& gaits, int count, bool follow) {
-        while (kernel_portable.settle_column(width_)) ++width_;
+    SettledRows(const HostModel& host, const GaitColumns& gaits, int count, bool follow)
+        : named_(place_of("p_x", kernel_portable.settle_column)), size_(host.state()) {
+        const int hinges = int(host.hinges.size());
+        width_ = hinges ? kernel_portable_yielding.row_width(hinges) : named_ + size_ * (1 + size_);
         rows_.resize(std::size_t(count) * width_);
-        const int approach = follow ? approach_beats : 0;
-        kernel_portable.settle(host.model, gaits, {beat_steps, -1, newton_beats, -1, approach, host.mass}, 0, count,
-                               rows_.data());
+        std::vector<double> springs;
+        for (int first = 0, end; first < count; first = end) {
+            const int steps = host.steps(gaits.frequency[first]);
+            for (end = first + 1; end < count && host.steps(gaits.frequency[end]) == steps;) ++end;
+            const SettleOptions options{steps, -1, newton_beats, -1, follow ? approach_beats : 0, host.mass};
+            if (hinges)
+                kernel_portable_yielding.settle(host.model, host.yielding(gaits.batch(), springs, count), options,
+                                                first, end, rows_.data());
+            else
+                kernel_portable.settle(host.model, gaits.batch(), options, first, end, rows_.data());
+        }
         for (int k = 0; k < count; ++k) {
-            Matrix<double, Momentum<double>::size> monodromy;
-            std::memcpy(&monodromy, at(k, "m_00"), sizeof(monodromy));
-            const double radius = *at(k, "spectral_radius") = spectral_radius(monodromy);
+            double& radius = *at(k, "spectral_radius");
+            with_state(size_, [&](auto N) {
+                Matrix<double, N.value> monodromy;
+                std::memcpy(&monodromy, state(k) + N.value, sizeof(monodromy));
+                radius = spectral_radius(monodromy);
+            });
             double& status = *at(k, "status");
             status = int(status_of(status, radius));
         }
     }
-    /// Where the column of a name begins in the row of a gait.
-    double* at(int gait, std::string_view name) {
-        return rows_.data() + std::size_t(gait) * width_ + place_of(name, kernel_portable.settle_column);
-    }
+    /// Where the column of a name begins in the row of a gait, and where the state at the start of its beat.
+    double* at(int gait, std::string_view name) { return row(gait) + place_of(name, kernel_portable.settle_column); }
+    const double* state(int gait) { return row(gait) + named_; }
 
   private:
-    int width_ = 0;
+    double* row(int gait) { return rows_.data() + std::size_t(gait) * width_; }
+
+    int named_, size_, width_ = 0;
     std::vector<double> rows_;
 };
 
 inline void swim_rows(const HostModel& host, const double* gaits, int count, bool follow, double* out) {
     const GaitColumns columns(gaits, count, host.model.groups);
-    SettledRows rows(host, columns.batch(), count, follow);
+    SettledRows rows(host, columns, count, follow);
     for (int k = 0; k < count; ++k)
         for (int i = 0; quantity(i); ++i) *out++ = *rows.at(k, quantity(i)->name);
 }
 
 /// Derivatives (those of the core, 1 + 3 groups) of a settled gait by its numbers.
 inline void gait_gradient(const HostModel& host, const double* gait, double* out) {
-    const int numbers = gait_parameters(host.model.groups);
+    const int numbers = gait_parameters(host.model.groups), steps = host.steps(gait[0]);
     const GaitColumns columns(gait, 1, host.model.groups);
-    SettledRows rows(host, columns.batch(), 1, false);
+    SettledRows rows(host, columns, 1, false);
     const BeatStatus status = BeatStatus(int(*rows.at(0, "status")));
     const bool periodic = status == BeatStatus::settled || status == BeatStatus::unstable;
     if (!periodic || !std::isfinite(*rows.at(0, "speed"))) {
         std::fill_n(out, derivative_count * numbers, std::nan(""));
         return;
     }
-    std::vector<double> along(std::size_t(parameter_count(host.model)) * numbers);
+    std::vector<double> along(std::size_t(parameter_count(host.model) + host.spring.size()) * numbers);
     for (int i = 0; i < numbers; ++i) along[std::size_t(i) * numbers + i] = 1;
-    settled_gradient(kernel_portable, host.model, columns.batch(),
-                     sort_directions(host.model, along.data(), numbers, true), 0, 1, rows.at(0, "p_x"), beat_steps,
-                     host.mass, out);
+    if (host.hinges.empty())
+        return settled_gradient(kernel_portable, host.model, columns.batch(),
+                                sort_directions(host.model, along.data(), numbers, true), 0, 1, rows.state(0), steps,
+                                host.mass, out);
+    std::vector<double> springs, by(std::size_t(derivative_count + host.state()) * (host.state() + numbers));
+    kernel_portable_yielding.gradient(host.model, host.yielding(columns.batch(), springs, 1),
+                                      {along.data(), numbers, {}, {}}, 0, 1, rows.state(0), steps, host.mass,
+                                      by.data());
+    with_hinges(int(host.hinges.size()),
+                [&](auto D) { with_moving_start<YieldingState<double, D.value>>(by.data(), numbers, out); });
 }
 
 // --- the path of a beat
 
+/// Angle, rate and acceleration of the hinges at each of `instants` of a settled beat from a state on.
+inline std::vector<double> hinge_motion(const HostModel& host, const GaitBatch& gait, const double* state,
+                                        int instants) {
+    const int hinges = int(host.hinges.size());
+    int finer = 1;
+    while (finer * instants < host.steps(*gait.frequency)) finer *= 2;
+    std::vector<double> springs, all(std::size_t(finer * instants + 1) * 3 * hinges), out;
+    kernel_portable_yielding.bends(host.model, host.yielding(gait, springs, 1), state, finer * instants,
+                                   finer * instants + 1, all.data());
+    for (std::size_t k = 0; k < all.size(); k += std::size_t(finer) * 3 * hinges)
+        out.insert(out.end(), all.begin() + k, all.begin() + k + 3 * hinges);
+    return out;
+}
+
 /// Rows of time, pose of the nose, and the bend of every link's front joint: steps + 1 of them over a settled beat.
 inline void path(const HostModel& host, const double* gait, int steps, double* out) {
     const Model& model = host.model;
+    const int hinges = int(host.hinges.size());
     const GaitColumns columns(gait, 1, model.groups);
-    SettledRows rows(host, columns.batch(), 1, false);
-    const double* const start = rows.at(0, "p_x");
+    SettledRows rows(host, columns, 1, false);
+    const double* const start = rows.state(0);
+    std::vector<double> bends;
+    if (hinges) bends = hinge_motion(host, columns.batch(), start, 2 * steps);
     with_law<double>(model.law, [&](auto law) {
         Tank<double, typename decltype(law)::type> tank(model, steps);
         std::copy(gait, gait + gait_parameters(model.groups), tank.parameters.begin());
-        tank.fill();
+        tank.read();
         std::vector<JointMotion<double>> joints(model.links);
+        const auto set_joints = [&](int half) {
+            joint_motion(model.links, tank.joints.data(), tank.swings.data(), gait[0], sincos(pi * half / steps),
+                         joints.data());
+            const double* bend = bends.data() + std::size_t(half) * 3 * hinges;
+            for (int link : host.hinges) {
+                joints[link].angle += *bend++;
+                joints[link].rate += *bend++;
+                joints[link].acceleration += *bend++;
+            }
+        };
+        for (int half = 0; half < 2 * steps; ++half)
+            set_joints(half), tabulate(tank.fish, joints.data(), half, tank.table);
         Motion<double> motion{{start[0], start[1], start[2]}, {0, 0, 0}};
         const double step = 1 / (gait[0] * steps);
         for (int k = 0; k <= steps; ++k) {
-            joint_motion(model.links, tank.joints.data(), tank.swings.data(), gait[0], sincos(2 * pi * k / steps),
-                         joints.data());
+            set_joints(2 * k);
             for (double number : {k * step, motion.pose.x, motion.pose.y, motion.pose.heading}) *out++ = number;
             for (const JointMotion<double>& joint : joints) *out++ = joint.angle;
             if (k < steps) motion = swim_step(tank.fish, tank.table, 2 * k, 1, step, motion);

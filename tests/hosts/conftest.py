@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from host_library import InNode
+from host_library import Host, InNode, Native
 from studio_code import Page
 
 
@@ -22,3 +22,11 @@ def core() -> Iterator[InNode]:
     core = InNode()
     yield core
     core.close()
+
+
+@pytest.fixture(scope="module", params=[Native, InNode], ids=["native", "wasm"])
+def host(request: pytest.FixtureRequest) -> Iterator[Host]:
+    """Where the core runs."""
+    host: Native | InNode = request.param()
+    yield host
+    host.close()

@@ -10,14 +10,13 @@ import re
 import runpy
 import struct
 import zlib
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
 import hypertuna as ht
-from host_library import ROBOTS, TOP, Host, InNode, Native, Robot, Start, Twin
+from host_library import ROBOTS, TOP, Host, Robot, Start, Twin
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
@@ -39,16 +38,8 @@ ITERATED = {
     "approach_beats",
 }  # rounding, or its way there
 INTERFACE = runpy.run_path(str(TOP / "make/interface.py"))
-COLUMNS = (4, "1d63a7f6")  # version of the image, and the digest of all names of its columns
+COLUMNS = (5, "1d63a7f6")  # version of the image, and the digest of all names of its columns
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
-
-
-@pytest.fixture(scope="module", params=[Native, InNode], ids=["native", "wasm"])
-def host(request: pytest.FixtureRequest) -> Iterator[Host]:
-    """Where the core runs."""
-    host: Native | InNode = request.param()
-    yield host
-    host.close()
 
 
 def random_gaits(robot: ht.Robot, count: int, seed: int) -> list[Gait]:

@@ -77,7 +77,7 @@ def studio_command(
     from hypertuna.reports.studio import Studio, robot_and_log
 
     subject, played = robot_and_log(robot, log)
-    subject = opt.with_rigid_hinge(subject.using(joints=joints, areas=areas, water=water))
+    subject = subject.using(joints=joints, areas=areas, water=water)
     start = gait.make(subject) if gait.gait is not None or gait.given else None
     studio = Studio(subject, start, 0, played)
     if output is not None:

@@ -24,8 +24,9 @@ from hypertuna.simulation.image_text import body_text, numbers_of_text, robot_fa
 from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
 from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
+from hypertuna.swimming.yielding import SPRING, hinge_links
 
-MAGIC, VERSION = b"HTROBOT\0", 4  # image_version of hosts/image.hpp
+MAGIC, VERSION = b"HTROBOT\0", 5  # image_version of hosts/image.hpp
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:
@@ -61,9 +62,16 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return the columns of a robot's models in water."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
-        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass}
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _hinge_columns(robot)
         columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
+
+
+def _hinge_columns(robot: Robot) -> dict[str, list[float]]:
+    """Return the columns of the hinges that settled beats bend; none without one."""
+    links = hinge_links(robot)
+    numbers = {name: [getattr(hinge, name) for hinge in robot.hinges] for name in SPRING} | {"rest": [0.0] * len(links)}
+    return {f"hinge.{name}": value for name, value in ({"link": links} | numbers).items() if links}
 
 
 def _numbers(robot: Robot) -> dict[str, Array]:

@@ -23,6 +23,7 @@ from hypertuna.errors import InputError
 from hypertuna.simulation.image_source import Source, source_of
 from hypertuna.simulation.sea import BOTTOM_RATE, LINKS, ellipsoid_inertia
 from hypertuna.swimming.model import column_places
+from hypertuna.swimming.yielding import SPRING
 
 RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first whose ends are descriptions of a robot
 SAME = 1e-12  # relative
@@ -107,9 +108,13 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
     yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
-    if (hinge := robot.hinge) is not None:
-        label, powers = "stiffness of the hinge", followers("stiffness", 0, alias=True)
-        yield Knob("hinge", label, "N m/rad", hinge.stiffness, powers, part=("stiffness", 0))
+    spring = followers("stiffness", 0, alias=True)
+    for d, (key, hinge) in enumerate(zip(robot.hinge_keys, robot.hinges, strict=True)):
+        powers = {f"{key}{place.removeprefix('hinge')}": power for place, power in spring.items()}
+        one = len(robot.hinges) == 1
+        name, which = ("hinge", "") if one else (f"hinge-{d}", f" before {names[hinge.link]}")
+        label = f"stiffness of the hinge{which}"
+        yield Knob(name, label, "N m/rad", hinge.stiffness, powers, part=("stiffness", d))
     unit = robot.drive_unit
     if unit is not None and not why_no_twin(robot) and has_oil(robot):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
@@ -145,9 +150,14 @@ def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[st
 def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
     """Return the place in the description of the image's numbers that are values of it, by column."""
     text = f"text.links.{link}"
+    springs = {f"hinge.{name}": f"hinge.{name}" for name in SPRING}
     heights = ("height", "width") if robot.spatial is None else ("height",)  # widths follow heights
     return {
-        **{f"models.{k}.{name}": place for k, one in enumerate(models) for name, place in column_places(one).items()},
+        **{
+            f"models.{k}.{name}": place
+            for k, one in enumerate(models)
+            for name, place in (column_places(one) | springs).items()
+        },
         **{f"plant.link.{name}": f"spatial.{attribute}" for name, attribute in LINKS.items()},
         **{f"plant.link.{axis}": f"spatial.inertia_{axis}" for axis in ("roll", "pitch")},
         **{f"{text}.{name}": f"links.{name}" for name in ("length", "com", "mass")},
