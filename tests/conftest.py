@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 import hypertuna as ht
+from extras import pytest_collect_file as pytest_collect_file
 from extras import pytest_runtest_setup as pytest_runtest_setup
 from hypertuna.cli.main import main
 from models import MODELS

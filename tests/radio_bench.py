@@ -87,7 +87,7 @@ class RadioBench:
 
     def close(self) -> None:
         self._to.close()
-        self._process.wait(timeout=10)
+        self._process.wait(timeout=60)
         self._from.close()
 
 

@@ -1,3 +1,4 @@
-"""Validation skips what its extra is missing for, as the tests do."""
+"""Validation skips what its extra is missing for, and collects tests alone, as the tests do."""
 
+from extras import pytest_collect_file as pytest_collect_file
 from extras import pytest_runtest_setup as pytest_runtest_setup

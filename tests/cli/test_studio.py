@@ -68,7 +68,7 @@ def address_of(process: subprocess.Popen[str]) -> tuple[str, int]:
 
 def get(host: str, port: int, path: str = "/", method: str = "GET", **headers: str) -> http.client.HTTPResponse:
     """Ask a server."""
-    connection = http.client.HTTPConnection(host, port, timeout=10)
+    connection = http.client.HTTPConnection(host, port, timeout=60)
     connection.request(method, path, headers=headers)
     return connection.getresponse()
 
@@ -129,7 +129,7 @@ def test_an_interrupt_ends_it_in_a_sentence(number: signal.Signals) -> None:
     with serving("--no-open") as process:
         _, port = address_of(process)
         process.send_signal(number)
-        _, told = process.communicate(timeout=10)
+        _, told = process.communicate(timeout=60)
         assert told == f"interrupted: the studio at http://127.0.0.1:{port}/ is closed\n"
         assert process.returncode == 130
 
@@ -255,7 +255,7 @@ def test_the_address_is_json_for_programs_and_opened_for_people(tmp_path: Path) 
     with serving("--json", BROWSER=f"{browser} %s") as process:
         assert process.stdout is not None
         address = json.loads("".join(process.stdout.readline() for _ in range(3)))["address"]
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 60
         while not seen.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
         assert seen.read_text().strip() == address

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from dataclasses import replace
 
@@ -346,6 +347,7 @@ def test_a_process_that_is_killed_leaves_a_journal_that_is_read(folder, long, tm
         if (tmp_path / "journal").exists() and (tmp_path / "journal").read_bytes().count(b"\n") >= 2:
             child.send_signal(signal.SIGKILL)
             break
+        time.sleep(0.01)
     child.wait()
     assert not (tmp_path / "run.toml").exists()
     ran = subprocess.run([*program, *options, *more], capture_output=True, text=True, check=False)

@@ -24,10 +24,10 @@ struct EepromLog {
         }
     }
     std::uint8_t read(int at) const {
-        std::uint8_t value = 0xff;
-        for (int k = 0; k < used[sector_of(at)]; ++k)
-            if (int(pair(sector_of(at), k) & 0xff) == offset_of(at)) value = std::uint8_t(pair(sector_of(at), k) >> 8);
-        return value;
+        const int sector = sector_of(at), offset = offset_of(at);
+        for (int k = used[sector] - 1; k >= 0; --k)
+            if (int(pair(sector, k) & 0xff) == offset) return std::uint8_t(pair(sector, k) >> 8);
+        return 0xff;
     }
     void write(int at, std::uint8_t value) {
         const int sector = sector_of(at);
