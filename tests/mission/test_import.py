@@ -198,7 +198,7 @@ REFUSED = [
     ('{"fileType": "Plan"', "must be valid JSON"),
     ('{"a":' * 100_000, "must be valid JSON"),
     (gpx(""), "has no waypoints"),
-    (gpx(points("wpt", 3, -1, -1)), "point 1 must not be above the water: a depth is a negative altitude, but is at 3"),
+    (gpx(points("wpt", 0.5, -1, -1)), "must not be above the water: a depth is a negative altitude, but is at 0.5"),
     (gpx('<wpt lat="x" lon="0"/>'), "point 1 must have a latitude from -89 to 89, but is 'x'"),
     (gpx('<wpt lat="0"/>'), "point 1 must have a longitude from -180 to 180, but is missing"),
     (gpx("<rte/><rte/>"), "must have one route or track, but is 2 routes (rte)"),

@@ -13,6 +13,9 @@ import tomlkit
 from hypertuna.errors import InputError
 from hypertuna.io.door import KINDS
 from hypertuna.io.files import shipped
+from hypertuna.scoreboard.fits import other_speeds
+from hypertuna.scoreboard.prediction import first_robot, own_robot
+from hypertuna.scoreboard.scoreboard import score_swimmers
 from hypertuna.scoreboard.swimmers import FOLDER, read_swimmer, swimmers
 
 FISH: dict[str, Any] = {
@@ -137,3 +140,18 @@ def test_unknown_swimmers_and_files_are_named(tmp_path: Path) -> None:
         read_swimmer("tunabott")
     with pytest.raises(InputError, match="must be a file, but is missing"):
         read_swimmer(tmp_path / "none.toml")
+
+
+def test_speeds_are_predicted_from_one_another_by_published_sections_and_else_by_the_first_robot(
+    tmp_path: Path,
+) -> None:
+    sizes = {key: FISH["body"][key] for key in ("length_m", "mass_kg")}
+    sources = {key: text for key, text in FISH["sources"].items() if key not in ("body.height_m", "fin")}
+    bare = {key: value for key, value in changed(body=sizes, sources=sources).items() if key != "fin"}
+    for document, robot_of, other_of in ((FISH, own_robot, first_robot), (bare, first_robot, own_robot)):
+        fish = read_swimmer(written(document, tmp_path))
+        robot, other = robot_of(fish), other_of(fish)
+        assert robot is not None
+        found = score_swimmers([tmp_path / "fish.toml"]).others["Fish"]
+        assert found == other_speeds(robot, fish.runs)
+        assert other is None or found != other_speeds(other, fish.runs)
