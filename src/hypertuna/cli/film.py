@@ -1,5 +1,6 @@
 """The commands `hypertuna trials track | camera | record | clock`."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -187,6 +188,7 @@ def _lines(record: dict[str, Any]) -> Iterator[Any]:
         rows.append([f"joint {group}", f"{100 * seen:.0f}", swing, f"{record['noise_deg'][k]:.2g}"])
     yield Table(["", "seen [%]", "amplitude [deg]", "noise [deg]"], rows)
     beat = "none" if record["beat_hz"] is None else f"{record['beat_hz']:.4g} Hz, {record['beats']:.1f} beats"
+    yield f"camera: {record['camera_off_vertical_deg']:.2g} deg off straight down"
     yield (
         f"beat: {beat}; memory of the noise {record['noise_tau_s']:.2g} s; head within "
         f"{max(record['head_sd_mm']):.2g} mm, yaw within {record['yaw_sd_deg']:.2g} deg"
@@ -243,7 +245,8 @@ def camera_command(
         lens_k1=lens.lens_k1,
     )
     write_camera(camera, output, f"Made by `hypertuna trials camera` {version()}")
-    facts = camera.model_dump(mode="json", by_alias=True) | about
+    facts = camera.model_dump(mode="json", by_alias=True) | {"off_vertical_deg": math.degrees(camera.off_vertical)}
+    facts |= about
     emit(facts, record=dict, lines=_facts, as_json=as_json)
     if not as_json:
         print_written(output)
@@ -252,6 +255,10 @@ def camera_command(
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
     """Lay out a camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
+    if "corners" in facts:
+        yield f"The camera looks {facts['off_vertical_deg']:.2g} deg off straight down."
+    else:
+        yield "The camera is taken to look straight down, for no points of the tank were given by --corners.", "yellow"
 
 
 @opt.grouped

@@ -96,6 +96,7 @@ class FilmRun:
             "recordings": len(self.stretches),
             "frame_rate_hz": self.view.film.rate,
             "states": {STATES[k]: int((state == k).sum()) for k in range(len(STATES))},
+            "camera_off_vertical_deg": math.degrees(self.view.camera.off_vertical),
             "fish_px": float(self.body.length.sum()) * self.size / self.view.pixel,
             "contrast_gray": self.view.contrast,
             "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
