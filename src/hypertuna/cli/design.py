@@ -163,7 +163,9 @@ def tell_command(
 
 def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
     """Return the trials of files; runs of one file are in the order of its rows."""
-    told = [run for file in files for run in read_runs(file, robot)]
+    told = list[Told]()
+    for file in files:
+        told += read_runs(file, robot)
     return told if len(files) == 1 else sorted(told, key=lambda run: run.name)
 
 

@@ -69,7 +69,7 @@ def check_later(context: typer.Context, kept: Collection[str]) -> None:
             raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
 
-def check_one_source(results: str | None, value: Collection[str] | None) -> None:
+def check_one_source(results: str | Collection[str] | None, value: Collection[str] | None) -> None:
     """Check that results are given in one way."""
     if (results is None) == (not value):
         rule = "must be given either in a CSV file or with --value"
