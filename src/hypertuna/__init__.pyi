@@ -4,6 +4,7 @@ from .actuation.bending import bend as bend
 from .description.robot import Robot as Robot
 from .description.robot import load as load
 from .description.robot import robots as robots
+from .design.runs import Measurement as Measurement
 from .design.runs import TankRun as TankRun
 from .design.tank import NextRuns as NextRuns
 from .design.tank import TankDesign as TankDesign

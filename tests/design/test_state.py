@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -175,6 +177,39 @@ def test_the_commands_for_turns_and_what_a_tank_has(run: Run, tmp_path: Path, mo
         code, output, errors = run("design", "tell", "--state", "all.jsonl", str(path))
         assert code == 0, errors
     assert "4 runs told" in output
+
+
+def test_runs_of_every_kind_are_written_and_told(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tow, a swim, a glide and a held thrust: the files are filled in as a user does, and tell the runs asked for."""
+    monkeypatch.chdir(tmp_path)
+    with TankDesign("all.jsonl", MINNOW, tow=True, hold=True, glide=True) as tank:
+        asked = tank.ask()
+        by_kind = {one.kind: one for one in tank.candidates}
+        choices = [
+            replace(asked.choices[0], name=f"run-{k + 1:02d}", run=own, expected={own.measured[0]: (0.1, 0.2)})
+            for k, own in enumerate(by_kind[kind] for kind in ("tows", "steady", "glides", "thrusts"))
+        ]
+        monkeypatch.setattr(TankDesign, "ask", lambda *_: replace(asked, choices=tuple(choices)))
+    code, output, errors = run("design", "ask", "--state", "all.jsonl", "-o", "next.csv")
+    assert code == 0, errors
+    names = ["next.csv", "next-steady.csv", "next-glides.csv", "next-thrusts.csv"]
+    assert all(name in output for name in names)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    speeds = iter((0.3, 0.2, 0.15, 0.12))
+    values = {"drag_n": "0.06", "speed_m_s": "0.1", "thrust_n": "0.02"}
+    for name in names:
+        rows = list(csv.DictReader(Path(name).read_text().splitlines()))
+        for k, row in enumerate(rows):
+            glides = {"time_s": f"{k}", "speed_m_s": f"{next(speeds)}"} if "time_s" in row else values
+            row |= {key: glides[key] for key in row if key in glides}
+        Path(name).write_text("\n".join([",".join(rows[0]), *(",".join(row.values()) for row in rows)]))
+    code, output, errors = run("design", "tell", "--state", "all.jsonl", *names)
+    assert code == 0, errors
+    with TankDesign("all.jsonl") as tank:
+        told = [one.run for one in tank.results]
+    assert [one.kind for one in told] == [one.run.kind for one in choices]
+    assert [told[k] for k in (0, 1, 3)] == [choices[k].run for k in (0, 1, 3)]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The camera against rays that another program traces, and its calibration against cameras that are known."""
 
+import re
 from dataclasses import replace
 
 import cv2
@@ -72,6 +73,7 @@ def test_corners_give_place_tilt_and_focal_length(tmp_path, depth) -> None:
     there, _ = eye.rays(0.1)
     place, _ = found.sight(grid(eye), 0.1)
     assert about["corner_rms_px"] < 0.01
+    assert np.cos(found.off_vertical) == pytest.approx(np.cos(0.06) * np.cos(0.04), abs=2e-5)
     assert np.abs(place - there).max() < 2e-4  # m, of a picture 1.6 m wide
     assert found.focal == pytest.approx(eye.focal, rel=1e-3)
 
@@ -125,9 +127,18 @@ def test_a_mirrored_film_is_told_by_the_corners(tmp_path) -> None:
         calibrate(size=EYE.size, corners=file, height=1.5)
 
 
-def test_command(tmp_path) -> None:
-    file, output = corners(EYE, tmp_path / "corners.csv", 0.0), tmp_path / "camera.toml"
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.06, -0.04)])
+def test_command(tmp_path, tilt) -> None:
+    """A turn about the vertical is no tilt."""
+    file, output = corners(replace(EYE, tilt=tilt), tmp_path / "corners.csv", 0.0), tmp_path / "camera.toml"
+    head, *rows = file.read_text().splitlines()
+    turned = ((u, v, -float(y), x) for u, v, x, y in (row.split(",") for row in rows))
+    file.write_text("\n".join([head, *(",".join(map(str, row)) for row in turned)]))
     own = ["trials", "camera", "--size", "320,240", "--corners", str(file), "--height", "1.5", "--lens-k1", "-0.15"]
     result = CliRunner().invoke(app, [*own, "-o", str(output)])
     assert result.exit_code == 0, result.output
     assert read_camera(output).focal == pytest.approx(EYE.focal, rel=0.01)
+    off = float(re.search(r"looks (\S+) deg off straight down", result.output)[1])
+    assert off == pytest.approx(np.degrees(np.hypot(*tilt)), abs=0.06)
+    own = ["trials", "camera", "--size", "320,240", "--focal", "300", "--height", "1.5", "-o", str(output)]
+    assert "is taken to look straight down" in CliRunner().invoke(app, own).output

@@ -218,6 +218,20 @@ def test_widths_are_learned_and_written(folder) -> None:
     assert "learned" in " ".join(found.warnings)
 
 
+def test_a_file_of_sections_of_another_fish_is_told_and_not_used(folder) -> None:
+    """Its widest place is farther back: with it the joints are 1.2, 2.0 and 1.3 deg off."""
+    place = np.linspace(0, 1, len(FISH.half_width))
+    back = {name: np.interp(place**1.4, place, getattr(FISH, name)) for name in ("half_width", "half_height")}
+    found = tracked(folder / "calm.mp4", folder, sections=sections(replace(FISH, **back), folder / "back.csv"))
+    truth = np.load(folder / "truth.npy")
+    assert (np.degrees(rms(found.angle - truth[:, 3:])) < 1).all()
+    assert "of another robot, or damaged" in " ".join(found.warnings)
+    written = write_film_run(found, ht.load(ROBOT), folder / "other.toml", "a test")
+    again = tracked(folder / "calm.mp4", folder, sections=next(name for name in written if "sections" in name))
+    assert not again.body.learned
+    assert not again.body.file_off
+
+
 def test_harmonics_without_evidence_are_noise() -> None:
     """A sine in noise with memory: the mean and the higher harmonics are not followed."""
     draw, time = np.random.default_rng(5), np.arange(150) / 60

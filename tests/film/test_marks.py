@@ -154,11 +154,20 @@ def test_command(folder, tmp_path) -> None:
     assert min(green) > 100
     entry = tomllib.loads((tmp_path / "run.toml").read_text())["recordings"][0]
     assert len(entry["joints"]["noise_deg"]) == 3
-    ran = subprocess.run(
-        [*program, *options, *more, "--sections", "s.csv"], capture_output=True, text=True, check=False
-    )
-    assert ran.returncode == 2
-    assert "--sections is for outlines" in ran.stderr
+    assert "slow motion" not in ran.stdout
+    for option, sentence in ((["--sections", "s.csv"], "--sections is for outlines"),
+                             (["--scale", "fish"], "--scale cannot be the fish's with --marks")):  # fmt: skip
+        ran = subprocess.run([*program, *options, *more, *option], capture_output=True, text=True, check=False)
+        assert ran.returncode == 2
+        assert sentence in ran.stderr
+
+
+def test_a_beat_that_the_robot_does_not_make_is_told(folder, tmp_path) -> None:
+    line = ["trials", "track", f"{folder}/dots.mp4", "--robot", ROBOT, "--camera", f"{folder}/camera.toml"]
+    line += ["--depth", f"{DEPTH}", "--marks", "dots", "--places", f"{folder}/dots.csv", "--frame-rate", "240"]
+    result = CliRunner().invoke(app, [*line, "-o", f"{tmp_path}/run.toml", "--json"], catch_exceptions=False)
+    told = " ".join(json.loads(result.stdout)["runs"][0]["warnings"])
+    assert "the beat of 14 Hz is outside the robot's 0.5 to 4 Hz: is the film slow motion" in told
 
 
 def test_commands_of_the_page_run(folder, tmp_path, monkeypatch) -> None:

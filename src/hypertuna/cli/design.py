@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -9,16 +10,22 @@ import typer
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
 from hypertuna.cli.emit import emit
-from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gaits_csv
+from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gait_row
 from hypertuna.cli.search import bounds_of
 from hypertuna.description.provenance import provenance
+from hypertuna.description.robot import Robot
 from hypertuna.design.criterion import WISHES
+from hypertuna.design.kinds import RUN_KINDS
 from hypertuna.design.runs import QUANTITIES, Measurement, Told, run_record
 from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
+from hypertuna.io.files import Csv, rows_csv
+from hypertuna.trials.decay import MIN_ROWS
+from hypertuna.trials.kinds import KINDS
 from hypertuna.trials.numbers import TurnRun
-from hypertuna.trials.steady import MEASURED
+from hypertuna.trials.steady import COLUMNS as STEADY_COLUMNS
+from hypertuna.trials.steady import MEASURED, SteadyRun
 from hypertuna.trials.tables import read_runs
 
 State = Annotated[str, opt.text("--state", "File that stores the design; created by the first ask.", "FILE")]
@@ -83,7 +90,7 @@ def ask_command(
     design: DesignOptions,
     robot: opt.RobotName = "",
     runs: Annotated[int, opt.whole_number("--runs", "Number of runs to make before the next ask.")] = 1,
-    output: Annotated[str | None, opt.file("--output", "the gaits, to be filled in,", ".csv")] = None,
+    output: Annotated[str | None, opt.file("--output", "the runs, to be filled in,", ".csv")] = None,
     report: Annotated[str | None, opt.file("--report", "a page on the design", ".html")] = None,
     plot: opt.Plot = None,
     as_json: opt.AsJson = False,
@@ -101,29 +108,36 @@ def ask_command(
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
-    target = WISHES[result.want]
-    columns = (TurnRun.columns["value"],) if target == "turn_rate" else STEADY
-    runs_of_file = [
-        one for one in result.choices if one.run.kind == "steady" and {target or "speed"} <= {*one.expected}
-    ]
-    gaits = {one.name: one.run.gait for one in runs_of_file if one.run.gait}
-    emit(
-        result,
-        record=_record,
-        csv=lambda _: gaits_csv(result.robot, gaits, columns),
-        output=output if gaits else None,
-        plot=plot,
-        written=(report,),
-        as_json=as_json,
-    )
+    tables = {} if output is None else _tables(result, output)
+    for name, table in tables.items():
+        table.write(name)
+    emit(result, record=_record, plot=plot, written=(*tables, report), as_json=as_json)
+
+
+def _tables(result: NextRuns, output: str) -> dict[str, Csv]:
+    """Return the tables of the next runs to be filled in: a file for each kind, the first as it is asked for."""
+    rows: dict[type[Any], list[dict[str, Any]]] = {}
+    for one in result.choices:
+        kind, gait, u = RUN_KINDS[one.run.kind], one.run.gait, one.run.u
+        trial = TurnRun if "turn_rate" in one.expected else kind.trials[0]
+        columns = STEADY_COLUMNS if trial is SteadyRun else trial.columns
+        row = gait_row(result.robot, one.name, gait) if gait is not None else {columns["name"]: one.name}
+        row |= {columns["u"]: f"{u:g}"} if u and not kind.series else {}
+        row |= {columns["time"]: ""} if kind.series else {}
+        row |= dict.fromkeys(STEADY if trial is SteadyRun else (columns["value"],), "")
+        rows.setdefault(trial, []).extend([row] * (MIN_ROWS if kind.series else 1))
+    first, keys = Path(output), {kind.trial: kind.key for kind in KINDS}
+    names = (f"{first.with_name(f'{first.stem}-{keys[trial]}.csv')}" for trial in [*rows][1:])
+    return {name: rows_csv({}, each) for name, each in zip((output, *names), rows.values(), strict=False)}
 
 
 def tell_command(
     state: State,
     results: Annotated[
-        str | None,
+        list[str] | None,
         typer.Argument(
-            help="CSV file of runs, these or others: what `ask -o` wrote, or tows, held thrusts, powers, glides."
+            help="CSV files of runs, these or others: what `ask -o` wrote, or tows, held thrusts, powers, glides. Runs "
+            "of several files are taken in the order of their names."
         ),
     ] = None,
     value: Annotated[
@@ -139,12 +153,20 @@ def tell_command(
 ) -> None:
     """Enter what the runs measured, in the order in which they were made; then the next run is printed."""
     with TankDesign(state) as tank:
-        check_one_source(results, value)
+        check_one_source(results or None, value)
         last = tank.results[-1].day if tank.results else ""
         when = last if day is None else day
-        told = _of_values(value or [], tank) if results is None else read_runs(results, tank.unknowns.robot)
+        told = _of_values(value or [], tank) if not results else _of_files(results, tank.unknowns.robot)
         tank.tell(told, when)
         emit(tank.ask(), record=_record, as_json=as_json)
+
+
+def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
+    """Return the trials of files; runs of one file are in the order of its rows."""
+    told = list[Told]()
+    for file in files:
+        told += read_runs(file, robot)
+    return told if len(files) == 1 else sorted(told, key=lambda run: run.name)
 
 
 def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
@@ -152,8 +174,8 @@ def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
     made = list[Told]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
         key, run, names = f"--value {k + 1}", choice.run, list(choice.expected)
-        if run.kind == "glides":
-            rule, fix = "must be the track of a glide", "give a CSV file with time_s and speed_m_s"
+        if RUN_KINDS[run.kind].series:
+            rule, fix = "must be a track", "give a CSV file with time_s and speed_m_s: `design ask -o` begins one"
             raise InputError(rule, key=key, value=text, fix=fix)
         names = list(MEASURED) if names[0] == "speed" else names
         values = parsing.numbers(text, key, " or ".join(QUANTITIES[name].unit for name in names))

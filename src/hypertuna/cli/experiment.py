@@ -69,7 +69,7 @@ def check_later(context: typer.Context, kept: Collection[str]) -> None:
             raise InputError(rule, key=f"--{name.replace('_', '-')}", value="given alone", fix=fix)
 
 
-def check_one_source(results: str | None, value: Collection[str] | None) -> None:
+def check_one_source(results: str | Collection[str] | None, value: Collection[str] | None) -> None:
     """Check that results are given in one way."""
     if (results is None) == (not value):
         rule = "must be given either in a CSV file or with --value"
@@ -132,7 +132,7 @@ def _record(experiment: TankSearch) -> dict[str, Any]:
 def _lines(experiment: TankSearch) -> Iterator[Any]:
     """Lay out the next gaits, and the best one so far."""
     robot, best, stop = experiment.problem.robot, experiment.best, experiment.optimizer.stop
-    rows = _rows(robot, experiment.ask(), ".4g")
+    rows = [gait_row(robot, name, gait, ".4g") for name, gait in experiment.ask().items()]
     if rows:
         yield Table([column.replace("_", "\n") for column in rows[0]], [list(row.values()) for row in rows])
     if stop is not None:
@@ -156,13 +156,12 @@ def _values(gait: Gait) -> list[float]:
     return [gait.frequency, *np.degrees(gait.values[1:]).tolist()]
 
 
-def _rows(robot: Robot, gaits: Mapping[str, Gait], digits: str) -> list[dict[str, str]]:
-    """Return gaits by the names of a file of steady runs."""
-    columns = (COLUMNS["name"], *gait_columns(robot))
-    rows = ((name, *(f"{x:{digits}}" for x in _values(gait))) for name, gait in gaits.items())
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+def gait_row(robot: Robot, name: str, gait: Gait, digits: str = ".6f") -> dict[str, str]:
+    """Return a gait by the names of a file of steady runs."""
+    values = (f"{x:{digits}}" for x in _values(gait))
+    return {COLUMNS["name"]: name} | dict(zip(gait_columns(robot), values, strict=True))
 
 
-def gaits_csv(robot: Robot, gaits: Mapping[str, Gait], measured: Collection[str] = STEADY) -> Csv:
-    """Write gaits with empty cells in the columns of what is to be measured, by default those of steady runs."""
-    return rows_csv({}, [row | dict.fromkeys(measured, "") for row in _rows(robot, gaits, ".6f")])
+def gaits_csv(robot: Robot, gaits: Mapping[str, Gait]) -> Csv:
+    """Write gaits with empty cells in the columns of what is to be measured."""
+    return rows_csv({}, [gait_row(robot, name, gait) | dict.fromkeys(STEADY, "") for name, gait in gaits.items()])

@@ -1,5 +1,6 @@
 """The commands `hypertuna trials track | camera | record | clock`."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -39,8 +40,13 @@ class FilmOptions:
         opt.text("--sections", "CSV file of the robot's widths and heights. (default: estimated)", "FILE"),
     ] = None
     scale: Annotated[
-        str, opt.word("--scale", ("fish", "camera"), "What gives the scale: the fish's own length, or the camera.")
-    ] = "fish"
+        str | None,
+        opt.word(
+            "--scale",
+            ("fish", "camera"),
+            "What gives the scale: the fish's own length, or the camera, as with --marks. (default: fish)",
+        ),
+    ] = None
     frame_rate: Annotated[
         float | None,
         opt.number("--frame-rate", "Hz", "Rate of filming, where the film has another: slow motion.", limits=POSITIVE),
@@ -96,12 +102,15 @@ def track_command(
         for key, value in (("--sections", options.sections), ("--checkpoint", checkpoint)):
             if value is not None:
                 raise InputError("is for outlines", key=key, fix="leave it out with --marks")
+        if options.scale == "fish":
+            fix = "leave it out; where the two differ, check the camera's height and --depth"
+            raise InputError("cannot be the fish's with --marks: the camera measures them", key="--scale", fix=fix)
         _track_marks(fish, film, camera, options, marks, places, output, overlay, plot, as_json)
         return
     for key, value in {"--dot-color": marks.dot_color, **places.given()}.items():
         if value:
             raise InputError("is used only with --marks", key=key, fix="add --marks dots or --marks tags")
-    own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale}
+    own: dict[str, Any] = {"depth": options.depth, "sections": options.sections, "scale": options.scale or "fish"}
     own["frame_rate"] = options.frame_rate
     header = {"film": Path(film).name, "robot": fish.name, "options": own | {"camera": camera.model_dump(mode="json")}}
     with ExitStack() as stack:
@@ -143,7 +152,7 @@ def _track_marks(
     as_json: bool,
 ) -> None:
     """Track dots or tags: points that are judged as those of a file."""
-    from hypertuna.film.marks import Marks, noise_of, points_of
+    from hypertuna.film.marks import Marks, judged, points_of
     from hypertuna.film.overlay import marked, write_overlay
     from hypertuna.film.source import open_film
     from hypertuna.trials.marker_import import fit_markers
@@ -155,7 +164,7 @@ def _track_marks(
     with progress_bar("tracking") as progress:
         shown = open_film(film, options.frame_rate)
         points = points_of(fish, shown, camera, options.depth, what, progress)
-    run = fit_markers(fish, markers_of(points), places.wishes())
+    run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, shown.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
         write_atomically(places.places_from_run, places_text(run.places, comment).encode())
@@ -163,7 +172,7 @@ def _track_marks(
         with progress_bar("drawing") as progress:
             write_overlay(shown, marked(run, shown, camera, options.depth), overlay, progress)
     also = (places.places_from_run, overlay)
-    show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise_of(run)], also=also)
+    show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise], also=also)
 
 
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
@@ -179,6 +188,7 @@ def _lines(record: dict[str, Any]) -> Iterator[Any]:
         rows.append([f"joint {group}", f"{100 * seen:.0f}", swing, f"{record['noise_deg'][k]:.2g}"])
     yield Table(["", "seen [%]", "amplitude [deg]", "noise [deg]"], rows)
     beat = "none" if record["beat_hz"] is None else f"{record['beat_hz']:.4g} Hz, {record['beats']:.1f} beats"
+    yield f"camera: {record['camera_off_vertical_deg']:.2g} deg off straight down"
     yield (
         f"beat: {beat}; memory of the noise {record['noise_tau_s']:.2g} s; head within "
         f"{max(record['head_sd_mm']):.2g} mm, yaw within {record['yaw_sd_deg']:.2g} deg"
@@ -235,7 +245,8 @@ def camera_command(
         lens_k1=lens.lens_k1,
     )
     write_camera(camera, output, f"Made by `hypertuna trials camera` {version()}")
-    facts = camera.model_dump(mode="json", by_alias=True) | about
+    facts = camera.model_dump(mode="json", by_alias=True) | {"off_vertical_deg": math.degrees(camera.off_vertical)}
+    facts |= about
     emit(facts, record=dict, lines=_facts, as_json=as_json)
     if not as_json:
         print_written(output)
@@ -244,6 +255,10 @@ def camera_command(
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
     """Lay out a camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
+    if "corners" in facts:
+        yield f"The camera looks {facts['off_vertical_deg']:.2g} deg off straight down."
+    else:
+        yield "The camera is taken to look straight down, for no points of the tank were given by --corners.", "yellow"
 
 
 @opt.grouped

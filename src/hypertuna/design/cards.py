@@ -16,7 +16,7 @@ def next_runs_card(result: NextRuns) -> Card:
     """Show the next runs, what is known so far, and what no run can tell."""
     parts: list[Part] = []
     if result.choices:
-        heads = ["run", "why", "gait or tow", "expected", "half width\nafter [%]"]
+        heads = ["run", "why", "motion", "expected", "half width\nafter [%]"]
         rows = [
             (
                 one.name,

@@ -64,11 +64,11 @@ class Design:
 
     def farthest(self) -> TankRun:
         """Return the gait where the runs tell least of what the model misses: the check of a design."""
-        swims = [run for run in self.places if run.kind == "steady" and (run.turns or self.want != "turn")]
+        swims = [run for run in self.places if run.swims and (run.turns or self.want != "turn")]
         gaits = [run for run in swims if run not in self.made]
         if not gaits:
             return self.best()
-        here, known = ([Row(run, "speed") for run in runs if run.kind == "steady"] for runs in (gaits, self.made))
+        here, known = ([Row(run, "speed") for run in runs if run.swims] for runs in (gaits, self.made))
         near, among = correlation(here, known), correlation(known, known)
         blind = 1 - np.einsum("ij,ji->i", near, np.linalg.solve(among + 1e-6 * np.eye(len(known)), near.T))
         far = [run for run, variance in zip(gaits, blind, strict=True) if variance >= AS_FAR * blind.max()]
@@ -81,7 +81,7 @@ class Design:
 
 def planned(run: TankRun, want: str) -> tuple[str, ...]:
     """Return what a run of a design measures."""
-    if run.kind != "steady":
+    if not run.swims:
         return run.measured
     if want == "turn" and run.turns:
         return ("turn_rate",)

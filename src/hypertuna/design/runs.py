@@ -10,14 +10,14 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.design.kinds import RUN_KINDS, Motion, Swims
 from hypertuna.errors import InputError, shown
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.ranges import POSITIVE
-from hypertuna.swimming.gait import Gait, gait_record, gait_text
-from hypertuna.trials.decay import Decay, Glide
-from hypertuna.trials.kinds import kind_of
-from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, U
-from hypertuna.trials.steady import MEASURED, SteadyRun
+from hypertuna.swimming.gait import Gait, gait_record
+from hypertuna.trials.decay import Decay
+from hypertuna.trials.numbers import NumberRun, U
+from hypertuna.trials.steady import SteadyRun
 
 
 class Quantity(NamedTuple):
@@ -42,7 +42,6 @@ SLOWEST = 3.0  # noises of a speed: a slower gait tells next to nothing
 # Candidates: levels of the frequency, of the amplitude over its bound, of the lag over its bound, of the last group's
 # amplitude over that of the others, and of the bias over its bound.
 FREQUENCIES, AMPLITUDES, LAGS, FINS, BIASES = 5, (0.4, 0.7, 1.0), (0.17, 0.45, 0.72), (0.6, 1.0), (0.4, 1.0)
-SPEEDS = {"tows": "tow_m_s", "glides": "glide_m_s", "thrusts": "held_m_s"}  # in records, of kinds that are no swims
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class TankRun:
     Parameters
     ----------
     kind : str
-        Kind of trial, as a manifest has it: "steady", "tows", "thrusts" or "glides".
+        Kind of trial, as a manifest has it: a key of `RUN_KINDS`.
     gait : Gait, optional
         As commanded; None of a straight body.
     u : float
@@ -68,32 +67,39 @@ class TankRun:
             U.check(self.u, f"speed of {self.kind}", "give the speed through the water in m/s")
 
     @property
+    def motion(self) -> Motion:
+        """Gait and speed."""
+        return self.gait, self.u
+
+    @property
+    def swims(self) -> bool:
+        """Whether it is a free swim of a gait."""
+        return isinstance(RUN_KINDS[self.kind], Swims)
+
+    @property
     def turns(self) -> bool:
         """Whether it is a swim of a gait that bends to one side."""
-        return self.kind == "steady" and self.gait is not None and any(self.gait.bias)
+        return self.swims and self.gait is not None and any(self.gait.bias)
 
     @property
     def measured(self) -> tuple[str, ...]:
         """Quantities that it can measure."""
-        if self.kind == "steady":
-            return (*MEASURED, "power", *(("turn_rate",) if self.turns else ()))
-        return {"tows": ("drag",), "thrusts": ("thrust",), "glides": ("coasting_length",)}[self.kind]
+        return RUN_KINDS[self.kind].measured(self.motion)
 
     def __str__(self) -> str:
-        if self.gait is not None:
-            return "held still, " * (self.kind == "thrusts") + gait_text(self.gait)
-        return f"{'tow at' if self.kind == 'tows' else 'glide from'} {self.u:.3g} m/s"
+        return RUN_KINDS[self.kind].text(self.motion)
 
 
 def run_record(run: TankRun) -> dict[str, Any]:
     """Return a run as JSON."""
-    speed = {SPEEDS[run.kind]: run.u} if run.kind in SPEEDS else {}
-    return speed | ({} if run.gait is None else gait_record(run.gait))
+    key = RUN_KINDS[run.kind].speed
+    return ({key: run.u} if key else {}) | ({} if run.gait is None else gait_record(run.gait))
 
 
 def run_of(record: Any) -> TankRun:
     """Return the run of a record."""
-    kind, u = next(((kind, record[key]) for kind, key in SPEEDS.items() if key in record), ("steady", 0.0))
+    told = ((key, record[kind.speed]) for key, kind in RUN_KINDS.items() if kind.speed in record)
+    kind, u = next(told, (Swims.key, 0.0))
     if "frequency_hz" not in record:
         return TankRun(kind, u=u)
     keys = {key: record[f"{key}_deg"] for key in ("amplitude", "phase")}
@@ -103,19 +109,39 @@ def run_of(record: Any) -> TankRun:
 
 def swims(gaits: Iterable[Gait]) -> list[TankRun]:
     """Return swims of gaits."""
-    return [TankRun("steady", gait) for gait in gaits]
+    return [TankRun(Swims.key, gait) for gait in gaits]
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured number of a run."""
+    """One measured number of a run of a design.
+
+    Parameters
+    ----------
+    run : TankRun
+    quantity : str
+        What was measured: one of ``run.measured``.
+    value : float
+        The measured number, greater than 0 [SI].
+    sd : float, optional
+        Its standard deviation; None: the default noise of the quantity [SI].
+    name : str
+        Name of the run.
+    day : str
+        Name of the day, whose runs share an offset.
+
+    Raises
+    ------
+    InputError
+        If such a run does not measure the quantity, or the value or its standard deviation is not positive.
+    """
 
     run: TankRun
-    quantity: str  # of `QUANTITIES`
-    value: float  # [SI]
-    sd: float | None = None  # of the value [SI]; None: the default noise
+    quantity: str
+    value: float
+    sd: float | None = None
     name: str = ""
-    day: str = ""  # runs of one day share an offset
+    day: str = ""
 
     def __post_init__(self) -> None:
         if self.quantity not in self.run.measured:
@@ -139,30 +165,12 @@ def measurements(trial: Told, day: str = "") -> list[Measurement]:
     """Return what a trial measured; the mean of its repeats has a smaller noise."""
     if isinstance(trial, Measurement):
         return [replace(trial, day=trial.day or day)]
-    if isinstance(trial, SteadyRun):
-        run, given = (
-            TankRun("steady", trial.gait),
-            [(n, getattr(trial, n), getattr(trial, f"{n}_sd")) for n in MEASURED],
-        )
-    elif isinstance(trial, (Tow, HeldThrust)):
-        run, given = (
-            TankRun(kind_of(trial).key, trial.gait, trial.u),
-            [(kind_of(trial).quantities[0].name, trial.value, trial.sd)],
-        )
-    elif isinstance(trial, (PowerRun, TurnRun)):
-        run, given = TankRun("steady", trial.gait), [(kind_of(trial).quantities[0].name, abs(trial.value), trial.sd)]
-    elif isinstance(trial, Glide):
-        length, sd, u = trial.coasting()
-        return [Measurement(TankRun("glides", u=u), "coasting_length", length, sd, trial.name, day)]
-    else:
+    kind = next((kind for kind in RUN_KINDS.values() if isinstance(trial, kind.trials)), None)
+    if kind is None:
         rule, fix = "must be a run that a design knows", "give steady runs, turns, powers, tows, held thrusts or glides"
         raise InputError(rule, key="tell", value=type(trial).__name__, fix=fix)
-    root = math.sqrt(trial.repeats)
-    return [
-        Measurement(run, name, value, None if sd is None else sd / root, trial.name, day)
-        for name, value, sd in given
-        if value is not None
-    ]
+    motion, told = kind.told(trial)
+    return [Measurement(TankRun(kind.key, *motion), *one, trial.name, day) for one in told]
 
 
 def noise_of(quantity: str, value: Any) -> Any:

@@ -13,6 +13,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse, robot_of
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
+from hypertuna.design.kinds import RUN_KINDS
 from hypertuna.design.posterior import Posterior, infer
 from hypertuna.design.prediction import Row, predict
 from hypertuna.design.runs import (
@@ -173,11 +174,11 @@ class TankDesign(TankState):
         if not self.candidates or not self.targets:
             rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
             raise InputError(rule, key="the range of gaits", value="none", fix=fix)
-        swum, speeds = list(self.candidates), speeds_of(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
-        self.candidates += [TankRun("thrusts", run.gait) for run in swum if options["hold"]]
-        self.candidates += [
-            TankRun(kind, u=u) for kind, has in (("tows", "tow"), ("glides", "glide")) if options[has] for u in speeds
-        ]
+        speeds = speeds_of(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
+        swum = [run.gait for run in self.candidates if run.gait is not None]
+        for kind in RUN_KINDS.values():
+            if kind.needs and options[kind.needs]:
+                self.candidates += [TankRun(kind.key, *motion) for motion in kind.choices(swum, speeds)]
 
     @property
     def results(self) -> list[Measurement]:
@@ -222,7 +223,7 @@ class TankDesign(TankState):
 
         Parameters
         ----------
-        trials : sequence of SteadyRun, TurnRun, PowerRun, Tow, HeldThrust or Glide
+        trials : sequence of SteadyRun, TurnRun, PowerRun, Tow, HeldThrust, Glide or Measurement
             At least one. If one of them is refused, none is kept.
         day : str
             Name of the day, whose runs share an offset.

@@ -48,6 +48,12 @@ class Camera(Part):
         yield Check(down > 0.5, "tilt", "must leave the camera within 60 degrees of straight down", fix)
 
     @property
+    def off_vertical(self) -> float:
+        """Angle between its axis and straight down [rad]."""
+        x, y, z = self.axes[:, 2]
+        return float(np.arctan2(np.hypot(x, y), -z))
+
+    @property
     def axes(self) -> Array:
         """Rotation (3, 3) from the axes of the picture (right, down, ahead) to those of the tank."""
         vector = np.array(self.tilt)

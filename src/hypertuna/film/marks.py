@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.film.camera import Camera
 from hypertuna.film.dots import follow_dots
 from hypertuna.film.noise import beat_of
+from hypertuna.film.pace import pace_doubts
 from hypertuna.film.source import Film
 from hypertuna.film.tags import find_tags
 from hypertuna.io.door import RUNS
@@ -77,16 +78,18 @@ def points_of(
     )
 
 
-def noise_of(run: MarkerRun) -> tuple[Array, float] | None:
-    """Return the standard deviations (groups,) [rad] of the joint angles by ripples, and their memory [s].
+def judged(run: MarkerRun, robot: Robot, rate: float) -> tuple[MarkerRun, tuple[Array, float] | None]:
+    """Return a run of a film of a frame rate [Hz] with what its beat lets doubt, and the noise of ripples.
 
-    None where no steady beat shows them.
+    The noise: standard deviations (groups,) [rad] of the joint angles and their memory [s]; None without a steady beat.
     """
     own = np.concatenate(run.stretches) if run.stretches else np.zeros(0, dtype=int)
     beat = beat_of(run.markers.time[own], run.fit.angle[own]) if len(own) else None
     if beat is None:
-        return None
-    return np.maximum(beat.noise, np.median(run.fit.sd[own, 3:], axis=0)), beat.memory
+        return run, None
+    notes = (*run.markers.notes, *pace_doubts(robot, beat.frequency, rate))
+    run = replace(run, markers=replace(run.markers, notes=notes))
+    return run, (np.maximum(beat.noise, np.median(run.fit.sd[own, 3:], axis=0)), beat.memory)
 
 
 def _places(path: str | Path, robot: Robot) -> Places:

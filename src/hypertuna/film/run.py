@@ -96,6 +96,7 @@ class FilmRun:
             "recordings": len(self.stretches),
             "frame_rate_hz": self.view.film.rate,
             "states": {STATES[k]: int((state == k).sum()) for k in range(len(STATES))},
+            "camera_off_vertical_deg": math.degrees(self.view.camera.off_vertical),
             "fish_px": float(self.body.length.sum()) * self.size / self.view.pixel,
             "contrast_gray": self.view.contrast,
             "edge_offset_px": float(np.median(self.tracked.offset[state == OK])),
@@ -103,6 +104,7 @@ class FilmRun:
             "length_ratio_sd": self.tuning.size_sd,
             "width_factor": math.exp(self.tuning.girth),
             "widths_learned": self.body.learned,
+            "sections_file_off": self.body.file_off,
             "scale": self.scale,
             "seen": dict(zip(groups, (float(seen[:, k].mean()) for k in links_of(self.body)), strict=True)),
             "noise_deg": np.degrees(self.noise),
@@ -136,7 +138,13 @@ class FilmRun:
             told.append(
                 f"{self.name}: the fish looks {looks} than its sections: check them. The film's widths are used."
             )
-        if self.body.learned:
+        if self.body.file_off:
+            told.append(
+                f"{self.name}: the widths of the file have another shape than those of the fish, by "
+                f"{100 * self.body.file_off:.0f} % of its area, so the film's are used and written: is the file of "
+                "another robot, or damaged? Measure the sections anew."
+            )
+        elif self.body.learned:
             told.append(f"{self.name}: the widths are learned from the film: measure the sections for the best angles.")
         if self.beat is None:
             told.append(
@@ -172,7 +180,7 @@ def track_film(
     film = open_film(path, frame_rate)
     body = body_of(robot, sections)
     view, samples = view_of(film, camera, depth, body)
-    body, tuning = tune(view, body, samples)
+    body, tuning = tune(view, body, body_of(robot), samples)
     del samples
     if abs(math.exp(tuning.size) - 1) > MAX_OFF:
         percent = 100 * (math.exp(tuning.size) - 1)

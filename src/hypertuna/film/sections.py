@@ -47,6 +47,7 @@ class Body:
     groups: tuple[str, ...]
     measured: bool = False  # whether the sections are from a file
     learned: bool = False  # whether the widths are from the film
+    file_off: float = 0.0  # part of the area by which the widths of a file differed, where the film's took their place
 
     @property
     def unknowns(self) -> int:

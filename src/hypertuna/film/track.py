@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,7 +16,7 @@ from hypertuna.film.sections import Body, Fit
 from hypertuna.film.source import Gray
 from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
-from hypertuna.film.widths import learned
+from hypertuna.film.widths import learned, shape_off
 from hypertuna.io.checkpoint import Journal
 
 EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
@@ -32,6 +32,7 @@ MIN_SEEN = 0.5  # part of a link that must be seen
 WAY = 1.5  # lengths of the fish
 FIXED = 1e12  # precision of an unknown that is known
 TINY = 1e-6  # of the information on an unknown that no pixel tells
+ANOTHER_SHAPE = 0.08  # of the area: widths of a file that differ by more are not those of the fish; right ones 0.04
 BLOCK = 60  # frames of a record of the journal
 GAP = 0.25  # s: after longer ones the frames before tell nothing
 LESSONS, END = 2, 1.0  # rounds of learning the widths; px: of the length that is learned with them
@@ -171,10 +172,16 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
     return np.asarray(unknowns + rate * min(number - last, 3))
 
 
-def tune(view: View, body: Body, samples: Gray) -> tuple[Body, Tuning]:
-    """Find size, girth and blur of the edge from samples of a film, and the widths of a body that is not measured."""
+def tune(view: View, body: Body, estimate: Body, samples: Gray) -> tuple[Body, Tuning]:
+    """Find size, girth and blur of the edge from samples of a film, and the widths of a body that is not measured.
+
+    Where the sections of a file are those of another fish, the estimate takes their place.
+    """
     tracker, first = Tracker(view, body), 3 + len(body.groups)
     whole = _whole(tracker, samples)
+    if body.measured and (off := shape_off(body, learned(view, body, whole))) > ANOTHER_SHAPE:
+        tracker.body = body = replace(estimate, file_off=off)
+        whole = _whole(tracker, samples)
     if not body.measured:
         for _ in range(LESSONS):
             tracker.body = body = learned(view, body, whole)

@@ -17,6 +17,8 @@ ASIDE = 6.0  # px beside the widest section
 NOSE = (0.1, 0.5)  # of the largest squared width: between these it is taken as linear, from 0 at the nose
 FIN = (0.88, 0.95)  # lengths from the nose: half of the width there is at the tail tip
 
+TINY = 1e-12  # m
+
 
 def learned(view: View, body: Body, fits: list[tuple[Gray, Array]]) -> Body:
     """Return a body of the widths that frames show, by the silhouette in each; it may lie along the fish by some way.
@@ -41,6 +43,14 @@ def learned(view: View, body: Body, fits: list[tuple[Gray, Array]]) -> Body:
     own = np.interp(nose + body.stations * (tail - nose) / total, np.append(nose, middle[known]),
                     np.append(0.0, square[known]))  # fmt: skip
     return replace(body, section=np.column_stack([np.maximum(own, 0.0), body.section[:, 1]]), learned=True)
+
+
+def shape_off(body: Body, shown: Body) -> float:
+    """Return by which part of the area the widths of a body differ from those that a film shows, but for one factor."""
+    own = slice(len(body.section) // 20, -(len(body.section) // 20))  # without the ends, which frames blur
+    half, film = np.sqrt(body.section[own, 0]), np.sqrt(shown.section[own, 0])
+    factor = float(half @ film) / max(float(half @ half), TINY)
+    return float(np.abs(film - factor * half).sum()) / max(float(film.sum()), TINY)
 
 
 def _shown(view: View, body: Body, fit: tuple[Gray, Array], edges: Array) -> tuple[Array, Array]:
