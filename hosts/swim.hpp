@@ -122,7 +122,7 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         std::fill_n(out, derivative_count * numbers, std::nan(""));
         return;
     }
-    std::vector<double> along(std::size_t(parameter_count(host.model)) * numbers);
+    std::vector<double> along(std::size_t(beat_rows(host.model)) * numbers);
     for (int i = 0; i < numbers; ++i) along[std::size_t(i) * numbers + i] = 1;
     settled_gradient(kernel_portable, host.model, columns.batch(),
                      sort_directions(host.model, along.data(), numbers, true), 0, 1, rows.at(0, "p_x"), beat_steps,
