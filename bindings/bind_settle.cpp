@@ -348,12 +348,12 @@ void bind_settle(nb::module_& m) {
           "brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). "
           "With `approach` > 0 a start from rest is followed toward each for so many beats at most. `mass` [kg] is the "
           "whole body's.");
-    m.def("gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
-          nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"),
-          nb::arg("threads"),
-          "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters and links' "
-          "shares, "
-          "directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.");
+    m.def(
+        "gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
+        nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"),
+        nb::arg("threads"),
+        "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters and links' "
+        "shares, directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.");
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
           nb::arg("twist") = nb::none(), nb::arg("rates") = false,
           "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a "

@@ -102,8 +102,10 @@ def covering_pairs(seed: int = 0) -> list[Case]:
     left = {pair for case in all_cases() for pair in _pairs(case)}
     while left:
         places, values = min(left, key=repr)
-        offered = []
-        for _ in range(20):
+        offered: list[Case] = []
+        tries = 20
+        while tries > 0 or not offered:
+            tries -= 1
             drawn = [chance.choice(LINKS), chance.choice(DRIVES), chance.choice(SEA), chance.choice(list(COMMANDS))]
             for place, value in zip(places, values, strict=True):
                 drawn[place] = value

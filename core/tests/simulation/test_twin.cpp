@@ -158,7 +158,7 @@ static void work_of_the_oil() {
     CHECK(std::fabs(work) > 1e-3 * most);
 }
 
-/// Servos on an axle and on tendons: their work is what body and rotors gain, and what water, gears and hinge take meanwhile.
+/// Servos on an axle and on tendons: their work is what body and rotors gain, and what water, gears and hinge take.
 template <class Law>
 static void work_of_the_servos() {
     Robot<Law> robot;
