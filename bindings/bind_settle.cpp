@@ -163,7 +163,7 @@ static Output settle_batch(const Model& model, const Frequency& frequency, const
 }
 
 static Directions checked_directions(const Model& model, const Input<2>& along, bool of_gait) {
-    check_extent("directions", along.shape(0), parameter_count(model));
+    check_extent("directions", along.shape(0), of_gait ? beat_rows(model) : parameter_count(model));
     return sort_directions(model, along.data(), int(along.shape(1)), of_gait);
 }
 
@@ -352,8 +352,8 @@ void bind_settle(nb::module_& m) {
         "gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
         nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"),
         nb::arg("threads"),
-        "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters, directions): "
-        "(gaits, differentiable quantities, directions); NaN where the start is not determined.");
+        "Derivatives of settled beats, from their momentum at the start, along `directions` (parameters and links' "
+        "shares, directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.");
     m.def("track", &track, nb::arg("model"), nb::arg("joints"), nb::arg("directions"), nb::kw_only(), nb::arg("step"),
           nb::arg("twist") = nb::none(), nb::arg("rates") = false,
           "Swim a joint motion, given at every half step (2 steps + 1, links, 3), from rest in the water or from a "

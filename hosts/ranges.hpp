@@ -25,13 +25,14 @@ inline constexpr double tiny = 1e-18, huge = 1e18, endless = HUGE_VAL;
 
 /// The first range that names a column holds. The last one is that of all others: amounts, none of them negative.
 inline constexpr NumberRange number_ranges[] = {
-    {0, 1, true, "direct stay tail_shedding cross_flow"},
+    {0, 1, true, "stay tail_shedding cross_flow"},
+    {0, 1e3, false, "direct"},
     {1, 1e6, true, "timeout every"},
     {0, 1e4, true, "units"},
     {0, 4294967295., true, "scatter.hash"},
     {-1e6, 1e6, true, "joint_group"},
-    {0, 1, false, "share joint_share efficiency relax couple servo_decay smoothing_decay learning reserve"},
-    {-10, 10, false, "phase_offset lag neutral declination fin.stall"},
+    {0, 1, false, "efficiency relax couple servo_decay smoothing_decay learning reserve"},
+    {-10, 10, false, "share joint_share phase_offset lag neutral declination fin.stall"},
     {1e-5, 1, false, "tick period"},
     {0.01, 1e5, false, "frequency_max"},
     {0.1, 1e6, false, "density"},

@@ -135,7 +135,7 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         std::fill_n(out, derivative_count * numbers, std::nan(""));
         return;
     }
-    std::vector<double> along(std::size_t(parameter_count(host.model) + host.spring.size()) * numbers);
+    std::vector<double> along((beat_rows(host.model) + host.spring.size()) * numbers);
     for (int i = 0; i < numbers; ++i) along[std::size_t(i) * numbers + i] = 1;
     if (host.hinges.empty())
         return settled_gradient(kernel_portable, host.model, columns.batch(),

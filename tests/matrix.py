@@ -23,9 +23,10 @@ from hypertuna.swimming.swim import swim
 from program import Run
 
 LINKS = tuple(range(2, 21))
-DRIVES = ("none", "servo", "hydraulic", "mixed")
+DRIVES = ("none", "servo", "tendons", "hydraulic", "mixed")
 MADE_OF = {"mixed": "hydraulic"}  # of `robot new`
 SEA = (False, True)
+MOTORS = 3  # of tails on tendons
 FIT = 5  # joint groups with muscles that are long enough for hoses
 NEW = "robot new"
 # By name; ROBOT is the file, GROUPS the number of joint groups. A second of simulated time, two beats.
@@ -101,8 +102,10 @@ def covering_pairs(seed: int = 0) -> list[Case]:
     left = {pair for case in all_cases() for pair in _pairs(case)}
     while left:
         places, values = min(left, key=repr)
-        offered = []
-        for _ in range(20):
+        offered: list[Case] = []
+        tries = 20
+        while tries > 0 or not offered:
+            tries -= 1
             drawn = [chance.choice(LINKS), chance.choice(DRIVES), chance.choice(SEA), chance.choice(list(COMMANDS))]
             for place, value in zip(places, values, strict=True):
                 drawn[place] = value
@@ -121,8 +124,9 @@ def _pairs(case: Case) -> set[tuple[tuple[int, int], tuple[Any, Any]]]:
 def expected(case: Case) -> bool | None:
     """Whether a command has a result, and not a sentence; None where either may be."""
     oil = case.drive in ("hydraulic", "mixed")
-    twin = case.drive != "none" and (case.sea or oil or case.links - 1 <= _core.MAX_JOINTS)
-    board = case.sea and (oil or case.links - 1 <= ON_BOARD["servo"])
+    few = oil or case.drive == "tendons"
+    twin = case.drive != "none" and (case.sea or few or case.links - 1 <= _core.MAX_JOINTS)
+    board = case.sea and (few or case.links - 1 <= ON_BOARD["servo"])
     needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE), (board, BOARD))
     return next((there for there, commands in needs if case.command in commands), None)
 
@@ -130,7 +134,8 @@ def expected(case: Case) -> bool | None:
 def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
     """Write the robot of a case and trials of it, once.
 
-    At sea, joints share as many groups as a robot there may have, muscles as many as fit; others are groups alone.
+    At sea, joints share as many groups as a robot there may have, muscles as many as fit, and tendons those of a few
+    motors; others are groups alone.
     """
     home = folder / f"{drive}-{links}{'-sea' * sea}"
     file = home / "fish.toml"
@@ -138,6 +143,7 @@ def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
         return file
     oil = drive in ("hydraulic", "mixed")
     most = (ON_BOARD["hydraulic"] if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
+    most = MOTORS if drive == "tendons" else most
     options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
     text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)
     home.mkdir()

@@ -58,9 +58,12 @@ def test_the_example_robot_is_complete(file: str) -> None:
     assert ht.load(EXAMPLES / file).unsourced() == ()
 
 
-@pytest.mark.parametrize(("file", "actuation"), [("myfish.toml", "none"), ("servofish.toml", "servo")])
+@pytest.mark.parametrize(
+    ("file", "actuation"), [("myfish.toml", "none"), ("servofish.toml", "servo"), ("tendonfish.toml", "tendons")]
+)
 def test_first_robots_are_what_robot_new_writes(file: str, actuation: str) -> None:
-    text = first_robot(Path(file).stem, links=3, length=0.3, mass=0.85, actuation=actuation)
+    options: dict[str, Any] = {"links": 5, "joints": ["tail"]} if actuation == "tendons" else {"links": 3}
+    text = first_robot(Path(file).stem, length=0.3, mass=0.85, actuation=actuation, **options)
     assert (EXAMPLES / file).read_text() == text, "write it again: hypertuna robot new, as docs/start says"
 
 

@@ -54,6 +54,19 @@ void point(const Directions& directions, const std::vector<int>& list, std::size
     }
 }
 
+/// The same of the shares of the links' joints, whose rows come after the parameters'.
+template <class G>
+void point_shares(const Directions& directions, const std::vector<int>& list, std::size_t first, std::size_t row,
+                  std::vector<JointShare<G>>& joints) {
+    if constexpr (std::same_as<G, Derivative>)
+        for (std::size_t i = 0; i < joints.size(); ++i)
+            for (int k = 0; k < lanes; ++k) {
+                const int direction = list[std::min(first + k, list.size() - 1)];
+                const double along = direction < 0 ? 0.0 : directions.along[(row + i) * directions.count + direction];
+                set_lane(joints[i].share.d[0], k, along);
+            }
+}
+
 /// Derivatives along a list of directions. G has derivatives where the directions change the shape.
 template <class Law, class G>
 void gradient_along(const Model& model, const GaitBatch& gaits, const Directions& directions,
@@ -71,6 +84,7 @@ void gradient_along(const Model& model, const GaitBatch& gaits, const Directions
         double* const out = rows + static_cast<std::size_t>(gait) * output_count * count;
         for (std::size_t first = 0; first < list.size(); first += lanes) {
             point(directions, list, first, start, tank.parameters);
+            point_shares(directions, list, first, tank.parameters.size(), tank.joints);
             if (first == 0 || std::same_as<G, Derivative>)
                 tank.fill();
             else

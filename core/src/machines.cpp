@@ -52,6 +52,7 @@ class Machines final : public AnyMachines {
           share_(load_row(robots, &PlantNumbers::share, robots[0]->model->links * D)),
           armature_(load_row(robots, &PlantNumbers::armature, D)),
           unit_rest_(load_row(robots, &PlantNumbers::unit_rest, 2 * robots[0]->joints)),
+          gear_(load_row(robots, &PlantNumbers::gear, robots[0]->joints)),
           motion_(robots[0]->model->links),
           shape_(robots[0]->model->links),
           acceleration_(robots[0]->model->links) {
@@ -79,8 +80,8 @@ class Machines final : public AnyMachines {
                                       robots[0]->clamped,  armature_.data(),
                                       motion_.data(),      shape_.data(),
                                       acceleration_.data()};
-        machine_.plant = {
-            tail, joints, joint_.data(), direct_, circuit_.data(), unit_rest_.data(), {hinge[0], hinge[1]}};
+        machine_.plant = {tail,         joints,          joint_.data(),     direct_,
+                          gear_.data(), circuit_.data(), unit_rest_.data(), {hinge[0], hinge[1]}};
         machine_.battery = read_battery<Real>(battery.data());
         machine_.step = Real(tick / steps);
         machine_.steps = steps;
@@ -102,7 +103,7 @@ class Machines final : public AnyMachines {
 
   private:
     Tank<Real, Law> tank_;
-    std::vector<Real> share_, armature_, unit_rest_;
+    std::vector<Real> share_, armature_, unit_rest_, gear_;
     std::vector<JointMotion<Real>> motion_;
     std::vector<LinkShape<Real>> shape_;
     std::vector<LinkAcceleration<Real>> acceleration_;

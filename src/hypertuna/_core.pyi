@@ -142,7 +142,7 @@ def gradient(
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Derivatives of settled beats, from their momentum at the start, along `directions` (parameters, directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.
+    Derivatives of settled beats, from their momentum at the start, along `directions` (parameters and links' shares, directions): (gaits, differentiable quantities, directions); NaN where the start is not determined.
     """
 
 def track(

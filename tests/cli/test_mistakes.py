@@ -113,8 +113,8 @@ MISTAKES = {
     "robot new fish.toml --length 30cm": "--length must be a number, but is '30cm': give the number alone, in m.",
     "robot new fish.toml --mass 850": "--mass must make a fish from 0.03 to 0.45 times as high as long at neutral "
     "buoyancy, but is 850 kg, 11 times as high: a robot of 0.3 m has about 0.0062 to 1.4 kg.",
-    "robot new fish.toml --actuation servos": "--actuation must be none, servo or hydraulic, but is 'servos': did you"
-    " mean servo?",
+    "robot new fish.toml --actuation servos": "--actuation must be none, servo, tendons or hydraulic, but is 'servos': "
+    "did you mean servo?",
     "robot new fish.toml --links 3,4": "--links must be a whole number, but is '3,4': write digits only.",
     "robot new fish.toml --links 1": "--links must be from 2 to 20, but is 1: a head, and one link behind each joint.",
     "robot new fish.toml --joints 2": "--joints must be names of joint groups, but is 2: name them, such as "

@@ -164,6 +164,17 @@ def test_joints_are_coupled_by_any_shares(share: tuple[float, ...]) -> None:
     assert d.ten_length == pytest.approx([0, 0.3])
 
 
+def test_joints_on_tendons_bend_as_their_levers_have_it() -> None:
+    """MuJoCo's position actuator on the group's fixed tendon bends the example's four joints by their shares."""
+    fish = ht.load("examples/tendonfish.toml")
+    m = model(fish)
+    d = mujoco.MjData(m)
+    d.ctrl[:] = 0.4
+    mujoco.mj_step(m, d, nstep=2000)
+    bends = np.array([d.joint(f"joint-{name}").qpos[0] for name in fish.links.name[1:]])
+    assert bends == pytest.approx(0.4 * np.array(fish.joints[0].share), abs=4e-4)
+
+
 def test_free_motion_needs_the_plugin() -> None:
     with pytest.raises(ht.InputError, match="^--free must come with the engine plugin"):
         ht.mjcf(IDEAL, free=True)

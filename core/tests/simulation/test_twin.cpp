@@ -34,11 +34,13 @@ struct Robot {
     Circuit<double> circuit[4] = {plain_circuit(), plain_circuit(), plain_circuit(), plain_circuit()};
     double armature[D] = {};
     bool direct[2] = {};
+    double gear[2] = {1, 1};
     double filled = taut_load(joint[0], 0.0, 0.0).volume[0], rest[4] = {filled, filled, filled, filled};
     Twin<Tail<double, Law, D>> twin{{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
                                       2,
                                       joint,
                                       direct,
+                                      gear,
                                       circuit,
                                       rest,
                                       {0.5, 0.002}},
@@ -156,13 +158,14 @@ static void work_of_the_oil() {
     CHECK(std::fabs(work) > 1e-3 * most);
 }
 
-/// Servos on the axles: their work is what body and rotors gain, and what water, gears and hinge take meanwhile.
+/// Servos on an axle and on tendons: their work is what body and rotors gain, and what water, gears and hinge take.
 template <class Law>
 static void work_of_the_servos() {
     Robot<Law> robot;
     for (int j = 0; j < 2; ++j) {
         robot.direct[j] = true;
-        robot.armature[j] = robot.circuit[2 * j].servo.inertia;
+        robot.gear[j] = 1 + 1.5 * j;
+        robot.armature[j] = robot.gear[j] * robot.gear[j] * robot.circuit[2 * j].servo.inertia;
     }
     const Plant<Tail<double, Law, 3>>& plant = robot.twin.plant;
     TwinState<double, 3> state = robot.run(20);
@@ -175,11 +178,10 @@ static void work_of_the_servos() {
                 water_loss(robot.fish.swimmer, robot.shape, at.xi)};
         for (int j = 0; j < 2; ++j) {
             const Servo<double>& servo = plant.circuit[2 * j].servo;
-            const double w = at.bend.rate[j];
+            const double angle = robot.gear[j] * at.bend.angle[j], w = robot.gear[j] * at.bend.rate[j];
             f.energy += 0.5 * servo.inertia * w * w;
             f.out += servo.friction * rubbing(w) * w;
-            f.out -=
-                axle_drive(servo, state.targets.supply, state.targets.angle[2 * j], at.bend.angle[j], w).torque * w;
+            f.out -= axle_drive(servo, state.targets.supply, state.targets.angle[2 * j], angle, w).torque * w;
         }
         f.energy += 0.5 * plant.hinge.stiffness * at.bend.angle[2] * at.bend.angle[2];
         f.out += plant.hinge.damping * at.bend.rate[2] * at.bend.rate[2];
@@ -199,10 +201,10 @@ static void work_of_the_servos() {
     }
     CHECK(std::fabs(work) > 1e-3 * most);
     CHECK_NEAR(look(state.plant).energy - start, work, 1e-7 * most);
-    // The circuit's state is the joint's.
+    // The circuit's state is the joint's, or the drum's.
     for (int j = 0; j < 2; ++j) {
-        CHECK(state.plant.circuit[2 * j].angle == state.plant.bend.angle[j]);
-        CHECK(state.plant.circuit[2 * j].rate == state.plant.bend.rate[j]);
+        CHECK_NEAR(state.plant.circuit[2 * j].angle, robot.gear[j] * state.plant.bend.angle[j], 1e-12);
+        CHECK_NEAR(state.plant.circuit[2 * j].rate, robot.gear[j] * state.plant.bend.rate[j], 1e-11);
         CHECK(state.plant.circuit[2 * j + 1].angle == 0 && state.plant.energy[2 * j + 1] == 0);
     }
 }

@@ -35,6 +35,7 @@ STALLED = 1.2  # range of a current sensor over what a stalled servo draws
 RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
 SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
 PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
+LEVER = 0.6  # of a tendon over the half width
 LEAST, BEND = math.radians(0.2), math.radians(90.0)  # of a joint group
 STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
 AIR = 0.01  # of the oil's volume
@@ -42,8 +43,10 @@ REACH = 1.2  # control may command so much more than the largest bend
 CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # of lithium polymer
 LOW_V = 3.4  # of such a cell, at which a status warns
 CHARGE, STRING = 15.0, 5.0  # W h per kg of robot, as HyperTuna's; A h of a string at most
+WITHOUT_OIL = ("rate", "acceleration", "current", "voltage", "depth")
 SENSORS = {
-    "servo": ("rate", "acceleration", "current", "voltage", "depth"),
+    "servo": WITHOUT_OIL,
+    "tendons": WITHOUT_OIL,
     "hydraulic": ("rate", "acceleration", "current", "bend", "pressure", "voltage", "depth"),
 }
 AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
@@ -60,14 +63,16 @@ def first_robot(
 ) -> str:
     """Return the text of a robot file that swims at once; sizes as in `new_robot`, `tail` as in `with_tail`.
 
-    `actuation` is "none", "servo" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
+    `actuation` is "none", "servo", "tendons" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
     """
     if sea and actuation == "none":
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
     document, (shape, _) = with_tail(name, tail, joints=joints, **sizes), shape_of(**sizes)
     if actuation != "none":
         _drive(document, actuation)
-    if actuation == "servo":
+    if actuation == "tendons":
+        _tendons(document, shape)
+    if actuation in ("servo", "tendons"):
         _servos(document)
     elif actuation == "hydraulic":
         _hydraulics(document, shape)
@@ -127,8 +132,25 @@ def _current_sensor(document: dict[str, Any], stall: float) -> None:
         document["sensors"][document["sensors"].index(sensor)] = sensor | scaled | {"part": "of this range"}
 
 
+def _tendons(document: dict[str, Any], shape: Shape) -> None:
+    """Let tendons beside the spine bend the joints of each group by equal parts, as far as the drum turns."""
+    fronts = np.cumsum([0.0, *document["links"]["length_m"]])
+    for group in document["joints"]:
+        levers: list[float] = []
+        for link in group["links"]:
+            at = min(fronts[link], 0.98 * shape.fin_start * shape.length)
+            height = float(shape.sections(at, at + 1e-3 * shape.length)[1].mean())
+            levers.append(float(f"{LEVER * shape.width / shape.height * height / 2:.2g}"))
+        drums = [float(f"{sum(levers[: i + 1]) / len(levers):.4g}") for i in range(len(levers))]
+        group["tendons"] = {"drum_m": drums, "lever_m": [levers[: i + 1] for i in range(len(levers))]}
+    document["sources"]["joints.tendons"] = (
+        f"estimate: each runs beside the spine, at {LEVER:g} times the half width at each joint; drums that share the "
+        "bend equally, and turn as far as all joints of the group bend together"
+    )
+
+
 def _servos(document: dict[str, Any]) -> None:
-    """Put a servo on the axle of each joint."""
+    """Put a servo on the axle of each joint, or on the drum of its tendons."""
     control = document["controller"]
     document["controller"] = {key: value for key, value in control.items() if not key.startswith("pressure_")}
     charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
@@ -156,9 +178,10 @@ def _servos(document: dict[str, Any]) -> None:
 def _torques(document: Mapping[str, Any]) -> list[float]:
     """Return the stall torque that each joint group's servo needs [N m]."""
     robot = parse(document)
-    beat = swim(robot, named_gait(robot, "cruise")).trajectory.joint_torque
-    largest = np.abs(beat.to_numpy()).max(axis=list(beat.dims).index("time"))
-    return [float(f"{max(0.05, RESERVE * max(largest[i] for i in group.links)):.2g}") for group in robot.joints]
+    beat = swim(robot, named_gait(robot, "cruise")).trajectory
+    most = [np.abs(beat[name].to_numpy()).max(axis=0) for name in ("joint_torque", "motor_torque")]
+    each = (max(most[0][[*g.links]]) if g.tendons is None else most[1][k] for k, g in enumerate(robot.joints))
+    return [float(f"{max(0.05, RESERVE * largest):.2g}") for largest in each]
 
 
 def _hydraulics(document: dict[str, Any], shape: Shape) -> None:

@@ -85,7 +85,7 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
     free = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
-    return {"direct": 1.0, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
+    return {"direct": group.turns, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:

@@ -90,6 +90,8 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
     for name, value in options.items():
         values = value if isinstance(value, Sequence) else [value]
         command += [f"--{name}", ",".join(one if isinstance(one, str) else f"{one:g}" for one in values)]
+    if any(group.tendons is not None for group in robot.joints):
+        actuation = "tendons"
     return shlex.join([*command, "--actuation", actuation, *["--sea"] * sea])
 
 

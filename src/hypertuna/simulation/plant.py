@@ -81,7 +81,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
         "joints": len(models),
         **{f"joint.{name}": [model[name] for model in models] for name in _core.joint_columns()},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
-        "direct": [float(not group.drive.oil) for group in robot.joints],
+        "direct": [0.0 if group.drive.oil else group.turns for group in robot.joints],
         "armature": _armature(robot),
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
@@ -114,8 +114,8 @@ def _shares(robot: Robot) -> Array:
 
 
 def _armature(robot: Robot) -> list[float]:
-    """Inertia of the rotor that turns with each coordinate [kg m^2]: of the servo on a joint's axle."""
-    rotors = [0.0 if group.servo is None else group.servo.inertia for group in robot.joints]
+    """Inertia of the rotor that turns with each coordinate [kg m^2]: of a servo on axle or drum, by its energy."""
+    rotors = [0.0 if group.servo is None else group.turns**2 * group.servo.inertia for group in robot.joints]
     return rotors + [0.0] * len(robot.hinges)
 
 
@@ -143,7 +143,7 @@ def _fastest(
         pair = oil.values[2 * j : 2 * j + 2]
         if group.servo is not None:
             key = f"{joint_key(robot, group.name)}.servo", "less friction or bandwidth, or a heavier rotor"
-            rates[key] = _core.axle_stiffness(pair[0], float(mobility[j]))
+            rates[key] = _core.axle_stiffness(pair[0], group.turns**2 * float(mobility[j]))
         else:
             rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
     for hinge, free in zip(robot.hinges, mobility[len(models) :].tolist(), strict=True):

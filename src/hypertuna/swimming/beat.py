@@ -11,7 +11,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gaits
-from hypertuna.swimming.model import core_model
+from hypertuna.swimming.model import core_model, link_shares
 from hypertuna.swimming.yielding import swing_of, yield_derivatives, yield_rows
 
 DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
@@ -120,6 +120,8 @@ def directional_derivatives(
 ) -> dict[str, Array]:
     """Differentiate settled beats along directions (parameters, directions) in the space of all parameters, exactly.
 
+    Rows of springs, or of the shares of joints on tendons (`share_values`), may follow those of the parameters.
+
     Return (gaits, directions) of each quantity of `DIFFERENTIABLE`; NaN where a gait does not repeat itself or spins.
     """
     check_steps(steps)
@@ -130,9 +132,19 @@ def directional_derivatives(
         how.pop("steps")
         rows = yield_derivatives(robot, gaits, momentum, along, model, steps, how)
     else:
-        rows = _core.gradient(model, *gaits.columns, momentum, along, **how)
+        rows = _core.gradient(model, *gaits.columns, momentum, _with_shares(robot, model, along), **how)
     rows[~(np.isin(beats["status"], _PERIODIC) & np.isfinite(beats["speed"]))] = np.nan
     return dict(zip(DIFFERENTIABLE, np.moveaxis(rows, 1, 0), strict=True))
+
+
+def _with_shares(robot: Robot, model: _core.Model, along: Array) -> Array:
+    """Return directions with a row for the share of each link's front joint after those of the parameters."""
+    parameters = len(model.parameter_names())
+    rows = np.zeros((parameters + len(robot.links.name), along.shape[1]))
+    rows[:parameters] = along[:parameters]
+    if len(along) > parameters:
+        rows[np.add(parameters, [*link_shares(robot)])] = along[parameters:]
+    return rows
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:

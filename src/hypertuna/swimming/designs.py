@@ -11,7 +11,7 @@ from hypertuna.description.design import Variable, designed, variables
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait
-from hypertuna.swimming.model import parameter_values
+from hypertuna.swimming.model import parameter_values, share_values
 from hypertuna.swimming.yielding import spring_values
 
 STENCIL = np.arange(-2.0, 3.0)  # steps: exact for polynomials of degree four, as lengths and masses make them
@@ -31,9 +31,10 @@ def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
 
 
 def model_features(robot: Robot) -> Array:
-    """Return the parameters of a robot's model and hinge, as derivatives are taken along them [SI]."""
+    """Return the parameters of a robot's model, hinges and tendons, as derivatives are taken along them [SI]."""
     still = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
-    values = np.append(parameter_values(robot, still), [*spring_values(robot).values()])
+    more = spring_values(robot) | share_values(robot)
+    values = np.append(parameter_values(robot, still), [*more.values()])
     return np.where(np.isfinite(values), values, 0.0)  # an ideal joint has an infinite bandwidth
 
 
@@ -81,6 +82,8 @@ def _why_idle(robot: Robot, one: Variable) -> str:
         return f"the robot swims in {robot.model.water} water (model.water, or --water)"
     if "bandwidth" in one.name and robot.model.joints == "ideal":
         return "the robot's joints are ideal (model.joints, or --joints)"
+    if ".tendons." in one.name and robot.hinges:
+        return "beside passive hinges there is no derivative by it; try its values one by one, by --set"
     if table == "fin":
         return f"{robot.model.water} water knows the fin's area alone"
     return "a settled beat does not know it"

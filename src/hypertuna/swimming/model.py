@@ -49,6 +49,20 @@ def parameter_values(robot: Robot, gait: Gait) -> NDArray[np.float64]:
     return np.array([value(name) for name in core_model(robot).parameter_names()])
 
 
+def link_shares(robot: Robot) -> dict[int, float]:
+    """Return the shares of joints on tendons by the link at whose front they are [1].
+
+    A robot with passive hinges has none: the derivatives of its beats are by its springs.
+    """
+    groups = [group for group in robot.joints if group.tendons is not None and not robot.hinges]
+    return {k: share for one in groups for k, share in zip(one.links, one.share, strict=True)}
+
+
+def share_values(robot: Robot) -> dict[str, float]:
+    """Return the shares of `link_shares` as results have derivatives by them: ``joints.share[3]`` at link 3 [1]."""
+    return {f"joints.share[{k}]": share for k, share in link_shares(robot).items()}
+
+
 def model_values(robot: Robot) -> dict[str, Sequence[float]]:
     """Return the values of the columns of the robot's model [SI], as `core_model` takes others for them."""
     return dict(_columns(robot).values())

@@ -26,7 +26,7 @@ from hypertuna.swimming.batch import CHUNK, Part, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.designs import design_of
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
-from hypertuna.swimming.model import parameter_names, parameter_values
+from hypertuna.swimming.model import parameter_names, parameter_values, share_values
 from hypertuna.swimming.yielding import spring_values
 
 if TYPE_CHECKING:
@@ -243,13 +243,13 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     if np.isnan(result["speed"][0]):
         rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
-    springs = spring_values(robot)
-    names = (*parameter_names(robot), *springs)
+    more = spring_values(robot) | share_values(robot)
+    names = (*parameter_names(robot), *more)
     derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
     return Gradient(
         names,
         {name: rates[0] for name, rates in derivatives.items()},
-        values=np.append(parameter_values(robot, gait), [*springs.values()]),
+        values=np.append(parameter_values(robot, gait), [*more.values()]),
         results={name: float(result[name][0]) for name in DIFFERENTIABLE},
         robot=robot,
         gait=gait,

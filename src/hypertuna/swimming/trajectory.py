@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.pose import Points, body_points
+from hypertuna.description.pose import Points, body_points, group_shares
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.io.files import dataset
@@ -39,6 +39,7 @@ def trajectory(
     power = torque * driven[:, :, 1]
     groups = [joint.name for joint in robot.joints]
     members = [list(joint.links) for joint in robot.joints]
+    coupling = group_shares(robot) / [joint.turns for joint in robot.joints]  # virtual work of joints and motor
 
     def per_group(column: Array) -> Array:
         return np.stack([column[:, links].sum(axis=1) for links in members], axis=1)
@@ -60,6 +61,7 @@ def trajectory(
         "joint_torque": (("time", "link"), torque, "N m", "torque of the joint on the link"),
         "bend": (("time", "group"), per_group(driven[:, :, 0]), "rad", "angle of the joint group"),
         "group_mechanical_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
+        "motor_torque": (("time", "group"), torque @ coupling, "N m", "torque at the axle or drum of the joint group"),
         "mechanical_power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
         "power_to_water": ("time", motion["loss"], "W", "power that the water takes"),
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),

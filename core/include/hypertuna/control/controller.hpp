@@ -1,7 +1,7 @@
 /// Controller: what runs on the robot. A command and readings go in, servo pulses and a status come out.
 ///
 /// oscillators -> bend of each joint -> servo angles by the inverse volume map -> pressure supervisor -> slew, clamp.
-/// The servo on the axle of a joint without oil is sent to the bend itself.
+/// The servo of a joint without oil is sent to the bend itself, or to its turns for it where tendons go between.
 /// It is made of + - * / sqrt and sincos of trig.hpp alone: without contraction it has the same bits on every machine.
 #pragma once
 
@@ -228,12 +228,12 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     if (pressed || !followed) ++state.posture[j].limited;
 }
 
-/// One joint with a servo on its axle: sent to the bend that is asked.
+/// One joint with a servo on its axle or its tendons: sent to the bend that is asked, times the servo's turns over it.
 template <class T>
 void turn_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T supply = min(T(1), state.supply / model.voltage_rated);
     state.bend_sent[j] = asked_bend(model, state, j, output.status);
-    drive_circuit(model, state, output, 2 * j, state.bend_sent[j], supply);
+    drive_circuit(model, state, output, 2 * j, model.joint[j].direct * state.bend_sent[j], supply);
     send(model, state, output, 2 * j + 1, T(0));
 }
 

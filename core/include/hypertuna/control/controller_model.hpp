@@ -26,7 +26,8 @@ T servo_angle(const PumpMap<T>& map, T bend) {
 /// What the controller knows of one joint.
 template <class T>
 struct JointModel {
-    int direct;                             // 1 where a servo turns its axle: no oil, no bend sensor, no second servo
+    T direct;                               // turns of the servo that turns it over its bend, 1 on its axle, 0 with
+                                            // oil: it has no oil, no bend sensor, no second servo
     T reach;                                // rad: largest bend to either side that its pumps are asked for
     T amplitude;                            // rad: largest amplitude of a command
     T rate;                                 // rad/s: largest rate of its bend by the hammer of the oil that it presses
@@ -123,10 +124,10 @@ struct ControllerStep {
     ControllerOutput<T> output;
 };
 
-/// Whether a servo turns a joint's axle: that of the joint's first circuit; the second one is not there.
+/// Whether a servo turns a joint, on its axle or by tendons: that of its first circuit; the second one is not there.
 template <class T>
 bool direct(const Controller<T>& model, int joint) {
-    return model.joint[joint].direct != 0;
+    return model.joint[joint].direct != T(0);
 }
 
 /// Everything at rest, the pumps at neutral, in a state of zeros: in place, where the stack is short.

@@ -12,7 +12,10 @@ inline int parameter_count(const Model& model) {
     return count;
 }
 
-/// Sort directions by whether they change parameters that the shape of the body depends on, with a gait or without.
+/// Rows of the directions of a gait's beat: the parameters, then the share of each link's front joint.
+inline int beat_rows(const Model& model) { return parameter_count(model) + model.links; }
+
+/// Sort directions by whether they change what the shape of the body depends on, with a gait or without.
 inline Directions sort_directions(const Model& model, const double* along, int count, bool of_gait) {
     Directions directions{along, count, {}, {}};
     if (of_gait) directions.still = {-3, -2, -1};
@@ -20,6 +23,7 @@ inline Directions sort_directions(const Model& model, const double* along, int c
     for (int k = 0; k < count; ++k) {
         bool moves = false;
         for (int i = begin; i < end; ++i) moves |= along[i * count + k] != 0;
+        for (int i = parameter_count(model); of_gait && i < beat_rows(model); ++i) moves |= along[i * count + k] != 0;
         (moves ? directions.moving : directions.still).push_back(k);
     }
     return directions;

@@ -24,6 +24,7 @@ struct PlantNumbers {
     int coordinates, joints;
     bool clamped;
     const bool* direct;       // joints
+    const double* gear;       // joints
     const double* share;      // links x coordinates
     const double* armature;   // coordinates
     const double* joint;      // joints x (joint_columns, and the stretch limits)

@@ -14,7 +14,8 @@ struct PlantData : BodyData {
     int joints;
     std::vector<Joint<double>> joint;
     std::vector<double> joint_numbers;     // joints x (joint_columns, and the stretch limits)
-    std::array<bool, max_joints> direct;   // whether a servo on the axle moves a joint, not oil
+    std::array<bool, max_joints> direct;   // whether a servo moves a joint, not oil
+    std::vector<double> gear;              // joints: turns of that servo over the bend, 1 on the axle
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<double> hinge;
@@ -29,8 +30,8 @@ struct PlantData : BodyData {
 };
 
 /// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
-/// `direct` (joints: 1 where the servo of the left circuit turns the axle, without oil) where any is, `battery.NAME`,
-/// `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than joints.
+/// `direct` (joints: turns over the bend of the servo of the left circuit, 1 on the axle, 0 with oil) where any is,
+/// `battery.NAME`, `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
@@ -44,8 +45,10 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         row.insert(row.end(), {low, high, stop});
         plant.joint_numbers.insert(plant.joint_numbers.end(), row.begin(), row.end());
     }
-    for (int j = 0; j < plant.joints; ++j)
-        plant.direct[j] = in.has("direct") && in.number("direct", std::size_t(j)) != 0;
+    for (int j = 0; j < plant.joints; ++j) {
+        plant.gear.push_back(in.has("direct") ? in.number("direct", std::size_t(j)) : 0.0);
+        plant.direct[j] = plant.gear[j] != 0;
+    }
     for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
@@ -72,6 +75,7 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.joints,
             clamped,
             plant.direct.data(),
+            plant.gear.data(),
             plant.share.data(),
             plant.armature.data(),
             plant.joint_numbers.data(),
@@ -86,9 +90,14 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
 template <class Body>
 Twin<Body> make_twin(const PlantData& plant, const Body& body, double tick, int steps) {
     Twin<Body> twin{};
-    twin.plant = {
-        body,       plant.joints, plant.joint.data(), plant.direct.data(), plant.circuit.data(), plant.unit_rest.data(),
-        plant.hinge};
+    twin.plant = {body,
+                  plant.joints,
+                  plant.joint.data(),
+                  plant.direct.data(),
+                  plant.gear.data(),
+                  plant.circuit.data(),
+                  plant.unit_rest.data(),
+                  plant.hinge};
     twin.battery = plant.battery;
     twin.idle = plant.idle;
     twin.step = tick / steps;

@@ -3,7 +3,8 @@
 /// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
 /// against the water, and the bend takes oil out of the circuits in turn. Each soft joint shortens, too, without mass:
 /// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md).
-/// A joint without oil has a servo on its axle: that of circuit 2 j, whose state is the joint's; circuit 2 j + 1 rests.
+/// A joint without oil has a servo on its axle or on tendons that do not stretch: that of circuit 2 j, which turns
+/// `gear` times as far as the joint bends and pulls `gear` times as hard; circuit 2 j + 1 rests.
 /// Coordinates of the tail: the bends of the joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive
 /// hinge may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
 #pragma once
@@ -29,7 +30,8 @@ struct Plant {
     Body body;
     int joints;                 // coordinates that circuits bend; a hinge is one more
     const Joint<S>* joint;      // joints
-    const bool* direct;         // joints: whether a servo on the axle moves it, not oil
+    const bool* direct;         // joints: whether a servo moves it, not oil
+    const S* gear;              // joints: turns of that servo over the bend, 1 on the axle
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
     Hinge<S> hinge;
@@ -160,7 +162,7 @@ HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<B
     return bend_moment(plant.joint[j], load, at.bend.rate[j]);
 }
 
-/// A joint with a servo on its axle: the energy that it draws, and the moment on its bend.
+/// A joint with a servo: the energy that it draws, and the moment on its bend, by virtual work.
 template <class Body>
 HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                     const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
@@ -168,8 +170,8 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     using S = typename Body::Scalar;
     const int c = 2 * j;
     const Servo<S>& servo = plant.circuit[c].servo;
-    const S& turning = at.bend.rate[j];
-    const ServoDrive<S> drive = axle_drive(servo, targets.supply, targets.angle[c], at.bend.angle[j], turning);
+    const S &gear = plant.gear[j], turning = gear * at.bend.rate[j];
+    const ServoDrive<S> drive = axle_drive(servo, targets.supply, targets.angle[c], gear * at.bend.angle[j], turning);
     const S moment = drive.torque - drive.rubbed;
     const ServoPower<S> power = servo_power(servo, drive, targets.supply, moment, turning);
     rate.circuit[c + 1] = {S(0), S(0), S(0), S(0)};
@@ -178,7 +180,7 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     seen->circuit[c] = {{S(0), S(0)}, {S(0), S(0)}, moment, drive.torque, power, S(0)};
     seen->circuit[c + 1] = {};
     add_servo(seen->losses, power);
-    return moment;
+    return gear * moment;
 }
 
 /// How the plant changes. `seen` receives the output of the instant.
@@ -210,7 +212,8 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
     for (int d = 0; d < D; ++d) {
         rate.bend.angle[d] = at.bend.rate[d];
         rate.bend.rate[d] = body.bend[d];
-        if (d < plant.joints && plant.direct[d]) rate.circuit[2 * d] = {at.bend.rate[d], body.bend[d], S(0), S(0)};
+        if (d < plant.joints && plant.direct[d])
+            rate.circuit[2 * d] = {plant.gear[d] * at.bend.rate[d], plant.gear[d] * body.bend[d], S(0), S(0)};
         seen->moment[d] = moment[d], seen->losses.water += moment[d] * at.bend.rate[d];
     }
     seen->twist_rate = body.twist;

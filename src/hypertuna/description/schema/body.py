@@ -25,8 +25,9 @@ from hypertuna.description.schema.base import (
     same_length,
     unique,
 )
-from hypertuna.description.schema.hydraulics import JointServo, Line, Pump
+from hypertuna.description.schema.hydraulics import JointServo, Line, Pump, Tendons
 
+ROUNDED = 1e-9  # relative, of angles converted from degrees
 AROUND = 2.55  # perimeter over height of an ellipse 0.6 times as wide as high
 
 
@@ -237,6 +238,11 @@ class Fins(Part, table="fins", how="ruler"):
         return Check(self.x <= head, "fins.x_m", text, fix, f"{self.x:g}")
 
 
+def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
+    """Return the part of a group's bend that each of its joints takes, by its tendons or equal."""
+    return (1 / len(links),) * len(links) if tendons is None else tendons.share
+
+
 class Drive(NamedTuple):
     """A kind of what moves a joint group, by what its sensors, pins, records and circuits ask of it."""
 
@@ -255,9 +261,10 @@ class JointGroup(Part):
     links: tuple[Index, ...] = entry(
         "links whose front joints this group bends", min_length=1, how="count the links from the head, which is 0"
     )
+    tendons: Tendons | None = entry("table of the tendons by which a servo bends its joints", default=None)
     share: tuple[Real, ...] = entry(
-        "each joint's share of the group's angle (default: equal)",
-        default_factory=lambda group: (1 / len(group["links"]),) * len(group["links"]),
+        "each joint's share of the group's angle (default: by the tendons, equal without)",
+        default_factory=lambda group: _shares(group["links"], group["tendons"]),
         how="photograph the bent joint; angle of each axle over the whole",
     )
     bandwidth: Positive | None = entry(
@@ -291,19 +298,36 @@ class JointGroup(Part):
     )
     actuator: Actuator | None = entry("table of the soft body", default=None)
     line: Line | None = entry("table of the oil line of each of its two circuits", default=None)
-    servo: JointServo | None = entry("table of the servo on its axle, in place of muscles", default=None)
+    servo: JointServo | None = entry("table of the servo on its axle or drum, in place of muscles", default=None)
 
     @property
     def drive(self) -> Drive:
         """What moves the joint."""
         return MUSCLES if self.servo is None else AXLE
 
+    @property
+    def turns(self) -> float:
+        """Angle of what turns the joint over its bend: 1 on the axle [1]."""
+        return 1.0 if self.tendons is None else self.tendons.turns
+
     def one_drive(self, key: str) -> Iterator[Check]:
-        """Check that a joint with a servo on its axle has no muscles."""
+        """Check that a joint with a servo or tendons has no muscles, and that tendons alone share its bend."""
         fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
         for name in ("drive_units", "actuator", "line"):
             alone = self.servo is None or getattr(self, name) is None
             yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
+        if (tendons := self.tendons) is None:
+            return
+        fix = "remove it: the levers of the tendons share the bend"
+        for name in ("share", "drive_units", "actuator", "line"):
+            text = f"must not stand beside {key}.tendons"
+            yield Check(name not in self.model_fields_set, f"{key}.{name}", text, fix, "given")
+        yield from same_length(tendons, f"{key}.tendons", len(self.links), "joint of the group")
+        for k, (share, stop) in enumerate(zip(self.share, tendons.stop or (), strict=False)):
+            bend, fix = abs(share) * (self.bend_max or 0.0), "give the bend of the whole group at the first stop"
+            text = f"must leave joint {self.links[k]} within its stop_deg = {math.degrees(stop):g}"
+            value = f"{math.degrees(self.bend_max or 0.0):g}, of which that joint bends {math.degrees(bend):.4g}"
+            yield Check(bend <= stop * (1 + ROUNDED), f"{key}.bend_max_deg", text, fix, value)
 
 
 class NamedGait(Part, how="choose what your robot swims"):

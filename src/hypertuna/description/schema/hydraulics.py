@@ -1,5 +1,6 @@
 """The tables of the hydraulics in a robot description: pump, oil, lines, servos, battery."""
 
+import math
 from collections.abc import Iterator
 
 from hypertuna import _core
@@ -34,6 +35,7 @@ GEARS = entry(
     usual=(1e-4, 20.0),
 )
 INERTIA = Spread(8, "inertia of the servos", 0.7, 3.0)  # up to iron cores
+MOST_SHARE = 10.0  # of a joint in the bend of its group
 THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
 
 
@@ -198,7 +200,7 @@ class Battery(Part, table="battery", how="data sheet of the cell"):
 
 
 class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
-    """A servo on the axle of a joint group: it turns the joint directly, without oil and without a bend sensor."""
+    """A servo on the axle of a joint group, or on the drum of its tendons, without oil and without a bend sensor."""
 
     torque: Positive = entry("stall torque", "N m", usual=(0.01, 200.0))
     speed: Positive = entry("speed without load", "rad/s", usual=(0.3, 60.0), spread=SPEED)
@@ -228,6 +230,61 @@ class JointServo(Part, table="joints.servo", how="data sheet of the servo"):
         usual=(1.0, 100.0),
         spread=BANDWIDTH,
     )
+
+
+class Tendons(Part, table="joints.tendons", how="calipers"):
+    """Tendons from the drum of a servo to the joints of its group: a pair to each, always taut, that does not stretch.
+
+    Row by row, what the drum winds up is what the bends take: drum_i phi = sum over j of lever_ij q_j.
+    """
+
+    drum: tuple[Positive, ...] = entry(
+        "radius at which the drum winds the tendon to each joint", "m", min_length=1, usual=(1e-4, 1.0)
+    )
+    lever: tuple[tuple[Real, ...], ...] = entry(
+        "lever arms of the tendon to each joint, a list: at the group's first joint, the next, up to that where it "
+        "ends; 0 where it runs through the axle, negative where it crosses to the other side",
+        "m",
+        min_length=1,
+    )
+    stop: tuple[PositiveDegrees, ...] | None = entry(
+        "largest bend of each joint to either side, at its stop (default: none)",
+        "deg",
+        default=None,
+        how="protractor: bend each joint to its stop",
+    )
+
+    def _checks(self) -> Iterator[Check]:
+        text = f"must be {len(self.drum)} lists, one for the tendon to each joint of drum_m"
+        fix = "give a drum radius and a list of levers for each joint: without a tendon a joint's bend is open"
+        yield Check(len(self.lever) == len(self.drum), "lever", text, fix, f"{len(self.lever)}")
+        for i, row in enumerate(self.lever):
+            text, fix = f"must be {i + 1} long, a lever at each joint up to the tendon's own", "give 0 if none"
+            yield Check(len(row) == i + 1, f"lever[{i}]", text, fix, f"{len(row)} long")
+            yield Check(row[-1] != 0, f"lever[{i}]", "must not end with 0: the tendon bends that joint", "measure it")
+        text, fix = "must bend the joints of the group to one side in sum", "change the sides of each pair at the drum"
+        yield Check(self.turns > 0, "lever", text, fix)
+        text = "must share the bend so that no joint bends more than ten times the sum of all"
+        yield Check(max(map(abs, self.share)) <= MOST_SHARE, "lever", text, "describe a group for each side")
+
+    @property
+    def ratio(self) -> tuple[float, ...]:
+        """Bend of each joint over the angle of the drum [1]: the column q / phi of the coupling matrix."""
+        bends: list[float] = []
+        for drum, row in zip(self.drum, self.lever, strict=True):
+            bends.append((drum - math.fsum(a * q for a, q in zip(row, bends, strict=False))) / row[-1])
+        return tuple(bends)
+
+    @property
+    def turns(self) -> float:
+        """Angle of the drum over the bend of the group [1]; 0 where the joints bend to no side in sum."""
+        total = math.fsum(self.ratio)
+        return 1 / total if total else 0.0
+
+    @property
+    def share(self) -> tuple[float, ...]:
+        """Part of the group's bend that each joint takes [1]."""
+        return tuple(ratio * self.turns for ratio in self.ratio)
 
 
 class Servo(Part, how="data sheet of the servo"):
