@@ -205,7 +205,7 @@ test-processors: $(VENV)/.installed-test ## goldens of the documentation as on o
 	  wait $$first && exit $$status
 
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
-	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe tests/fe tests/cli tests/paper validation/fe
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe $$(grep -rl --include='test_*.py' 'mark\.fe$$' tests validation/fe)
 
 ROOM ?= all
 SEED ?= 1

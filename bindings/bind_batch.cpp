@@ -70,7 +70,7 @@ class BatchOf final : public Batch {
         const std::size_t count = members.size(), lanes = std::size_t(kernel.lanes);
         for (BatchMember& member : members) twins_.emplace_back(std::move(member));
         commands.resize(count), energy.resize(count), lost.resize(count);
-        Columns::add(now, count, D, twins_[0].member.plant->joints);
+        Columns::add(now, count, twins_[0].member.plant->own, twins_[0].member.plant->joints);
         groups_.resize((count + lanes - 1) / lanes);
     }
     /// Groups point to their twins: a copy makes its own.

@@ -58,6 +58,8 @@ void bind_firmware(nb::module_& m) {
         nb::arg("joints"),
         "Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four "
         "names has a byte for each.");
+    m.attr("BOARD_JOINTS") = board_joints;
+    m.attr("BOARD_SERVOS") = servos_of(board_joints);
     m.attr("MAX_PARAMETERS") = firmware::max_parameters;
     m.attr("RECORD_MARK") = firmware::record_mark;
     m.attr("RECORD_ROBOT") = int(firmware::Kind::robot);

@@ -19,7 +19,7 @@ static std::vector<std::tuple<std::string, std::string, std::string>> loss_table
 /// Accelerations of head and coordinates at given states.
 static Output accelerations(const BodyData& data, const World& world, const Input<3>& bend, const Input<2>& twist,
                             const Input<2>& pose, const Input<2>& moment) {
-    const std::size_t count = bend.shape(0), coordinates = data.coordinates;
+    const std::size_t count = bend.shape(0), coordinates = std::size_t(data.own);
     check(check_world(data, world));
     check_extent("bend", bend.shape(1), 2);
     check_extent("bend", bend.shape(2), coordinates);
@@ -33,23 +33,24 @@ static Output accelerations(const BodyData& data, const World& world, const Inpu
     with_body(data, world, [&]<class Body>(const Body& body) {
         constexpr int D = Body::coordinates;
         for (std::size_t k = 0; k < count; ++k) {
-            Bend<double, D> at;
-            const double* const row = bend.data() + 2 * D * k;
-            std::copy(row, row + D, at.angle);
-            std::copy(row + D, row + 2 * D, at.rate);
-            double push[D];
-            std::copy(moment.data() + D * k, moment.data() + D * (k + 1), push);
+            Bend<double, D> at{};
+            double push[D] = {};
+            for (std::size_t d = 0; d < coordinates; ++d) {
+                at.angle[d] = bend.data()[2 * coordinates * k + d];
+                at.rate[d] = bend.data()[2 * coordinates * k + coordinates + d];
+                push[d] = moment.data()[coordinates * k + d];
+            }
             const SpatialTwist<double> xi = read_twist(twist.data() + twist_numbers * k);
-            double* to = out.data() + (twist_numbers + D) * k;
+            double* to = out.data() + (twist_numbers + coordinates) * k;
             if constexpr (std::is_same_v<typename Body::Space, InPlane>) {
                 const auto got = tail_acceleration(body, at, in_plane(xi), push);
                 to[0] = got.twist.x, to[1] = got.twist.y, to[5] = got.twist.z;
-                std::copy(got.bend, got.bend + D, to + twist_numbers);
+                std::copy_n(got.bend, coordinates, to + twist_numbers);
             } else {
                 const auto got = body6_acceleration(body, at, xi, read_pose(pose.data() + pose_numbers * k), push);
                 const auto& [v, w] = got.twist;
                 for (double number : {v.x, v.y, v.z, w.x, w.y, w.z}) *to++ = number;
-                std::copy(got.bend, got.bend + D, to);
+                std::copy_n(got.bend, coordinates, to);
             }
         }
     });

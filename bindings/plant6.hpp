@@ -17,11 +17,13 @@
 #define HYPERTUNA_PLANT6_ALL(keyword, Law) \
     HYPERTUNA_PLANT6_OF(keyword, Law, 1)   \
     HYPERTUNA_PLANT6_OF(keyword, Law, 2)   \
-    HYPERTUNA_PLANT6_OF(keyword, Law, 3) HYPERTUNA_PLANT6_OF(keyword, Law, 4) HYPERTUNA_PLANT6_OF(keyword, Law, 5)
+    HYPERTUNA_PLANT6_OF(keyword, Law, 3)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 4)   \
+    HYPERTUNA_PLANT6_OF(keyword, Law, 5) HYPERTUNA_PLANT6_OF(keyword, Law, max_coordinates)
 #define HYPERTUNA_PLANT6_EXTERN(Law) HYPERTUNA_PLANT6_ALL(extern, Law)
 #define HYPERTUNA_PLANT6_HERE(Law) HYPERTUNA_PLANT6_ALL(, Law)
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-static_assert(max_coordinates == 5);
+static_assert(exact_tail == 5);
 HYPERTUNA_WATER_LAWS(HYPERTUNA_PLANT6_EXTERN)
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

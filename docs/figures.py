@@ -303,6 +303,7 @@ for part in (
     "scoreboard",
     "twin",
     "joint",
+    "passive",
 ):
     made = runpy.run_path(str(ROOT / "docs" / f"figures_{part}.py"))
     TABLES |= made["TABLES"]

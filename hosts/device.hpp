@@ -157,6 +157,7 @@ struct Devices {
                                            const World& world, bool plant);
 };
 extern template struct Devices<short_tail>;
+extern template struct Devices<exact_tail>;
 extern template struct Devices<max_coordinates>;
 
 template <int D>

@@ -26,7 +26,7 @@ class BodyTwin : public LiveTwin {
         twin_.controller = parts.controller;
         instruments.sensors = parts.sensors;
         instruments.sensors.seed = seed;
-        Columns::add(row, 1, parts.coordinates, parts.plant.joints);
+        Columns::add(row, 1, parts.plant.own, parts.plant.joints);
     }
 
     std::size_t state_size() const final { return sizeof(now_); }
@@ -106,8 +106,8 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
           flight_{*parts.pilot, mission.data.mission, {}, {}, {}} {
         now_ = start_flight(twin_, flight_, world_, instruments,
                             {0, 1, parts.controller.tick, parts.steps, {}, mission.pose, mission.charge});
-        pilot_at_ = add_columns(row, pilot_columns, 1, parts.coordinates, parts.plant.joints);
-        flight_at_ = add_columns(row, flight_columns, 1, parts.coordinates, parts.plant.joints);
+        pilot_at_ = add_columns(row, pilot_columns, 1, parts.plant.own, parts.plant.joints);
+        flight_at_ = add_columns(row, flight_columns, 1, parts.plant.own, parts.plant.joints);
     }
 
     int advance(int ticks) override {

@@ -88,10 +88,9 @@ inline std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& mod
         fault = "image: plant, controller and sensors must have as many joints as each other";
         return nullptr;
     }
-    const int coordinates = plant->coordinates;
-    pad(*plant);
-    auto parts = std::make_unique<TwinParts>(
-        TwinParts{std::move(*plant), *controller, *sensors, steps, coordinates, std::nullopt, {}});
+    pad(*plant, plant->own <= short_tail ? short_tail : plant->own <= exact_tail ? exact_tail : max_coordinates);
+    auto parts =
+        std::make_unique<TwinParts>(TwinParts{std::move(*plant), *controller, *sensors, steps, std::nullopt, {}});
     read_missions(image, *parts, fault);
     return parts;
 }

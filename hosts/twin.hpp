@@ -9,8 +9,8 @@
 
 namespace hypertuna {
 
-/// Coordinates of the shorter of the two tails that there is code for; the longer one has max_coordinates. A tail of
-/// another size gets coordinates that rest, up to the next one.
+/// Coordinates of the shortest of the three tails that there is code for; the others have exact_tail and
+/// max_coordinates. A tail of another size gets coordinates that rest, up to the next one.
 inline constexpr int short_tail = 3;
 
 /// A mission in its world, with the start of a flight.
@@ -28,26 +28,10 @@ struct TwinParts {
     PlantData plant;
     Controller<double> controller;
     Sensors<double> sensors;
-    int steps;        // Runge-Kutta steps of a tick
-    int coordinates;  // of the robot's own
+    int steps;  // Runge-Kutta steps of a tick
     std::optional<Pilot<double>> pilot;
     std::vector<MissionParts> missions;
 };
-
-/// Give a plant coordinates that rest, up to the next size that there is code for: they move nothing, carry an inertia
-/// of one and get no moment.
-inline void pad(PlantData& plant) {
-    const int own = plant.coordinates;
-    const int size = own <= short_tail ? short_tail : max_coordinates;
-    std::vector<double> share;
-    for (int i = 0; i < plant.model.links; ++i) {
-        share.insert(share.end(), &plant.share[i * own], &plant.share[i * own] + own);
-        share.insert(share.end(), size - own, 0);
-    }
-    plant.share = share;
-    plant.armature.resize(size, 1);
-    plant.coordinates = size;
-}
 
 /// Setpoints of a twin's pilot.
 struct Steered {
@@ -88,13 +72,20 @@ struct Twins {
     static std::unique_ptr<LiveTwin> fly(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed);
 };
 extern template struct Twins<short_tail>;
+extern template struct Twins<exact_tail>;
 extern template struct Twins<max_coordinates>;
 
 /// Call work(D) for the tail of a padded plant.
 template <class Work>
 auto with_tail(const PlantData& plant, const Work& work) {
-    return plant.coordinates == short_tail ? work(std::integral_constant<int, short_tail>())
-                                           : work(std::integral_constant<int, max_coordinates>());
+    switch (plant.coordinates) {
+        case short_tail:
+            return work(std::integral_constant<int, short_tail>());
+        case exact_tail:
+            return work(std::integral_constant<int, exact_tail>());
+        default:
+            return work(std::integral_constant<int, max_coordinates>());
+    }
 }
 
 }  // namespace hypertuna

@@ -1,4 +1,5 @@
-/// Twins with the longer tail: few robots have one; built for size.
+/// Twins with the longer tails: few robots have one; built for size.
 #include "live.hpp"
 
+template struct hypertuna::Twins<hypertuna::exact_tail>;
 template struct hypertuna::Twins<hypertuna::max_coordinates>;

@@ -16,7 +16,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import Robot, load, parse
-from hypertuna.description.twin import AT_SEA
+from hypertuna.description.twin import ON_BOARD
 from hypertuna.description.writer import write_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
@@ -24,8 +24,9 @@ from program import Run
 
 LINKS = tuple(range(2, 21))
 DRIVES = ("none", "servo", "hydraulic", "mixed")
+MADE_OF = {"mixed": "hydraulic"}  # of `robot new`
 SEA = (False, True)
-FIT = _core.MAX_JOINTS + 1  # joint groups with muscles: more than a twin takes, and long enough for hoses
+FIT = 5  # joint groups with muscles that are long enough for hoses
 NEW = "robot new"
 # By name; ROBOT is the file, GROUPS the number of joint groups. A second of simulated time, two beats.
 COMMANDS = {
@@ -68,7 +69,8 @@ COMMANDS = {
 GAIT = {"swim", "sweep", "turn", "replay", "trials check", "identify", "optimize", "optimize ask", "pareto"}
 GAIT |= {"design ask"}
 GAIT |= {"robot check ROBOT", "robot show ROBOT", "robot image ROBOT", "studio ROBOT", "export mjcf", "export sdf"}
-TWIN, AT_SEA_ALONE = {"twin", "range", "posture-test"}, {"dive", "mission box", "firmware params", "firmware wiring"}
+TWIN, AT_SEA_ALONE = {"twin", "range", "posture-test"}, {"dive", "mission box"}
+BOARD = {"firmware params", "firmware wiring"}
 
 
 class Case(NamedTuple):
@@ -118,8 +120,10 @@ def _pairs(case: Case) -> set[tuple[tuple[int, int], tuple[Any, Any]]]:
 
 def expected(case: Case) -> bool | None:
     """Whether a command has a result, and not a sentence; None where either may be."""
-    twin = case.drive != "none" and (case.sea or case.links - 1 <= _core.MAX_JOINTS)
-    needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE))
+    oil = case.drive in ("hydraulic", "mixed")
+    twin = case.drive != "none" and (case.sea or oil or case.links - 1 <= _core.MAX_JOINTS)
+    board = case.sea and (oil or case.links - 1 <= ON_BOARD["servo"])
+    needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE), (board, BOARD))
     return next((there for there, commands in needs if case.command in commands), None)
 
 
@@ -133,9 +137,9 @@ def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
     if file.exists():
         return file
     oil = drive in ("hydraulic", "mixed")
-    most = AT_SEA["hydraulic" if oil else "servo"] if sea else FIT if oil else links
+    most = (ON_BOARD["hydraulic"] if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
     options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
-    text = first_robot("fish", actuation="hydraulic" if drive == "mixed" else drive, **options)
+    text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)
     home.mkdir()
     file.write_text(text)
     if drive == "mixed":
@@ -187,7 +191,7 @@ def typed(command: str, file: Path) -> list[str]:
 def outcome(case: Case, folder: Path, run: Run) -> str:
     """Run a case, check that it has a result or is refused in a sentence, and return which."""
     if case.command == NEW:
-        size = ("--links", f"{case.links}", "--actuation", "hydraulic" if case.drive == "mixed" else case.drive)
+        size = ("--links", f"{case.links}", "--actuation", MADE_OF.get(case.drive, case.drive))
         words = ["robot", "new", str(folder / "new.toml"), "--force", *size, *["--sea"] * case.sea]
     else:
         words = typed(case.command, write_case(folder, case.links, case.drive, case.sea))

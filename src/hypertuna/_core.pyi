@@ -396,9 +396,9 @@ def battery_output(
     Voltage and current of a battery and voltage at the servos, after a charge was taken, while they draw a power [V, A, V].
     """
 
-MAX_JOINTS: int = 4
+MAX_JOINTS: int = 12
 
-MAX_SERVOS: int = 10
+MAX_SERVOS: int = 26
 
 def fault_kinds() -> list[str]:
     """Kinds of sensor faults, none first."""
@@ -668,6 +668,10 @@ def record_fields(joints: int) -> list[tuple[str, bool, int]]:
     """
     Fields of a black box record of a tick, in order: name, whether it is a float, and count. A field with four names has a byte for each.
     """
+
+BOARD_JOINTS: int = 4
+
+BOARD_SERVOS: int = 10
 
 MAX_PARAMETERS: int = 128
 

@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,9 +50,9 @@ def test_a_first_robot_with_a_tail_that_yields_swims(tail: str, count: int) -> N
     assert len(first(tail, actuation="servo").joints) == len(robot.joints) == 1
 
 
-def first(tail: str, **options: str) -> Robot:
+def first(tail: str, **options: Any) -> Robot:
     """A first robot of a tail."""
-    return parse(tomllib.loads(first_robot("x", tail=tail, **options)))  # type: ignore[arg-type]
+    return parse(tomllib.loads(first_robot("x", tail=tail, **options)))
 
 
 def rigid_of(robot: Robot) -> Robot:
@@ -64,3 +65,11 @@ def rigid_of(robot: Robot) -> Robot:
 def test_a_tail_that_yields_needs_a_joint_ahead() -> None:
     with pytest.raises(ht.InputError, match="--links must be at least 3 with --tail passive"):
         first_robot("x", tail="passive", links=2)
+
+
+@pytest.mark.parametrize("sizes", [{"links": 11, "length": 0.9}, {"links": 19}, {"lengths": [0.1, 0.1, 0.01]}])
+def test_a_fin_that_has_no_room_for_segments_is_refused_by_the_option_that_was_given(sizes: dict[str, Any]) -> None:
+    """Each third would be shorter than 2 % of the length, or the links more than 20."""
+    key = "--lengths" if "lengths" in sizes else "--links"
+    with pytest.raises(ht.InputError, match=f"^{key} must leave the fin .* give fewer and longer links"):
+        first_robot("x", tail="flexible", **sizes)

@@ -172,9 +172,9 @@ MISTAKES = {
     "twin --gait optimised-0.3 --line-bore 0.004": "--line-bore must be from 1 to 20 mm, but is 0.004: give it in mm.",
     "posture-test --angle 20,20,20": "angle must be 2 values, for joint groups I, II, but is 3 long: give one angle "
     "for each.",
-    "dive --robot rexeel --gait wave-10": "robots/rexeel.toml: joints must be at most 4 groups for the twin, but is 5: "
-    "let joints share a group, as in the file that `hypertuna robot new rexeel-sea.toml --lengths "
-    "0.12,0.098,0.098,0.098,0.098,0.098 --mass 0.892 --joints J1,J2,J3,J4 --actuation servo --sea` writes.",
+    "dive --robot rexeel --gait wave-10": "robots/rexeel.toml: [battery], [controller], [spatial], [fins] are missing: "
+    "copy them and their lines of [sources] from a robot of this size; `hypertuna robot new rexeel-sea.toml --lengths "
+    "0.12,0.098,0.098,0.098,0.098,0.098 --mass 0.892 --joints 1,2,3,4,5 --actuation servo --sea` writes it.",
     "dive --gait optimised-0.3 --fins 450": "fins must be at most 45 deg, the controller.fin_max_deg, but is 450 deg:"
     " give less.",
     "mission": "`hypertuna mission` needs FILE.toml (mission file, or name of a mission that comes with hypertuna: "

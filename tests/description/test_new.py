@@ -281,13 +281,20 @@ def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scale
 def test_a_robot_at_sea_needs_an_actuation_and_pins() -> None:
     with pytest.raises(InputError, match="--sea needs an actuation: add --actuation servo"):
         first_robot("fish", sea=True)
-    with pytest.raises(InputError, match="--joints must be at most 3 joint groups with --sea"):
-        first_robot("fish", links=5, actuation="hydraulic", sea=True)
-    with pytest.raises(InputError, match="--joints must be at most 4 joint groups with --sea, but is 5"):
-        first_robot("fish", links=6, actuation="servo", sea=True)
+    for actuation in ("servo", "hydraulic"):
+        with pytest.raises(InputError, match="--joints must be at most 12 joint groups with --sea, but is 13"):
+            first_robot("fish", links=14, actuation=actuation, sea=True)
     document = tomllib.loads(first_robot("fish", links=5, actuation="servo", sea=True))
     assert len(document["firmware"]["servo_pins"]) == 4 + 2  # the fins have one each
     parse(document)
+
+
+@pytest.mark.parametrize(("actuation", "most"), [("servo", 4), ("hydraulic", 3)])
+def test_a_robot_at_sea_has_the_firmware_that_a_board_has_room_for(actuation: str, most: int) -> None:
+    for groups in (most, most + 1):
+        document = tomllib.loads(first_robot("fish", links=groups + 1, actuation=actuation, sea=True))
+        assert ("firmware" in document) is (groups == most) is ("firmware" in document["sources"])
+        assert document["guidance"]["bias_max_deg"]
 
 
 def test_lengths_of_links_are_kept() -> None:

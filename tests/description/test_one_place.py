@@ -9,7 +9,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.control.controller import given_constants
-from hypertuna.description import plausibility, reference
+from hypertuna.description import following, plausibility, reference
 from hypertuna.description.reference import keys as list_keys
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import Part, Positive, Radio, Scale, Spread, entry
@@ -19,7 +19,7 @@ from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Oil
 from hypertuna.firmware import metadata, parameters
 from hypertuna.firmware.parameters import EXTRA, TABLES, firmware_table
-from hypertuna.simulation import estimates, image_body
+from hypertuna.simulation import estimates
 
 TOP = Path(__file__).parents[2]
 WHERE = ("src/hypertuna", "core/include", "bindings", "hosts", "firmware/app", "robots/hypertuna.toml")
@@ -87,7 +87,7 @@ def test_a_new_key_is_in_every_list(tuna: ht.Robot, monkeypatch: pytest.MonkeyPa
     for module in (reference, plausibility, estimates):
         monkeypatch.setattr(module, "Robot", Other)
     monkeypatch.setitem(TABLES, "pilot", Longer)
-    monkeypatch.setitem(image_body.TABLES, "guidance", Longer)
+    monkeypatch.setitem(following.TABLES, "guidance", Longer)
     rows = {key.key: key for key in list_keys()}
     assert rows["guidance.extra_m"][1:] == ("m", "number > 0", "", "1 to 2", "ruler", "length of no meaning")
     assert "guidance.extra_m has 5 m; usual are 1 to 2" in " ".join(plausibility.implausible(robot))
@@ -96,7 +96,7 @@ def test_a_new_key_is_in_every_list(tuna: ht.Robot, monkeypatch: pytest.MonkeyPa
     assert Longer.scaled(document["guidance"] | {"extra_m": 5.0}, length=0.5)["extra_m"] == 2.5
     assert ("pilot", "extra", Radio(99)) in parameters._settable()
     assert metadata.describe("pilot", "extra", "extra") == ("length of no meaning", "m")
-    assert image_body._followers("length", 3, alias=True)["guidance.extra_m"] == 2
+    assert following.followers("length", 3, alias=True)["guidance.extra_m"] == 2
 
 
 def test_limits_on_board_are_keys_of_the_firmware(tuna: ht.Robot) -> None:

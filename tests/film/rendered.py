@@ -61,21 +61,25 @@ class Fish:
         heading = pose[2] + self.share @ angle
         total, stations = self.length.sum(), np.linspace(0, 1, len(self.half_width))
         start, begin, best = np.array(pose[:2]), 0.0, np.full(len(point), -np.inf)
-        levels = np.sin(np.linspace(-1.3, 1.3, 7))
+        levels, widest = np.sin(np.linspace(-1.3, 1.3, 7)), self.half_width.max()
         for i, (long, turn) in enumerate(zip(self.length, heading, strict=True)):
             e, n = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-            along, across = (point - start) @ e, (point - start) @ n
+            along, across, lean = (point - start) @ e, (point - start) @ n, aside @ n
+            # no ray elsewhere meets this link
+            reach = pixel + widest + self.half_height.max() * np.abs(lean).max(initial=0)
+            near = np.flatnonzero((np.abs(across) < reach) & (-reach < along) & (along < long + reach))
+            along, across, lean = along[near], across[near], lean[near]
             at = np.clip(along, 0, long)
             over = along - at
             wide = np.interp((begin + at) / total, stations, self.half_width)
             high = np.interp((begin + at) / total, stations, self.half_height)
-            last, lean = i == len(self.length) - 1, aside @ n
+            last = i == len(self.length) - 1
             ends = ((i == 0) & (along < 0)) | (last & (along > long))  # where a plane cuts the body off
             gone = np.where(ends, 0.0, over)
             for level in levels:  # the ray is elsewhere at each height of the section
                 side = np.abs(across - level * high * lean)
                 inside = wide * np.sqrt(1 - level**2) - np.hypot(side, gone)
-                best = np.maximum(best, np.where(ends, np.minimum(inside, -np.abs(over)), inside))
+                best[near] = np.maximum(best[near], np.where(ends, np.minimum(inside, -np.abs(over)), inside))
             start, begin = start + long * e, begin + long
         return np.clip(0.5 + best / pixel, 0, 1)
 

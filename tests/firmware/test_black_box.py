@@ -136,7 +136,7 @@ def test_ticks_out_of_order_are_damage(tmp_path: Path) -> None:
         (b"", "must be a black box"),
         (b"nothing of the kind" * 100, "must be a black box"),
         (sealed(_core.RECORD_TICK, bytes(40)), "must be a black box: it has no header"),
-        (head(joints=10**9) + tick(0), f"must be of 1 to {_core.MAX_JOINTS} joints, but is of 1000000000"),
+        (head(joints=10**9) + tick(0), f"must be of 1 to {_core.BOARD_JOINTS} joints, but is of 1000000000"),
         (head(), "must have complete records"),
         (head(layout=0x1234) + tick(0), rf"must have the layout {_core.RECORD_LAYOUT:08x}, but is 00001234"),
     ],

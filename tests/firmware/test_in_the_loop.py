@@ -23,7 +23,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
-from hypertuna.description.robot import robot_path
+from hypertuna.description.provenance import robot_path
 from hypertuna.errors import InputError
 from hypertuna.firmware.boards import find_firmware, missing, started
 from hypertuna.firmware.channel import RadioModel
@@ -219,7 +219,7 @@ def test_missing_programs_are_told(run: Run, tmp_path: Path, monkeypatch: pytest
         (("--ticks", "-5"), "ticks must be from 1 to"),
         (("--seed", "-1"), "seed must be from 0 to"),
         (("--radio", "99999"), "radio must be from 1 to 65535, but is 99999"),
-        (("--robot", "rexeel"), "joints must be at most 4 groups for the twin"),
+        (("--robot", "rexeel"), "joints must be at most 4 groups for the firmware"),
         (("--black-box", "box.txt"), "--black-box must end in .bin"),
     ],
 )

@@ -92,8 +92,8 @@ def test_fields_are_the_firmware_s_in_its_order(table) -> None:
     assert list(calibration) == [name for pair in pairs for name in pair] + ["servo_trim"]
 
 
-def test_parameters_of_as_many_joint_groups_as_a_twin_takes_fit_the_memory() -> None:
-    robot = parse(tomllib.loads(first_robot("fish", links=_core.MAX_JOINTS + 1, actuation="servo", sea=True)))
+def test_parameters_of_as_many_joint_groups_as_a_board_takes_fit_the_memory() -> None:
+    robot = parse(tomllib.loads(first_robot("fish", links=_core.BOARD_JOINTS + 1, actuation="servo", sea=True)))
     assert len(firmware_table(robot).parameters) == 123 <= _core.MAX_PARAMETERS
 
 
@@ -156,9 +156,9 @@ def test_open_wire_of_an_analog_sensor_reads_zero_counts(table) -> None:
     pressure = counts.names.index("pressure")
     low, high = sensor_range(ht.load("hypertuna"), "pressure")
     readings[pressure] = low - (high - low) / 8
-    assert counts.of(readings)[CHANNELS["bend"].size] == 0
+    assert counts.of(readings)[CHANNELS["bend"].count(_core.BOARD_JOINTS)] == 0
     readings[pressure] = np.nan
-    assert counts.of(readings)[CHANNELS["bend"].size] == NO_SAMPLE
+    assert counts.of(readings)[CHANNELS["bend"].count(_core.BOARD_JOINTS)] == NO_SAMPLE
 
 
 def test_a_robot_of_too_many_joint_groups_gets_the_command_that_writes_another(
@@ -167,7 +167,7 @@ def test_a_robot_of_too_many_joint_groups_gets_the_command_that_writes_another(
     monkeypatch.chdir(tmp_path)
     code, _, told = run("firmware", "params", "--robot", "rexeel")
     assert code == 2
-    assert "joints must be at most 4 groups for the twin, but is 5" in told
+    assert "joints must be at most 4 groups for the firmware, but is 5" in told
     assert run(*shlex.split(told.split("`")[1])[1:])[0] == 0
     assert run("firmware", "params", "--robot", "rexeel-sea.toml")[0] == 0
 

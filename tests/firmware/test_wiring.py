@@ -119,7 +119,7 @@ def test_command(tmp_path: Path, run: Run) -> None:
     assert len(rows) == len(wiring_of(ht.load("hypertuna")).wires)
     assert rows[0]["rate_bit_s"] == "115200"
     code, _, errors = run("firmware", "wiring", "--robot", "rexeel")
-    assert (code, "joints must be at most 4 groups for the twin" in errors) == (2, True)
+    assert (code, "joints must be at most 4 groups for the firmware" in errors) == (2, True)
 
 
 def test_analog_signals_have_units() -> None:

@@ -16,12 +16,12 @@ from swimming.test_core_against_oracles import ROUNDING, core_joints, core_model
 COORDINATES = 3
 
 
-def shares(rng: np.random.Generator, links: int) -> Real:
-    """Parts that joints take of three coordinates that bend them each in its own way; joint 0 does not exist."""
-    share = rng.uniform(-1, 1, (links, COORDINATES))
+def shares(rng: np.random.Generator, links: int, coordinates: int = COORDINATES) -> Real:
+    """Parts that joints take of coordinates that bend them each in its own way; joint 0 does not exist."""
+    share = rng.uniform(-1, 1, (links, coordinates))
     share[0] = 0
     # Nearly dependent coordinates accelerate by 1e8 rad/s^2, and a condition of 400 costs three digits.
-    return share if np.linalg.cond(share[1:]) < 100 else shares(rng, links)
+    return share if np.linalg.cond(share[1:]) < 100 else shares(rng, links, coordinates)
 
 
 def bent(case: Case, share: Real, angle: Real, rate: Real, acceleration: Real) -> Case:
@@ -42,7 +42,7 @@ def mujoco_accelerations(case: Case, share: Real, moment: Real, clamped: bool) -
     for k, unit in enumerate(np.eye(m.nv)):
         mujoco.mj_mulM(m, d, matrix[k], unit)
     load = mujoco_chain.drag(m, d, water) - d.qfrc_bias
-    columns = np.zeros((m.nv, 3 + COORDINATES))
+    columns = np.zeros((m.nv, 3 + share.shape[1]))
     columns[:3, :3] = np.eye(3)
     columns[3:, 3:] = share[1:]
     reduced, force = columns.T @ matrix @ columns, columns.T @ load + np.concatenate([np.zeros(3), moment])
@@ -52,7 +52,7 @@ def mujoco_accelerations(case: Case, share: Real, moment: Real, clamped: bool) -
 
 
 def planar_accelerations(model: _core.Model, share: Real, bend: Real, twist: Real, moment: Real, clamped: bool) -> Real:
-    """The core's accelerations (3 + COORDINATES,) of head and coordinates in the plane."""
+    """The core's accelerations (3 + D,) of head and coordinates in the plane."""
     accelerations = _core.Body(model, {"share": share}).accelerations(
         _core.World({"clamped": clamped}),
         bend=bend[None],
@@ -65,13 +65,13 @@ def planar_accelerations(model: _core.Model, share: Real, bend: Real, twist: Rea
 
 
 @pytest.mark.parametrize("clamped", [False, True])
-@pytest.mark.parametrize("links", [4, 8])
-def test_accelerations_against_mujoco(links: int, clamped: bool) -> None:
+@pytest.mark.parametrize(("links", "coordinates"), [(4, 3), (8, 3), (8, 6), (20, 13)])
+def test_accelerations_against_mujoco(links: int, coordinates: int, clamped: bool) -> None:
     rng = np.random.default_rng([40, links])
     for _ in range(30):
-        share, moment = shares(rng, links), rng.uniform(-1, 1, COORDINATES)
-        angle, rate = rng.uniform(-0.3, 0.3, COORDINATES), rng.uniform(-5, 5, COORDINATES)
-        case = bent(random_case(rng, links), share, angle, rate, np.zeros(COORDINATES))
+        share, moment = shares(rng, links, coordinates), rng.uniform(-1, 1, coordinates)
+        angle, rate = rng.uniform(-0.3, 0.3, coordinates), rng.uniform(-5, 5, coordinates)
+        case = bent(random_case(rng, links), share, angle, rate, np.zeros(coordinates))
         if clamped:
             case = Case(**{**vars(case), "twist": np.zeros(3)})
         expected = mujoco_accelerations(case, share, moment, clamped)

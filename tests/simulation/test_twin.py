@@ -11,12 +11,14 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin, twins
 
 ROBOT = ht.load("hypertuna")
+LONG = parse(new_robot("eel", links=15, length=0.9))
 SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
 
 
@@ -314,7 +316,8 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
             "bias[0] must be at most 18.2 deg, the bend_max_deg of joint I, but is",
         ),
         ({"gait": ht.Gait(1.0, (0.1,), (0.0,))}, "amplitude must be 2 long"),
-        ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "joints must be at most 4 groups"),
+        ({"robot": LONG, "gait": ht.Gait(1.0, (0.1,) * 14, (0.0,) * 14)}, "joints must be at most 12 groups"),
+        ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "controller is missing"),
     ],
 )
 def test_bad_options_are_told(options: dict[str, Any], message: str) -> None:

@@ -204,8 +204,8 @@ def test_derivatives_equal_differences(quantity: str, hinges: int) -> None:
         return robot, Gaits.of([ht.Gait.from_degrees(frequency=FREQUENCY * x, amplitude=(16,), phase=(0,))])
 
     cases = {
-        f"{robot.hinge_key(0)}.stiffness": lambda x: (with_hinge(robot, 0, stiffness=x), GAITS),
-        f"{robot.hinge_key(hinges - 1)}.damping": lambda x: (with_hinge(robot, hinges - 1, damping=x), GAITS),
+        f"{robot.hinge_keys[0]}.stiffness": lambda x: (with_hinge(robot, 0, stiffness=x), GAITS),
+        f"{robot.hinge_keys[hinges - 1]}.damping": lambda x: (with_hinge(robot, hinges - 1, damping=x), GAITS),
         "gait.frequency": of_gait,
         "water.strip.edge_lift": of_water,
     }

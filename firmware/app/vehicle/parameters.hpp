@@ -10,7 +10,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 76 + 13 * max_joints;  // a robot has 71, and 13 for each joint
+inline constexpr int max_parameters = 76 + 13 * board_joints;  // a robot has 71, and 13 for each joint
 
 /// Limits of supervisor and radio.
 struct Limits {

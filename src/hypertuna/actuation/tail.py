@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Unpack
 
-from hypertuna.description.new import Sizes, new_robot, shape_of
+from hypertuna.description.new import LINKS, SHORTEST, Sizes, new_robot, shape_of
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.yielding import reduced_inertia, softness
@@ -62,6 +62,12 @@ def _undrive_last(document: dict[str, Any]) -> None:
 def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
     """Return the document with a last link in segments."""
     _, lengths = shape_of(**sizes)
+    least = SEGMENTS * SHORTEST * math.fsum(lengths)
+    if lengths[-1] < least or len(lengths) + SEGMENTS - 1 not in LINKS:
+        rule = f"must leave the fin {least:.3g} m and two links to spare with --tail flexible"
+        fix = "give fewer and longer links, or take --tail passive"
+        key = "--lengths" if sizes.get("lengths") else "--links"
+        raise InputError(rule, key=key, value=f"{len(lengths)}, the last of {lengths[-1]:.3g} m", fix=fix)
     parts = [*lengths[:-1], *[lengths[-1] / SEGMENTS] * SEGMENTS]
     others: Any = {key: value for key, value in sizes.items() if key not in ("links", "length", "lengths")}
     finer = new_robot(document["name"], lengths=parts, **others)

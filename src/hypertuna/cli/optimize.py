@@ -10,7 +10,7 @@ from hypertuna.cli.command import App
 from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
-from hypertuna.cli.search import RobustOptions, SearchOptions, SwimLimits
+from hypertuna.cli.search import BodyLimits, Design, RobustOptions, SearchOptions, SwimLimits, design_of
 from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import robot_text, write_robot
@@ -33,6 +33,8 @@ def optimize_command(
     search: SearchOptions,
     robust: RobustOptions,
     limits: SwimLimits,
+    body: BodyLimits,
+    design: Design = None,
     min_speed: Annotated[float | None, opt.number("--min-speed", "m/s", "Minimum speed in m/s.")] = None,
     checkpoint: opt.Checkpoint = None,
     cluster: opt.Cluster = None,
@@ -42,17 +44,19 @@ def optimize_command(
 ) -> None:
     """Find the best gait for an objective: speed, or an expected speed at low cost of transport (Eq. 42).
 
+    With --design, numbers of the robot's file are sought beside it.
+
     The exit code is 0 for a gait, 1 if none satisfies all limits, 2 for bad input.
     """
     if context.invoked_subcommand is not None:
         _check_alone(context)
         return
     subject = robot.load(output)
-    kept = limits.make(subject, speed=min_speed)
+    kept = limits.make(subject, speed=min_speed, **body.arguments())
     if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
-    how = search.arguments() | vars(robust) | {"checkpoint": checkpoint}
+    how = search.arguments() | vars(robust) | {"checkpoint": checkpoint, "design": design_of(design)}
     with progress_bar("optimizing", parts="gait", checkpoint=checkpoint) as progress, connected(cluster) as executor:
         result = optimize(subject, limits=kept, executor=executor, progress=progress, **how)
     if output is not None and result.gait is not None:
@@ -89,6 +93,7 @@ def _record(result: Optimum) -> dict[str, Any]:
     facts = ("evaluations", "seconds", "stop", "remark", "method", "seed", "value", "robust", "history")
     return {
         "gait": None if result.gait is None else gait_record(result.gait),
+        "design": dict(result.design),
         "speed_m_s": result.speed,
         "cost_of_transport_j_per_kg_m": result.cost_of_transport,
         **{name: getattr(result, name) for name in facts},

@@ -247,7 +247,8 @@ class RobotOptions:
     def load(self, output: str | None = None) -> Robot:
         """Read the robot; `output` is a robot file to write, which must not be the robot's own."""
         from hypertuna.description.changes import changed
-        from hypertuna.description.robot import load, robot_path
+        from hypertuna.description.provenance import robot_path
+        from hypertuna.description.robot import load
 
         if not self.robot:
             raise InputError("is missing", key="--robot", fix="give a robot's name or the path of its file")

@@ -6,7 +6,7 @@ from hypertuna.cli import options as opt
 from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import column_rows
-from hypertuna.cli.search import RobustOptions, SwimLimits, bounds_of
+from hypertuna.cli.search import BodyLimits, Design, RobustOptions, SwimLimits, bounds_of, design_of
 from hypertuna.cli.shards import connected
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import variable_columns
@@ -24,6 +24,7 @@ NAMES = {name: key_of(name, QUANTITIES[name].unit) for name in OBJECTIVES}
 def pareto_command(
     robot: opt.ModelOptions,
     limits: SwimLimits,
+    body: BodyLimits,
     robust: RobustOptions,
     objectives: Annotated[
         str, opt.text("--objectives", f"Two or three of {', '.join(OBJECTIVES)}.")
@@ -31,6 +32,7 @@ def pareto_command(
     population: Annotated[int, opt.whole_number("--population", "Number of gaits per generation of NSGA-II.")] = 40,
     generations: Annotated[int, opt.whole_number("--generations", "Generations of NSGA-II.")] = 60,
     bounds: opt.Bounds = None,
+    design: Design = None,
     min_speed: Annotated[
         float | None,
         opt.number("--min-speed", "m/s", f"Minimum speed in m/s. (default: {SLOW:g} body lengths/s)"),
@@ -44,6 +46,8 @@ def pareto_command(
 ) -> None:
     """Find the Pareto front of gaits: NSGA-II, polished by exact gradients.
 
+    With --design, numbers of the robot's file are sought beside them.
+
     The exit code is 0 for a front, 1 if no gait satisfies all limits, 2 for bad input.
     """
     subject = robot.load()
@@ -54,7 +58,8 @@ def pareto_command(
             population=population,
             generations=generations,
             bounds=bounds_of(bounds),
-            limits=limits.make(subject),
+            design=design_of(design),
+            limits=limits.make(subject, **body.arguments()),
             min_speed=min_speed,
             polish=not no_polish,
             seed=seed,
@@ -80,7 +85,7 @@ def _gait_names(front: Front) -> dict[str, str]:
     """Name the columns of the gaits in CSV; biases only if there are any."""
     kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else NEEDED
     names = ["frequency", *(f"{kind}_{group.name}" for kind in kinds for group in front.robot.joints)]
-    return {name: name for name in names}
+    return {name: name for name in (*names, *(one.label for one in front.space.variables))}
 
 
 def _names(front: Front) -> dict[str, str]:
@@ -109,5 +114,9 @@ def _record(front: Front) -> dict[str, Any]:
         "evaluations": front.evaluations,
         "seconds": front.seconds,
         "stop": front.stop,
-        "front": [{"gait": gait_record(gait)} | row for gait, row in zip(front.gaits, rows, strict=True)],
+        "front": [
+            {"gait": gait_record(gait), "design": {name: float(column[k]) for name, column in front.designs.items()}}
+            | row
+            for k, (gait, row) in enumerate(zip(front.gaits, rows, strict=True))
+        ],
     }

@@ -1,8 +1,9 @@
 """The options of a search for gaits, shared by `optimize`, `optimize ask` and `pareto`."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import METHODS
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,46 @@ class SwimLimits(GaitLimits):
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:
         """Return the limits, with more of `gait_limits` in SI units."""
         return super().make(robot, torque=self.max_torque, strouhal=self.strouhal, **limits)
+
+
+Design = Annotated[
+    list[Bound] | None,
+    opt.bound(
+        "--design",
+        "the unit of the file",
+        "Bounds of a number of the robot's file, such as hinge.stiffness=0.05:2, or of a factor on the caudal fin: "
+        "fin.span, fin.chord, fin.area, fin.aspect_ratio; repeatable.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class BodyLimits:
+    """Limits of a design."""
+
+    max_mass: Annotated[float | None, opt.number("--max-mass", "kg", "Maximum mass of the robot in kg.")] = None
+    max_length: Annotated[float | None, opt.number("--max-length", "m", "Maximum length of the robot in m.")] = None
+    max_bend: Annotated[
+        float | None, opt.number("--max-bend", "deg", "Maximum angle of the passive hinge in degrees.")
+    ] = None
+
+    def arguments(self) -> dict[str, float | None]:
+        """Return the limits as arguments of `gait_limits`."""
+        bend = None if self.max_bend is None else float(np.radians(self.max_bend))
+        return {"mass": self.max_mass, "length": self.max_length, "bend": bend}
+
+
+def design_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:
+    """Return the bounds of --design by key."""
+    return once([(name, (low, high)) for name, low, high in bounds or []])
+
+
+def once(pairs: Sequence[tuple[str, T]]) -> dict[str, T]:
+    """Return what --design gives by key, each key once."""
+    for name, count in Counter(name for name, _ in pairs).items():
+        if count > 1:
+            raise InputError("must be given once", key=f"--design {name}", value=f"{count} times", fix="leave one out")
+    return dict(pairs)
 
 
 def bounds_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:

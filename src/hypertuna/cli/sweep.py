@@ -12,9 +12,11 @@ import numpy as np
 import typer
 
 from hypertuna.cli import options as opt
+from hypertuna.cli import parsing
 from hypertuna.cli.console import progress_bar
 from hypertuna.cli.emit import emit
 from hypertuna.cli.gait import GaitOptions, column_rows
+from hypertuna.cli.search import once
 from hypertuna.cli.shards import check_text, connected, write_shards
 from hypertuna.cli.streams import note
 from hypertuna.description.provenance import provenance
@@ -48,10 +50,26 @@ HEADS = {
 }
 
 
+def _levels(text: str, key: str) -> tuple[str, list[float]]:
+    """Read NAME=VALUES."""
+    name, values = parsing.pair(text, key, "NAME=UNIT,...")
+    return name, parsing.values(values, f"{key} {name}", "the unit of the file")
+
+
 @opt.grouped
 def sweep_command(
     robot: opt.ModelOptions,
     gaits: GaitOptions,
+    design: Annotated[
+        list[Any] | None,
+        opt.option(
+            ("--design",),
+            "Values of a number of the robot's file, such as hinge.stiffness=0.05:2:40, or of a factor on the caudal "
+            "fin: fin.span, fin.chord, fin.area, fin.aspect_ratio; repeatable.",
+            "NAME=UNIT,...",
+            _levels,
+        ),
+    ] = None,
     steps: opt.Steps = DEFAULT_STEPS,
     check_rest: Annotated[
         bool, opt.flag("--check-rest", "Check whether a start from rest leads to each settled beat.")
@@ -61,7 +79,7 @@ def sweep_command(
     places: opt.Places = opt.NO_PLACES,
     files: opt.ShardFiles = opt.NO_SHARD_FILES,
 ) -> None:
-    """Swim every combination of frequencies, amplitudes, phases and biases.
+    """Swim every combination of frequencies, amplitudes, phases and biases, by every robot of a design.
 
     Every gait comes with its status; gaits that do not settle are counted on the error output, and with --check-rest
     those whose settled beat a start from rest does not lead to.
@@ -69,6 +87,7 @@ def sweep_command(
     subject = robot.load()
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
+    levels = once(design or [])
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
             how: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
@@ -76,13 +95,15 @@ def sweep_command(
     else:
         check_text(len(grid), files.output, files.as_json)
     how = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
+    how["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
     if write_shards(files.output, sweep_shards, subject, grid, **how, as_json=files.as_json, **options):
         return
     with (
         progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
         connected(places.cluster) as executor,
     ):
-        result = sweep(subject, grid, executor=executor, **options, checkpoint=checkpoint, progress=progress)
+        how = options | {"design": levels, "checkpoint": checkpoint}
+        result = sweep(subject, grid, executor=executor, **how, progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
@@ -147,7 +168,9 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     columns = variable_columns(result, _names(result))
     settled = columns["status"] == "settled"
     remarks = _remarks(columns, settled)
-    varying = [name for name in columns if name.endswith(("_hz", "_deg")) and np.ptp(columns[name]) > 0]
+    sought = [*variable_columns(result, [name for name in map(str, result.dims) if "." in name])]
+    axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in sought]
+    varying = [name for name in axes if np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
     names = [*varying, *(name for name in HEADS if name != "frequency_hz" and (turns or name != "turn_radius_m"))]
     first = 0 if any(remarks.values()) else 1
@@ -165,6 +188,8 @@ def _head(name: str, tight: bool) -> str:
     """Return the head of a column: of a joint group its name stands between quantity and unit."""
     if name in HEADS:
         return HEADS[name].replace("[J/(", "[J/\n(") if tight else HEADS[name]
+    if "." in name:  # of a design
+        return name.replace(".", "\n", 1)
     quantity, group = name.removesuffix("_deg").split("_", 1)
     return f"{'ampl.' if tight and quantity == 'amplitude' else quantity}\n{group}\n[deg]"
 

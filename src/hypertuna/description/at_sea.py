@@ -10,7 +10,7 @@ from hypertuna.description.channels import CHANNELS
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.control import Guidance
 from hypertuna.description.shape import DENSITY, Shape
-from hypertuna.description.twin import AT_SEA, new_command, require_groups
+from hypertuna.description.twin import ON_BOARD, new_command, require_groups
 from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
@@ -48,6 +48,8 @@ SOURCES = {
         f"guidance.{key}": f"estimate: {scale.words}"
         for key, scale in Guidance.scales("length", "mass", "speed").items()
     },
+}
+BOARD = {
     "firmware": "estimate: as HyperTuna's, see robots/hypertuna.toml; pins of a Teensy 4.1 in their order",
     "firmware.voltage_empty_v": "estimate: 15/16 of controller.voltage_low_v, as HyperTuna's",
 }
@@ -55,7 +57,8 @@ SOURCES = {
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
-    require_groups(robot, sea=True)
+    board = "firmware" in tables
+    require_groups(robot, sea=True, board=board)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
     sensors = {sensor.quantity for sensor in robot.sensors}
     quantities = ("rate", "acceleration", *(name for name, channel in CHANNELS.items() if channel.pilot))
@@ -67,7 +70,7 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
     them, their = ("it", "its") if len(absent) == 1 else ("them", "their")
     gaits = ", [gaits]" if "[guidance]" in absent else ""
     fix = f"copy {them}{gaits} and {their} lines of [sources] from a robot of this size; "
-    fix += f"`{new_command(robot, sea=True)}` writes it"
+    fix += f"`{new_command(robot, sea=True, board=board)}` writes it"
     rule = "is missing" if len(absent) == 1 else "are missing"
     raise InputError(rule, file=robot.file or None, key=", ".join(absent), fix=fix)
 
@@ -84,16 +87,16 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
 
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
     """Add sections and fins to a robot; `tuna` is HyperTuna's document."""
-    most = AT_SEA["servo" if all("servo" in group for group in document["joints"]) else "hydraulic"]
-    if len(document["joints"]) > most:
-        rule, fix = f"must be at most {most} joint groups with --sea", "name fewer groups, each of several links"
+    if len(document["joints"]) > _core.MAX_JOINTS:
+        rule = f"must be at most {_core.MAX_JOINTS} joint groups with --sea"
+        fix = "name fewer groups, each of several links"
         raise InputError(rule, key="--joints", value=f"{len(document['joints'])}", fix=fix)
     document["spatial"] = _spatial(document["links"], ROLL * document["gaits"]["cruise"]["frequency_hz"])
     document["fins"] = _fins(shape, document["links"]["length_m"][0], tuna["fins"])
 
 
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
-    """Add pilot and microcontroller to a robot with fins and a controller.
+    """Add a pilot, and a microcontroller where it has pins for all joints, to a robot with fins and a controller.
 
     `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's, with its slowest
     gait, on the robot's own scales of length, speed and time.
@@ -113,10 +116,14 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     length, mass = shape.length / tuna["body"]["length_m"], shape.mass / tuna["body"]["mass_kg"]
     pilot |= Guidance.scaled(pilot, length=length, mass=mass, speed=speed / tuna["guidance"]["speed_m_s"][0])
     document["guidance"] = pilot
-    document["firmware"] = tuna["firmware"] | _pins(document["joints"])
-    empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
-    document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)
-    document["sources"] |= SOURCES | {"servos": "estimate: as HyperTuna's fins"} | document["sources"]
+    sources = SOURCES | {"servos": "estimate: as HyperTuna's fins"}
+    actuation = "servo" if all("servo" in group for group in document["joints"]) else "hydraulic"
+    if len(document["joints"]) <= ON_BOARD[actuation]:
+        document["firmware"] = tuna["firmware"] | _pins(document["joints"])
+        empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
+        document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)
+        sources |= BOARD
+    document["sources"] |= sources | document["sources"]
 
 
 def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:

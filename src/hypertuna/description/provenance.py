@@ -1,12 +1,13 @@
 """Provenance of a result: version, instruction set, robot, model; which of its values are estimates."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from hypertuna import _core
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, robots
 from hypertuna.description.validation import entry_of
-from hypertuna.io.files import version
+from hypertuna.io.files import shipped, version
 
 
 def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
@@ -39,3 +40,10 @@ def is_estimate(robot: Robot, key: str) -> bool:
 def factor_of(robot: Robot, key: str) -> float:
     """Return the factor of an estimate in ``[uncertainty]``; 1 without one."""
     return (entry_of(robot.uncertainty or {}, key) or 1.0) if is_estimate(robot, key) else 1.0
+
+
+def robot_path(file: str) -> Path:
+    """Return the path of ``Robot.file``, which may be that of a robot that comes with hypertuna."""
+    path = Path(file)
+    by_name = path.parent == Path("robots") and path.stem in robots()
+    return shipped("robots") / path.name if by_name else path

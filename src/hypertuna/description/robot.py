@@ -14,10 +14,9 @@ from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
-from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.description.mistakes import translate
-from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material
+from hypertuna.description.schema.actuator import DriveUnit, Hinge, Material, hinges_in_order
 from hypertuna.description.schema.base import Check, Name, Named, Part, Text, entry, number, same_length, unique
 from hypertuna.description.schema.body import (
     Body,
@@ -128,9 +127,10 @@ class Robot(Part, Plotted, Tabular):
         """The passive hinges, whose bends follow those of the joint groups among the coordinates of the tail."""
         return self.hinge_list or () if self.hinge is None else (self.hinge,)
 
-    def hinge_key(self, d: int) -> str:
-        """Return the key of the table of hinge d."""
-        return "hinge" if self.hinge_list is None else f"hinges[{d}]"
+    @property
+    def hinge_keys(self) -> tuple[str, ...]:
+        """Keys of the tables of the hinges: ``hinge``, or ``hinges[0]`` and so on."""
+        return ("hinge",) if self.hinge else tuple(f"hinges[{d}]" for d in range(len(self.hinges)))
 
     @property
     def file(self) -> str:
@@ -257,7 +257,9 @@ class Robot(Part, Plotted, Tabular):
             yield from self.spatial.centers(links.length)
         if self.fins is not None:
             yield self.fins.on_head(links.length[0])
-        yield from self._hinge_checks()
+        both = self.hinge is not None and self.hinge_list is not None
+        yield Check(not both, "hinge_list", "must not stand beside [hinge]", "make it the first of [[hinges]]", "given")
+        yield from hinges_in_order(dict(zip(self.hinge_keys, self.hinges, strict=True)), len(links.name) - 1)
         for name, gait in self.gaits.items():
             yield from same_length(gait, f"gaits.{name}", groups, "joint group")
         if self.gait_bounds is not None:
@@ -292,21 +294,6 @@ class Robot(Part, Plotted, Tabular):
             yield Check(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
             if group.line is not None and self.controller is not None:
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
-
-    def _hinge_checks(self) -> Iterator[Check]:
-        """Check that hinges are in the tail, in its order."""
-        both = self.hinge is not None and self.hinge_list is not None
-        fix = "make [hinge] the first of [[hinges]]"
-        yield Check(not both, "hinge_list", "must not stand beside [hinge]", fix, "given")
-        count, most = len(self.hinges), _core.MAX_HINGES
-        yield Check(count <= most, "hinge_list", f"must be at most {most} hinges", "join some", f"{count}")
-        ahead = 0
-        for d, hinge in enumerate(self.hinges):
-            last, key = len(self.links.name) - 1, f"{self.hinge_key(d)}.link"
-            text = f"must be behind link {ahead}, and at most {last}" if d else f"must be a link from 1 to {last}"
-            fix = "list the hinges from nose to tail, one a link" if d else "link 0 is the head"
-            yield Check(ahead < hinge.link <= last, key, text, fix, f"{hinge.link}")
-            ahead = hinge.link
 
     def _source_checks(self) -> Iterator[Check]:
         """Check that every source and every factor belongs to a key or the start of one."""
@@ -384,13 +371,6 @@ def load(robot: str | Path) -> Robot:
 def robot_of(robot: Robot | str | Path) -> Robot:
     """Return a robot, or that of a name or a file."""
     return robot if isinstance(robot, Robot) else load(robot)
-
-
-def robot_path(file: str) -> Path:
-    """Return the path of ``Robot.file``, which may be that of a robot that comes with hypertuna."""
-    path = Path(file)
-    by_name = path.parent == Path("robots") and path.stem in robots()
-    return shipped("robots") / path.name if by_name else path
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:

@@ -11,8 +11,8 @@ from hypertuna.description.schema.actuator import Hinge
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
 
-# Joint groups of a robot that `robot new --sea` writes: a Teensy 4.1 has no more pins for those with oil.
-AT_SEA = {"servo": _core.MAX_JOINTS, "hydraulic": 3}
+# Joint groups of a robot with firmware: its messages have room for no more, and a Teensy 4.1 no more pins for oil.
+ON_BOARD = {"servo": _core.BOARD_JOINTS, "hydraulic": 3}
 MAX_HINGES = 1  # that a twin bends
 
 
@@ -34,12 +34,12 @@ def twin_note(robot: Robot) -> str:
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
 
 
-def require_groups(robot: Robot, *, sea: bool = False) -> None:
-    """Refuse a robot with more joint groups than a twin takes, and name a command as `new_command` does."""
-    count, most = len(robot.joints), _core.MAX_JOINTS
+def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> None:
+    """Refuse a robot with more joint groups than twin or firmware takes, and name a command as `new_command` does."""
+    count, most = len(robot.joints), _core.BOARD_JOINTS if board else _core.MAX_JOINTS
     if count > most:
-        rule, file = f"must be at most {most} groups for the twin", robot.file or None
-        fix = f"let joints share a group, as in the file that `{new_command(robot, sea=sea)}` writes"
+        rule, file = f"must be at most {most} groups for the {'firmware' if board else 'twin'}", robot.file or None
+        fix = f"let joints share a group, as in the file that `{new_command(robot, sea=sea, board=board)}` writes"
         raise InputError(rule, file=file, key="joints", value=f"{count}", fix=fix)
     if len(robot.hinges) > MAX_HINGES:
         rule, fix = "must be a single hinge in the twin", "leave the others out; `swim` and `sweep` bend them all"
@@ -52,7 +52,7 @@ def require_mass_at_hinge(robot: Robot) -> None:
         rule = "must not be the only link of a joint group that oil bends, in the twin"
         fix = "put the hinge on another link"
         raise InputError(
-            rule, file=robot.file or None, key=f"{robot.hinge_key(0)}.link", value=f"{hinge.link}", fix=fix
+            rule, file=robot.file or None, key=f"{robot.hinge_keys[0]}.link", value=f"{hinge.link}", fix=fix
         )
 
 
@@ -73,10 +73,13 @@ def _hinge_on_oil(robot: Robot) -> Hinge | None:
     return next((hinge for hinge in robot.hinges if [hinge.link] in alone), None)
 
 
-def new_command(robot: Robot, *, sea: bool = False) -> str:
-    """Return the command that writes a robot of about the same size with a twin, and with `sea` one for missions."""
+def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
+    """Return the command that writes a robot of about the same size with a twin.
+
+    With `sea` it writes one for missions, and with `board` one that also has firmware.
+    """
     actuation = "hydraulic" if any(group.actuator is not None for group in robot.joints) else "servo"
-    most = AT_SEA[actuation] if sea else _core.MAX_JOINTS
+    most = ON_BOARD[actuation] if board else _core.MAX_JOINTS
     names = [group.name for group in robot.joints]
     others = [f"J{j}" for j in range(1, min(most, len(names)) + 1)]
     size: dict[str, Any] = {"lengths": robot.links.length, "mass": robot.body.mass}

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hypertuna.description.robot import Robot, parse, robot_path
+from hypertuna.description.provenance import robot_path
+from hypertuna.description.robot import Robot, parse
 from hypertuna.io.door import parse_toml, read_text
 from hypertuna.io.files import write_atomically
 

@@ -159,8 +159,8 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
         rule = f"must have the layout {_core.RECORD_LAYOUT:08x}"
         fix = "read it with the version of hypertuna that built the firmware"
         raise InputError(rule, file=file, key="records", value=f"{layout:08x}", fix=fix)
-    if not 1 <= words[2] <= _core.MAX_JOINTS:
-        rule, value = f"must be of 1 to {_core.MAX_JOINTS} joints", f"of {words[2]}"
+    if not 1 <= words[2] <= _core.BOARD_JOINTS:
+        rule, value = f"must be of 1 to {_core.BOARD_JOINTS} joints", f"of {words[2]}"
         raise InputError(rule, file=file, key="records", value=value, fix="give the file as it is on the card")
     return int(words[1]), int(words[2])
 
@@ -168,7 +168,7 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
 def _joints_of(table: Ticks, kind: int) -> int:
     """Return the number of joints of records of ticks by their size; 0 of other records."""
     size = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
-    return next((n for n in range(1, _core.MAX_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
+    return next((n for n in range(1, _core.BOARD_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
 
 
 def _possible(ticks: Ticks) -> NDArray[np.bool_]:

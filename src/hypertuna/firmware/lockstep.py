@@ -12,10 +12,11 @@ from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
-SAMPLES = sum(channel.size for channel in COUNTED.values())
+SIZES = [channel.count(_core.BOARD_JOINTS) for channel in COUNTED.values()]
+SAMPLES = sum(SIZES)
 DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)
-NUMBERS = max(16, 3 * _core.MAX_JOINTS + 3)  # of an order: a mission, or a gait
+NUMBERS = max(16, 3 * _core.BOARD_JOINTS + 3)  # of an order: a mission, or a gait
 DEGREES = 1e7  # counts of the satellite receiver
 FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # flags
 RADIO = 62  # bytes that the radio can receive in a tick
@@ -25,7 +26,7 @@ REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy"
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
 HEARD: list[Any] = [("missed", "u1"), ("length", "u1"), ("radio", "u1", RADIO)]
 TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
-SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", _core.MAX_SERVOS)]
+SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", _core.BOARD_SERVOS)]
 SAME += [("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
 SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]
@@ -59,7 +60,7 @@ class Counts:
 
     def __init__(self, table: FirmwareTable, origin: tuple[int, int]) -> None:
         joints = len(table.robot.joints)
-        places = np.split(np.arange(SAMPLES), np.cumsum([channel.size for channel in COUNTED.values()])[:-1])
+        places = np.split(np.arange(SAMPLES), np.cumsum(SIZES)[:-1])
         used = {name: place[: COUNTED[name].count(joints)] for name, place in zip(COUNTED, places, strict=True)}
         self.channels = np.concatenate(list(used.values()))
         self.names = [name for name, place in used.items() for _ in place]

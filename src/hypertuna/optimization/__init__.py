@@ -1,4 +1,4 @@
-"""Optimization of gaits.
+"""Optimization of gaits, and of robots with them.
 
 In reading order: `design_space` (free values and bounds), `constraints` (limits), `objective`, `problem` (both
 evaluated in batches, also over robots sampled from a fit), `optimizers` (ask, tell, stop, result; hypervolume), `sqp`

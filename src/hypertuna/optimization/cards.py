@@ -65,6 +65,9 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
         if any(gait.bias) or not column.startswith("bias"):
             bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
             summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
+    for one in result.variables:
+        bound = f" ({result.bounds[one.name]} bound)" if one.name in result.bounds else ""
+        summary[one.label] = (result.design[one.name], one.unit + bound)
     summary["speed"] = (result.speed, "m/s")
     summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
     if result.robust is not None:  # all above is of the robot itself
@@ -97,11 +100,14 @@ def front_card(front: Front) -> Card:
     if not count:
         return Card(f"{front.robot.name}: no best compromise", [(front.stop, "bold red")])
     heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
+    design = [(one.label, front.designs[one.name]) for one in front.space.variables]
+    heads += [label.replace(".", "\n", 1) for label, _ in design]
     rows = []
     for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):
         gait = front.gaits[k]
         angles = (", ".join(f"{angle:.4g}" for angle in np.degrees(values)) for values in (gait.amplitude, gait.phase))
-        rows.append((*(f"{value:.4g}" for value in front.values[k]), f"{gait.frequency:.3g}", *angles))
+        values = [*front.values[k], *(column[k] for _, column in design)]
+        rows.append((*(f"{value:.4g}" for value in values), f"{gait.frequency:.3g}", *angles))
     robust = f", {STATISTICS[front.robust]}" if front.robust else ""
     reference = ", ".join(f"{value:.4g}" for value in front.reference)
     parts: list[Part] = [Table([*heads, "f\n[Hz]", "amplitude\n[deg]", "phase\n[deg]"], rows, left=())]

@@ -33,6 +33,9 @@ def gait_limits(
     amplitude_by_bandwidth: bool = False,
     strouhal: tuple[float, float] | None = None,
     speed: float | None = None,
+    mass: float | None = None,
+    length: float | None = None,
+    bend: float | None = None,
 ) -> tuple[Limit, ...]:
     """Return limits set by a robot's joints, drives and wake.
 
@@ -51,6 +54,10 @@ def gait_limits(
         Min and max Strouhal number [1].
     speed : float, optional
         Min speed [m/s].
+    mass, length : float, optional
+        Max mass [kg] and length [m] of the robot, for searches over its design.
+    bend : float, optional
+        Max angle of the passive hinge [rad]; it has no derivatives.
 
     Returns
     -------
@@ -59,10 +66,11 @@ def gait_limits(
     Raises
     ------
     InputError
-        If a limit is not positive, or a joint group lacks its max amplitude or bandwidth.
+        If a limit is not positive, a joint group lacks its max amplitude or bandwidth, or there is no hinge.
     """
     robot = robot_of(robot)
     values = {"joint_rate": joint_rate, "torque": torque, "speed": speed}
+    values |= {"mass": mass, "length": length, "bend": bend}
     values["strouhal"] = None if strouhal is None else min(strouhal)
     for key, value in values.items():
         if value is not None:
@@ -88,14 +96,23 @@ def gait_limits(
         limits += [Limit("strouhal", low, upper=False), Limit("strouhal", high)]
     if speed is not None:
         limits.append(Limit("speed", speed, upper=False, unit="m/s"))
+    for name, unit, most in (("robot_mass", "kg", mass), ("robot_length", "m", length)):
+        if most is not None:
+            limits.append(Limit(name, most, unit=unit))
+    if bend is not None:
+        if not robot.hinges:
+            rule, fix = "is of a passive hinge, which the robot lacks", "leave it out, or add the table [hinge]"
+            raise InputError(rule, key="bend", file=robot.file or None, fix=fix)
+        limits.append(Limit("bend_peak", bend, unit="deg", scale=np.pi / 180))
     return tuple(limits)
 
 
 def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return quantities of the gaits alone, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
+    """Return quantities of gaits and robot alone, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
 
     ``rate_GROUP`` is the max rate of a joint group [rad/s]; ``reach_GROUP`` is its commanded amplitude over the one it
-    reaches at that frequency [1]. Gradients are by frequency, then amplitude, phase and bias of every group.
+    reaches at that frequency [1]; ``robot_mass`` is in kg, ``robot_length`` in m. Gradients are by frequency, then
+    amplitude, phase and bias of every group.
     """
     f, values, gradients = gaits.frequency, {}, {}
     for g, group in enumerate(robot.joints):
@@ -112,4 +129,6 @@ def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[
             gradient = np.zeros((len(f), 1 + 3 * len(robot.joints)))
             gradient[:, 0], gradient[:, 1 + g] = unit * by_frequency, unit * by_amplitude
             values[f"{name}_{group.name}"], gradients[f"{name}_{group.name}"] = unit * value, gradient
+    for name, whole in (("robot_mass", robot.body.mass), ("robot_length", robot.body.length)):
+        values[name], gradients[name] = np.full(len(f), whole), np.zeros((len(f), 1 + 3 * len(robot.joints)))
     return values, gradients

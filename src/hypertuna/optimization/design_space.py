@@ -1,4 +1,4 @@
-"""The design space of gaits: which values are free, and between which bounds."""
+"""The design space: which values of a gait and of the robot are free, and between which bounds."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.design import Variable, designed
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.swimming.designs import design_of, model_features
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.gait_checks import largest
-from hypertuna.swimming.model import parameter_names
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
@@ -26,12 +27,13 @@ def gait_columns(robot: Robot) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """A box of gaits; the coordinates x are its free values, in Hz and rad."""
+    """A box of gaits and of the robot's variables; the coordinates x are the free values, in Hz, rad or file units."""
 
-    columns: tuple[str, ...]  # every value of a gait, named by `gait_columns`
-    unit: Array  # (columns,) size of the unit [Hz or rad]
+    columns: tuple[str, ...]  # every value of a gait, named by `gait_columns`, then the variables
+    unit: Array  # (columns,) size of the unit [Hz, rad, or 1 of a variable]
     low: Array  # (columns,) lower bound [Hz or rad]
     high: Array  # (columns,) upper bound; equal to `low` where the value is fixed [Hz or rad]
+    variables: tuple[Variable, ...] = ()  # numbers of the robot's file, the last columns
 
     @cached_property
     def free(self) -> NDArray[np.intp]:
@@ -58,6 +60,7 @@ class DesignSpace:
         points = np.asarray(x, dtype=np.float64)
         values = np.tile(self.low, (len(points), 1))
         values[:, self.free] = points
+        values = values[:, : len(self.columns) - len(self.variables)]
         return Gaits(values[:, 0], *np.split(values[:, 1:], len(KINDS), axis=1), shape=(len(points),))
 
     def gait(self, x: ArrayLike) -> Gait:
@@ -66,18 +69,32 @@ class DesignSpace:
 
     def point(self, gait: Gait) -> Array:
         """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
-        return gait.values[self.free]
+        return np.append(gait.values, [one.value for one in self.variables])[self.free]
+
+    def design(self, x: ArrayLike) -> Array:
+        """Return the values of the robot's variables at one point [unit of the file]."""
+        values = np.asarray(x, dtype=np.float64)
+        return values[len(values) - len(self.variables) :]
+
+    def robot(self, robot: Robot, x: ArrayLike, *, made_by: str = "") -> Robot:
+        """Return a robot with the design at one point; see `designed`."""
+        return designed(robot, self.variables, self.design(x).tolist(), made_by=made_by) if self.variables else robot
 
     def directions(self, robot: Robot) -> Array:
-        """Return the derivatives of all model parameters by the coordinates, shape (parameters, dim) [1]."""
-        return np.eye(len(parameter_names(robot)))[:, self.free]  # the gait's come first, in the order of the columns
+        """Return the derivatives of all model parameters by the gait's coordinates, shape (parameters, dim) [1]."""
+        gait = self.free[: len(self.free) - len(self.variables)]
+        return np.eye(len(model_features(robot)))[:, gait]  # the gait's come first, in the order of the columns
 
 
-def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | None = None) -> DesignSpace:
+def gait_bounds(
+    robot: Robot,
+    overrides: Mapping[str, tuple[float, float]] | None = None,
+    design: Mapping[str, tuple[float, float]] | None = None,
+) -> DesignSpace:
     """Return a robot's design space: its table ``[gait_bounds]``, with the caller's bounds instead where given.
 
     Bounds are in Hz or degrees, by the names of `gait_columns`. The unit may be left out of a name, and so may the
-    joint group: ``amplitude`` stands for every group.
+    joint group: ``amplitude`` stands for every group. `design` has the bounds of numbers of the robot's file by key.
     """
     units, table = gait_columns(robot), robot.gait_bounds
     bounds = {f"bias_{group.name}_deg": (0.0, 0.0) for group in robot.joints}
@@ -92,7 +109,10 @@ def gait_bounds(robot: Robot, overrides: Mapping[str, tuple[float, float]] | Non
         fix = f"add the table [gait_bounds], or give bounds of {missing[0]}"
         raise InputError("has no bounds", file=robot.file or None, key=missing[0], fix=fix)
     low, high = np.array([bounds[column] for column in units]).T
-    space = DesignSpace(tuple(units), np.array(list(units.values())), low, high)
+    variables = design_of(robot, design or {})
+    low, high = np.append(low, [one.low for one in variables]), np.append(high, [one.high for one in variables])
+    columns, sizes = (*units, *(one.name for one in variables)), [*units.values(), *(1.0 for _ in variables)]
+    space = DesignSpace(columns, np.array(sizes), low, high, variables)
     if not len(space.free):
         fix = "give one parameter two different bounds"
         raise InputError("must leave at least one gait parameter free", key="bounds", fix=fix)

@@ -71,6 +71,7 @@ def optimize(
     speed: float | None = None,
     weight: float | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    design: Mapping[str, tuple[float, float]] | None = None,
     limits: Sequence[Limit] = (),
     method: str | None = None,
     particles: int | None = None,
@@ -83,7 +84,7 @@ def optimize(
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Optimum:
-    """Find the gait that is best for an objective.
+    """Find the gait that is best for an objective, and the robot where numbers of its file are variables.
 
     Parameters
     ----------
@@ -95,11 +96,15 @@ def optimize(
         Expected speed U_e [m/s] and weight k [m/s per J/(kg m)] of the objective ``|U - U_e| + k COT`` (Eq. 42).
     bounds : mapping, optional
         Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
+    design : mapping, optional
+        Bounds of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.05, 2)}``. What
+        depends on a link's length or mass follows it. ``fin.span`` and ``fin.chord``, or ``fin.area`` and
+        ``fin.aspect_ratio``, are factors on the caudal fin. `robot` of the result is the best one.
     limits : sequence of Limit
         From `gait_limits`.
     method : {"gradient", "pso", "cma", "de"}, optional
         Multi-start SQP with exact derivatives, particle swarm, CMA-ES, or differential evolution. By default
-        "gradient", or "pso" for quantities without derivatives: efficiency.
+        "gradient", or "pso" for quantities without derivatives: efficiency, the largest bend of a hinge.
     particles, iterations : int, optional
         Gaits per batch (number of starts of "gradient"), and max number of batches.
     robust : {"mean", "worst5"}, optional
@@ -130,7 +135,7 @@ def optimize(
     robot = robot_of(robot)
     check_steps(steps)
     target = choose_objective(maximize=maximize, minimize=minimize, speed=speed, weight=weight)
-    problem = Problem(robot, gait_bounds(robot, bounds), (target,), tuple(limits), steps, executor=executor)
+    problem = Problem(robot, gait_bounds(robot, bounds, design), (target,), tuple(limits), steps, executor=executor)
     method = method or ("pso" if problem.non_differentiable else "gradient")
     optimizer = make_optimizer(problem, method, particles, iterations, seed)
     start = time.monotonic()  # of the search, not of the import of libraries

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.design import Variable
 from hypertuna.description.robot import Robot
 from hypertuna.display import Plotted, Tabular
 from hypertuna.optimization.constraints import Limit
@@ -22,6 +23,7 @@ MET = 5e-3  # relative error at which an expected speed counts as met
 FLAT = 5e-3  # relative difference of values that are near the best
 WIDE = 0.1  # part of its bounds over which a coordinate near the best is remarked
 IDLE = 0.05  # body lengths per beat: a gait with less hardly swims
+MADE_BY = "best design found by hypertuna optimize"  # source of the values of variables
 PLACES = 25  # points from the best to each bound
 
 
@@ -41,9 +43,9 @@ class Margin:
 
 @dataclass(frozen=True)
 class Optimum(Plotted, Tabular):
-    """The best gait of a search."""
+    """The best gait of a search, and the best robot where its numbers are variables."""
 
-    robot: Robot
+    robot: Robot  # that swims the gait: with the best design, if one was sought
     objective: Objective
     gait: Gait | None  # None if no gait satisfies all limits
     swim: Swim | None  # of the robot itself
@@ -64,6 +66,8 @@ class Optimum(Plotted, Tabular):
     # Up to this k of Eq. 42 the speed stays exactly as expected, by the gradients at this gait [m/s per J/(kg m)]; None
     # where no speed is expected or met, in robust searches, and with limits that have no derivatives.
     weight_threshold: float | None
+    variables: tuple[Variable, ...]  # numbers of the robot's file that were sought
+    design: Mapping[str, float]  # their best values by name [unit of the file]
     remark: str  # what else there is to know about the result; empty if nothing
 
     @property
@@ -90,7 +94,10 @@ def make_optimum(
     ]
     feasible = bool(best.feasible[0])
     gait = space.gait(best.x[0]) if feasible else None
-    result = None if gait is None else swim(problem.robot, gait, steps=problem.steps)
+    names = [one.name for one in space.variables]
+    design = dict(zip(names, space.design(best.x[0]).tolist(), strict=True)) if feasible else {}
+    robot = space.robot(problem.robot, best.x[0], made_by=MADE_BY) if feasible else problem.robot
+    result = None if gait is None else swim(robot, gait, steps=problem.steps)
     missed = "" if result is None else _missed(problem, float(best.quantities["speed"][0]), result.speed)
     near = _near_best(problem, best) if feasible and target.expected is None else {}
     exact = feasible and target.expected is not None and not (missed or problem.non_differentiable or problem.robust)
@@ -98,7 +105,7 @@ def make_optimum(
     ends = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
     bounds = {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
     return Optimum(
-        robot=problem.robot,
+        robot=robot,
         objective=target,
         gait=gait,
         swim=result,
@@ -114,6 +121,8 @@ def make_optimum(
         margins=tuple(margins[1:]),
         bounds=bounds if feasible else {},
         near_best=near,
+        variables=space.variables,
+        design=design,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
         remark=" ".join(
             filter(
@@ -177,12 +186,14 @@ def _elsewhere(result: Swim) -> str:
 
 def _flat(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:
     """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if none may."""
+    variables = {one.name: (one.label, one.unit) for one in space.variables}
     width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
     wide = []
     for name, (low, high) in near.items():
         if high - low > WIDE * width[name]:
             *words, unit = name.split("_")
-            wide.append(f"{' '.join(words)} from {low:.3g} to {high:.3g} {'Hz' if unit == 'hz' else unit}")
+            label, unit = variables.get(name, (" ".join(words), "Hz" if unit == "hz" else unit))
+            wide.append(f"{label} from {low:.3g} to {high:.3g} {unit}".rstrip())
     return f"The best is flat: within {100 * FLAT:g} % of it for {' and '.join(wide)}." if wide else ""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
@@ -68,6 +68,18 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         return tuple(self.space.gait(x) for x in self.x)
 
     @property
+    def designs(self) -> dict[str, Array]:
+        """Values of the robot's variables at the points (points,) by name [unit of the file]."""
+        count = len(self.space.variables)
+        columns = self.x[:, self.x.shape[1] - count :].T if count else ()
+        return dict(zip([one.name for one in self.space.variables], columns, strict=True))
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """The robot at each point; the same at all without variables."""
+        return tuple(self.space.robot(self.robot, x, made_by="hypertuna pareto") for x in self.x)
+
+    @property
     def units(self) -> tuple[str, ...]:
         """Units of the objectives."""
         return tuple(QUANTITIES[name].unit for name in self.objectives)
@@ -84,7 +96,19 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
-        return sweep(self.robot, self.gaits, threads=1, check_rest=True).assign(variables).assign_attrs(facts)
+        for one in self.space.variables:
+            variables[one.label] = ("gait", self.designs[one.name], one.attributes)
+        return self._swims().assign(variables).assign_attrs(facts)
+
+    def _swims(self) -> xr.Dataset:
+        """Swim the gaits, each by its robot."""
+        if not self.space.variables or not len(self.x):
+            return sweep(self.robot, self.gaits, threads=1, check_rest=True)
+        import xarray as xr
+
+        pairs = zip(self.robots, self.gaits, strict=True)
+        swims = [sweep(robot, [gait], threads=1, check_rest=True) for robot, gait in pairs]
+        return xr.concat(swims, "gait", combine_attrs="override").assign_attrs(provenance(self.robot))
 
 
 @checked
@@ -95,6 +119,7 @@ def pareto(
     population: int = 40,
     generations: int = 60,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    design: Mapping[str, tuple[float, float]] | None = None,
     limits: Sequence[Limit] = (),
     min_speed: float | None = None,
     polish: bool = True,
@@ -121,7 +146,7 @@ def pareto(
         Two or three quantities; each is minimized or maximized as suits it.
     population, generations : int
         Of NSGA-II.
-    bounds, limits, robust, samples, executor, checkpoint
+    bounds, design, limits, robust, samples, executor, checkpoint
         As of `optimize` [Hz or deg].
     min_speed : float, optional
         Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
@@ -157,7 +182,7 @@ def pareto(
     NOT_NEGATIVE.check(slow, "min_speed", "give it in m/s, or 0")
     slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
     problem = Problem(
-        robot, gait_bounds(robot, bounds), targets, (*limits, *slowest), steps, threads, executor=executor
+        robot, gait_bounds(robot, bounds, design), targets, (*limits, *slowest), steps, threads, executor=executor
     )
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)

@@ -19,18 +19,25 @@ from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import UNUSABLE, Evaluation, Objective
 from hypertuna.parallel.executors import map_shards
 from hypertuna.ranges import Whole, check_choice
-from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, QUANTITIES, directional_derivatives, settle
+from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, QUANTITIES, STATUSES, directional_derivatives, settle
+from hypertuna.swimming.designs import model_features, rates
+from hypertuna.swimming.gait import Gaits
+from hypertuna.swimming.yielding import BEND
 
 PART = 16  # points of a task of an executor
 MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
 SAMPLES = Whole(min=1, max=10_000)
+PER = {  # quantities that are divided by what no parameter of the core's model is
+    "robot_mass": ("cost_of_transport", "cost_of_transport_positive"),
+    "robot_length": ("speed_bl", "stride_length"),
+}
 WORST = 0.05  # part of the robots that "worst5" is the mean of
 STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % of the robots"}
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Objectives and limits over a design space; every gait must also swim forward."""
+    """Objectives and limits over a design space; every gait must also swim forward, by a robot that its file may be."""
 
     robot: Robot
     space: DesignSpace
@@ -61,7 +68,7 @@ class Problem:
     @property
     def non_differentiable(self) -> tuple[str, ...]:
         """Quantities in objectives and limits that have no derivatives."""
-        return tuple(name for name in self.needs if name in QUANTITIES and name not in DIFFERENTIABLE)
+        return tuple(name for name in self.needs if name in (*QUANTITIES, *BEND) and name not in DIFFERENTIABLE)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -105,17 +112,50 @@ class Problem:
         return _aggregate([self._judge(x, sample) for sample in samples], self.robust)
 
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Swim with one robot."""
-        gaits = self.space.gaits(x)
+        """Swim with one robot, or with that of every point's design."""
+        if not self.space.variables:
+            return self._swim_gaits(robot, self.space.gaits(x), derivatives)
+        rows = [self._swim_design(robot, one, derivatives) for one in x]
+        return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+
+    def _swim_design(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
+        """Swim the gait at one point by the robot at it; NaN where its file would be refused."""
+        gaits, values = self.space.gaits(x[np.newaxis]), self.space.design(x)
+
+        def features(one: Robot) -> Array:
+            return np.append(model_features(one), [*gait_quantities(one, gaits)[0].values()])
+
+        try:
+            fish = self.space.robot(robot, x)
+            by = rates(robot, self.space.variables, values, features) if derivatives else None
+            return self._swim_gaits(fish, gaits, derivatives, by)
+        except InputError:
+            lost = {name: np.full(1, np.nan) for name in self.needs}
+            slopes = {f"d_{name}": np.full((1, len(x)), np.nan) for name in self.needs if derivatives}
+            return lost | slopes | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
+
+    def _swim_gaits(self, robot: Robot, gaits: Gaits, derivatives: bool, by: Array | None = None) -> dict[str, Array]:
+        """Swim gaits.
+
+        `by` has derivatives by the robot's variables: of the parameters of model and hinge, then of what
+        `gait_quantities` returns, shape (rows, variables).
+        """
         beats = settle(robot, gaits, steps=self.steps, threads=self.threads)
         of_gait, d_gait = gait_quantities(robot, gaits)
         quantities = {name: (of_gait | beats)[name] for name in (*self.needs, "status")}
         if not derivatives:
             return quantities
         directions = self.space.directions(robot)
+        d_gait = {name: gradient[:, self.space.free[: directions.shape[1]]] for name, gradient in d_gait.items()}
+        if by is not None:
+            rows = dict(zip(d_gait, by[len(directions) :], strict=True))
+            directions = np.hstack([directions, by[: len(directions)]])
+            d_gait = {name: np.hstack([gradient, rows[name][np.newaxis]]) for name, gradient in d_gait.items()}
         gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
-        gradients |= {name: gradient[:, self.space.free] for name, gradient in d_gait.items()}
-        return quantities | {f"d_{name}": gradients[name] for name in self.needs}
+        for size, names in PER.items() if by is not None else ():
+            for name in names:
+                gradients[name] = gradients[name] - beats[name][:, np.newaxis] * d_gait[size] / of_gait[size][0]
+        return quantities | {f"d_{name}": (gradients | d_gait)[name] for name in self.needs}
 
     def _judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
         """Evaluate objectives and limits of one robot."""

@@ -20,6 +20,7 @@ from hypertuna.paper.chapters import (
     lake,
     optima,
     others,
+    passive,
     posterior,
     seeds,
     strips,
@@ -49,6 +50,7 @@ CHAPTERS: tuple[Chapter[Any], ...] = (
     lake.CHAPTER,
     gaits.RANGE,
     others.CHAPTER,
+    passive.CHAPTER,
 )
 
 

@@ -224,8 +224,11 @@ class Client(Closing):
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
         """Swim a steady gait with `fins` (2,) [rad]."""
+        if len(gait.amplitude) > _core.BOARD_JOINTS:
+            rule = f"must be of at most {_core.BOARD_JOINTS} joint groups for the firmware"
+            raise InputError(rule, key="gait", value=f"of {len(gait.amplitude)}", fix="drive a robot that has one")
 
-        def row(values: Iterable[float], count: int = _core.MAX_JOINTS) -> list[int]:
+        def row(values: Iterable[float], count: int = _core.BOARD_JOINTS) -> list[int]:
             whole = [round(math.degrees(float(value)) * 100) for value in values]
             return whole + [0] * (count - len(whole))
 

@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 
 from hypertuna.actuation.hydraulics import has_oil
 from hypertuna.arrays import Array
+from hypertuna.description.following import followers, given, table_of
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.schema.actuator import Hinge
-from hypertuna.description.schema.base import Part
-from hypertuna.description.schema.body import Fins, Links, Spatial
-from hypertuna.description.schema.water import Strip
 from hypertuna.description.twin import why_no_twin
 from hypertuna.errors import InputError
 from hypertuna.simulation.image_source import Source, source_of
@@ -33,9 +30,6 @@ SAME = 1e-12  # relative
 KEPT = ("controller.", "pilot.", "missions.")
 
 STEPS = tuple(k / 10 for k in range(6, 17))  # factors of what is solved for anew, so that it follows no law
-
-# Tables with keys that follow a link's length, mass or height, or the hinge's stiffness.
-TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fins, "water.strip": Strip, "hinge": Hinge}
 
 Numbers = Callable[[Robot], Mapping[str, Array]]  # columns of a robot by name, flat
 # Power p; or power q and size s of a term of a sum; or values at the factors that a knob may have.
@@ -89,10 +83,10 @@ def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mappin
     for knob in knobs:
         factor = factors.get(knob.name, 1.0)
         for key, power in knob.powers.items():
-            table, last = _table(changed, key)
+            table, last = table_of(changed, key)
             table[last] *= factor**power
         for key, size in knob.sums.items():
-            table, last = _table(changed, key)
+            table, last = table_of(changed, key)
             table[last] += size * (factor - 1)
     return changed
 
@@ -107,54 +101,21 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
         for i, name in enumerate(names):
             value = document["links"][key][i]
             sums = {f"body.{key}": value} if key in document.get("body", {}) else {}
-            powers = _given(document, _followers(kind, i, alias=True))
+            powers = given(document, followers(kind, i, alias=True))
             yield Knob(f"{kind}-{i}", f"{kind} of {name}", symbol, value, powers, sums, part=(kind, i))
-    fin = _given(document, _followers("height", last, alias=True))
+    fin = given(document, followers("height", last, alias=True))
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
     yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
     if (hinge := robot.hinge) is not None:
-        label, powers = "stiffness of the hinge", _followers("stiffness", 0, alias=True)
+        label, powers = "stiffness of the hinge", followers("stiffness", 0, alias=True)
         yield Knob("hinge", label, "N m/rad", hinge.stiffness, powers, part=("stiffness", 0))
     unit = robot.drive_unit
     if unit is not None and not why_no_twin(robot) and has_oil(robot):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
         keys = {f"materials.{name}.{key}": 1 for name in dict.fromkeys((unit.hose, unit.matrix)) for key in moduli}
         label, value = "stiffness of the silicones, in the twin", robot.materials[unit.matrix].modulus_100
-        yield Knob("silicone", label, "Pa", value, _given(document, keys), steps=STEPS)
-
-
-def _followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
-    """Return the powers of a factor on a link's length, mass or height by attribute, or by key of the file."""
-    found = {}
-    for table, part in TABLES.items():
-        for name, key in part.declared.items():
-            listed = table in ("links", "spatial")
-            if kind in key.follows and (table != "fins" or link == 0):  # on the head
-                place = f"{part.model_fields[name].alias}{f'[{link}]' * listed}" if alias else name
-                found[f"{table}.{place}"] = key.follows[kind]
-    return found
-
-
-def _given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
-    """Return the keys that a file gives; others follow by the schema's defaults."""
-
-    def stands(key: str) -> bool:
-        try:
-            table, last = _table(document, key)
-            return bool(table[last])  # nothing multiplies zero
-        except (KeyError, IndexError, TypeError):
-            return False
-
-    return {key: power for key, power in powers.items() if stands(key)}
-
-
-def _table(document: Any, key: str) -> tuple[Any, Any]:
-    """Return the table or list of a document that a key such as ``links.length_m[3]`` is in, and its name there."""
-    *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
-    for part in path:
-        document = document[part]
-    return document, last
+        yield Knob("silicone", label, "Pa", value, given(document, keys), steps=STEPS)
 
 
 # --- laws
@@ -171,7 +132,7 @@ def _changed(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[st
 def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[str, Array]) -> Laws:
     """Return how numbers follow a link's length, mass or height, or the stiffness of the hinge."""
     kind, link = knob.part
-    powers, laws = _followers(kind, link), Laws()
+    powers, laws = followers(kind, link), Laws()
     for name, place in _places(robot, models, link).items():
         if name in present and place in powers:
             k = link if len(present[name]) > 1 else 0

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, cast
 
-from hypertuna.description.robot import Robot, parse, robot_path
+from hypertuna.description.provenance import robot_path
+from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
 from hypertuna.io.door import parse_toml, read_text

@@ -77,9 +77,12 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     Raises
     ------
     InputError
-        If the grid has several biases, or one frequency and one phase.
+        If the grid has several robots or biases, or one frequency and one phase.
     """
     check_made_by("sweep", grid, "grid", ("frequency", "speed", "settled"))
+    if any("." in str(dim) for dim in grid.dims):
+        rule, fix = "must be of one robot, without a design", "write -o NAME.nc, or sweep one robot at a time"
+        raise InputError(rule, key="plot", fix=fix)
     if "bias" not in grid.dims or grid.sizes["bias"] > 1:
         raise InputError("must be of a grid with a single bias", key="plot", fix="sweep one bias at a time")
     if grid.sizes["frequency"] == 1 and grid.sizes["phase"] == 1:

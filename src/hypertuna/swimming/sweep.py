@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -13,15 +14,17 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.provenance import journal_header
+from hypertuna.description.design import designed
+from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.io.checkpoint import Journal
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import check_choice
 from hypertuna.swimming.batch import CHUNK, Part, batch
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, directional_derivatives, settle
+from hypertuna.swimming.designs import design_of
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
 from hypertuna.swimming.yielding import spring_values
@@ -41,6 +44,7 @@ def sweep(
     method: Literal["newton", "beats"] = "newton",
     beats: int = 50,
     check_rest: bool = False,
+    design: Mapping[str, Sequence[float]] | None = None,
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -62,8 +66,11 @@ def sweep(
         Solve for the settled beat, or swim this many beats from rest and take the last.
     check_rest : bool
         Whether to check that a start from rest leads to each settled beat, which takes three to four times as long.
+    design : mapping, optional
+        Values of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.1, 0.2)}``, as of
+        `optimize`: every combination swims the gaits. Each key becomes the first dimensions of the result.
     checkpoint : str or Path, optional
-        File of a journal, from which the same call resumes after an interruption.
+        File of a journal, from which the same call resumes after an interruption; not with a design.
     progress : callable, optional
         Called with the number of gaits completed and their total.
 
@@ -83,6 +90,13 @@ def sweep(
         If the gaits do not fit the robot.
     """
     how: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
+    if design:
+        if checkpoint is not None:
+            fix = "leave it out, or sweep one robot at a time"
+            raise InputError("cannot keep a sweep over a design", key="checkpoint", value=str(checkpoint), fix=fix)
+        return _sweep_designs(
+            robot_of(robot), gaits, design, progress, how | {"executor": executor, "threads": threads}
+        )
     how["threads"] = thread_count(threads, executor)
     whole = batch(robot, gaits, **how)
     if whole.gaits.is_grid:
@@ -105,6 +119,42 @@ def sweep(
                 if progress is not None:
                     progress(last, count)
     return layout.dataset({name: np.concatenate([chunk[name] for chunk in chunks]) for name in layout.variables})
+
+
+def _sweep_designs(
+    robot: Robot,
+    gaits: Gaits | Sequence[Gait],
+    design: Mapping[str, Sequence[float]],
+    progress: Callable[[int, int], None] | None,
+    how: Mapping[str, Any],
+) -> xr.Dataset:
+    """Swim gaits by every robot of a design; its variables are the first dimensions."""
+    import xarray as xr
+
+    levels = {key: [float(value) for value in values] for key, values in design.items()}
+    for key, values in levels.items():
+        if len(set(values)) < max(2, len(values)):
+            fix = "give two or more; --set changes a value for good"
+            raise InputError("must be different values", key=f"design {key}", value=shown(design[key]), fix=fix)
+    found = design_of(robot, {key: (min(values), max(values)) for key, values in levels.items()})
+    places = list(itertools.product(*levels.values()))
+    check_count(len(gaits) * len(places))
+    fish = [designed(robot, found, place) for place in places]  # all are tried before any swims
+    swims = []
+    for k, one in enumerate(fish):
+        swims.append(sweep(one, gaits, **how))
+        if progress is not None:
+            progress((k + 1) * len(gaits), len(gaits) * len(places))
+    sizes = {one.label: len(values) for one, values in zip(found, levels.values(), strict=True)}
+    variables = {}
+    for name, first in swims[0].data_vars.items():
+        stack = np.stack([one[name].values for one in swims])
+        variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
+    coordinates = {
+        one.label: (one.label, values, one.attributes) for one, values in zip(found, levels.values(), strict=True)
+    }
+    result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
+    return result.assign_coords(swims[0].coords)
 
 
 TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -75,7 +75,7 @@ def hinge_links(robot: Robot) -> list[int]:
     """Return the links of the hinges, if the core can follow them."""
     links = [hinge.link for hinge in robot.hinges]
     if links and len(robot.links.name) - links[0] > _core.YIELD_LINKS:
-        rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_key(0)}.link"
+        rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_keys[0]}.link"
         raise InputError(rule, key=key, value=f"{links[0]}", fix="put it further back", file=robot.file)
     return links
 
@@ -109,7 +109,7 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
         word, value = ("damping", damping[d]) if damped else ("stiffness", stiffness[d])
         rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
-        key, number = robot.hinge_key(d), f"_n_m_{'s_' * damped}per_rad"
+        key, number = robot.hinge_keys[d], f"_n_m_{'s_' * damped}per_rad"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
         raise InputError(rule, key=f"{key}.{word}{number}", value=f"{value:g}", fix=fix, file=robot.file)
     factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
@@ -127,15 +127,9 @@ def yield_rows(
     robot: Robot, gaits: Gaits, model: _core.Model, steps: int, options: Mapping[str, Any]
 ) -> tuple[Array, int, NDArray[np.int64]]:
     """Return the core's rows of settled beats with the hinges, the size of the state, and the steps of each beat."""
-    links = hinge_links(robot)
     each = steps_for(robot, gaits.columns[0], steps, model)
-    rows: dict[int, Array] = {}
-    for count in np.unique(each):
-        some = np.flatnonzero(each == count)
-        part = [np.ascontiguousarray(column[some]) for column in gaits.columns]
-        found = _core.yield_settle(model, links, _springs(robot, len(some)), *part, steps=int(count), **options)
-        rows |= zip(some.tolist(), found, strict=True)
-    return np.array([rows[k] for k in range(len(each))]), 3 + 2 * len(links), each
+    rows = _by_steps(_core.yield_settle, robot, gaits, model, each, lambda some: options)
+    return rows, 3 + 2 * len(robot.hinges), each
 
 
 def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> dict[str, Any]:
@@ -152,12 +146,12 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
 
 def spring_values(robot: Robot) -> dict[str, float]:
     """Return the numbers of the springs that results have derivatives by, as a file names them."""
-    hinges = enumerate(robot.hinges)
-    return {f"{robot.hinge_key(d)}.{name}": getattr(hinge, name) for d, hinge in hinges for name in SPRING}
+    hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
+    return {f"{key}.{name}": getattr(hinge, name) for key, hinge in hinges for name in SPRING}
 
 
 def yield_derivatives(
-    robot: Robot, gaits: Gaits, state: Array, along: Array, model: _core.Model, steps: int, options: Any
+    robot: Robot, gaits: Gaits, state: Array, along: Array, model: _core.Model, steps: int, options: Mapping[str, Any]
 ) -> Array:
     """Return derivatives as `_core.gradient`, along directions (parameters, or those of the springs too; directions).
 
@@ -169,12 +163,27 @@ def yield_derivatives(
         springs[:, : len(SPRING)] = along[parameters:].reshape(len(links), len(SPRING), -1)
     along = np.ascontiguousarray(np.vstack([along[:parameters], springs.reshape(-1, along.shape[1])]))
     each = steps_for(robot, gaits.columns[0], steps, model)
-    rows: dict[int, Array] = {}
+
+    def how(some: NDArray[np.intp]) -> Mapping[str, Any]:
+        return {"state": np.ascontiguousarray(state[some]), "directions": along, **options}
+
+    return _by_steps(_core.yield_gradient, robot, gaits, model, each, how)
+
+
+def _by_steps(
+    kernel: Callable[..., Array],
+    robot: Robot,
+    gaits: Gaits,
+    model: _core.Model,
+    each: NDArray[np.int64],
+    how: Callable[[NDArray[np.intp]], Mapping[str, Any]],
+) -> Array:
+    """Return a kernel's rows of gaits, those with as many steps together; `how` has its options for some of them."""
+    links, rows = hinge_links(robot), dict[int, Array]()
     for count in np.unique(each):
         some = np.flatnonzero(each == count)
         part = [np.ascontiguousarray(column[some]) for column in gaits.columns]
-        how = {"state": np.ascontiguousarray(state[some]), "directions": along, "steps": int(count)} | options
-        found = _core.yield_gradient(model, links, _springs(robot, len(some)), *part, **how)
+        found = kernel(model, links, _springs(robot, len(some)), *part, steps=int(count), **how(some))
         rows |= zip(some.tolist(), found, strict=True)
     return np.array([rows[k] for k in range(len(each))])
 

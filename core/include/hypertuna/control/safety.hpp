@@ -9,8 +9,13 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-// The one limit of joint groups; the others follow.
-inline constexpr int max_joints = 4;
+// The one limit of joint groups; the others follow. Memory and messages of a board have room for fewer.
+inline constexpr int board_joints = 4;
+#ifdef HYPERTUNA_BOARD
+inline constexpr int max_joints = board_joints;
+#else
+inline constexpr int max_joints = 12;
+#endif
 inline constexpr int max_coordinates = max_joints + 1;  // of a tail: the joint groups and a hinge
 inline constexpr int max_circuits = 2 * max_joints;
 inline constexpr int max_servos = max_circuits + 2;

@@ -132,7 +132,7 @@ inline std::vector<Record> simulate(const MachineKernel& kernel, std::vector<Bat
             for (LaneTwin<D>& twin : twins) lanes.push_back(&twin);
             LaneGroup<D> group(kernel, lanes, run.steps);
             for (std::size_t k = 0; k < count; ++k)
-                Columns::add(records[first + k], (run.ticks + run.every - 1) / run.every, D,
+                Columns::add(records[first + k], (run.ticks + run.every - 1) / run.every, lanes[k]->member.plant->own,
                              lanes[k]->member.plant->joints);
             for (std::size_t t = 0; t < run.ticks; ++t) {
                 group.tick([&](std::size_t k) { return command_at(*commands[first + k], run.tick * double(t)); });

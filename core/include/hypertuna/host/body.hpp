@@ -19,25 +19,39 @@ struct BodyData {
     };
 
     Model model;
-    int coordinates;
+    int own, coordinates;          // of the robot; of the tail that there is code for, the others at rest
     std::vector<double> share;     // links x coordinates: part of each coordinate that a link's front joint takes
     std::vector<double> armature;  // coordinates: kg m^2 of what turns with each beside the links
     std::optional<Space> space;
 };
 
+/// Give a body coordinates that rest: they move nothing, carry an inertia of one and get no moment.
+inline void pad(BodyData& body, int size) {
+    std::vector<double> share;
+    for (int i = 0; i < body.model.links; ++i) {
+        const double* const row = &body.share[std::size_t(i * body.coordinates)];
+        share.insert(share.end(), row, row + body.own);
+        share.insert(share.end(), std::size_t(size - body.own), 0);
+    }
+    body.share = std::move(share);
+    body.armature.resize(std::size_t(size), 1);
+    body.coordinates = size;
+}
+
 /// Read a body: `share` (links, coordinates), `armature` (coordinates) where rotors turn with it; to be in space, too,
 /// `link.NAME` (links), `fin.NAME`, `shedding` and `antenna`.
 inline BodyData read_body_data(ColumnReader& in, const Model& model) {
-    BodyData body{model, 1, {}, {}, {}};
-    if (const NamedColumn* share = in.find("share")) body.coordinates = int(share->width);
-    if (body.coordinates < 1 || body.coordinates > max_coordinates) {
+    BodyData body{model, 1, 1, {}, {}, {}};
+    if (const NamedColumn* share = in.find("share")) body.own = int(share->width);
+    if (body.own < 1 || body.own > max_coordinates) {
         in.refuse("share: must have from 1 to " + std::to_string(max_coordinates) + " coordinates, but has " +
-                  std::to_string(body.coordinates));
-        body.coordinates = 1;
+                  std::to_string(body.own));
+        body.own = 1;
     }
-    body.share = in.numbers("share", model.links, body.coordinates);
-    body.armature =
-        in.has("armature") ? in.numbers("armature", body.coordinates) : std::vector<double>(body.coordinates);
+    body.coordinates = body.own;
+    body.share = in.numbers("share", model.links, body.own);
+    body.armature = in.has("armature") ? in.numbers("armature", body.own) : std::vector<double>(body.own);
+    pad(body, tail_size(body.own));
     if (!in.has("shedding")) return body;
     BodyData::Space& space = body.space.emplace();
     for (int i = 0; i < model.links; ++i)

@@ -6,11 +6,15 @@
 
 namespace hypertuna {
 
+/// Coordinates of the tail that there is code for, for a tail of some: as many up to `exact_tail`, else the most.
+inline constexpr int exact_tail = 5;
+constexpr int tail_size(int coordinates) { return coordinates <= exact_tail ? coordinates : max_coordinates; }
+
 /// Call work(std::integral_constant<int, D>) with the number of coordinates.
 template <int D = 1, class Work>
 void with_coordinates(int coordinates, const Work& work) {
     if constexpr (D < max_coordinates)
-        if (coordinates != D) return with_coordinates<D + 1>(coordinates, work);
+        if (coordinates != D) return with_coordinates<tail_size(D + 1)>(coordinates, work);
     work(std::integral_constant<int, D>());
 }
 

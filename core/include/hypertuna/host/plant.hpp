@@ -35,7 +35,7 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
     plant.joints = in.whole("joints", 1, max_joints);
-    if (plant.coordinates != plant.joints && plant.coordinates != plant.joints + 1)
+    if (plant.own != plant.joints && plant.own != plant.joints + 1)
         in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
     for (int j = 0; j < plant.joints && in.fault().empty(); ++j) {
         std::vector<double> row = in.row("joint", joint_columns, j);
@@ -50,7 +50,7 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
-    if (plant.coordinates > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
+    if (plant.own > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));
@@ -59,8 +59,8 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
 /// Plants with the same structure differ in numbers alone: law, flags, links, groups, coordinates, joints, and which of
 /// these a servo turns.
 inline std::vector<int> structure_of(const PlantData& plant) {
-    std::vector<int> out{plant.model.law,    int(plant.model.flags), plant.model.links,
-                         plant.model.groups, plant.coordinates,      plant.joints};
+    std::vector<int> out{plant.model.law, int(plant.model.flags), plant.model.links, plant.model.groups, plant.own,
+                         plant.joints};
     out.insert(out.end(), plant.direct.begin(), plant.direct.begin() + plant.joints);
     return out;
 }

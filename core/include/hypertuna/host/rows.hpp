@@ -2,7 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <iterator>
+#include <vector>
 
 #include "hypertuna/host/kernels.hpp"
 #include "hypertuna/host/real.hpp"

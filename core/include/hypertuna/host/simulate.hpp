@@ -123,10 +123,10 @@ State shown(State after, const PlantState& start) {
 /// Run and record a twin; ends before a tick that leaves the plant in a state that no robot can have. Such a first tick
 /// is recorded, but not counted. go(state, k) makes tick k.
 template <class Body, class Go>
-Record record_run(const Twin<Body>& twin, TwinStateOf<Body> state, const Run& run, const Go& go) {
+Record record_run(const PlantData& plant, TwinStateOf<Body> state, const Run& run, const Go& go) {
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
     Record record;
-    Columns::add(record, (run.ticks + run.every - 1) / run.every, Body::coordinates, twin.plant.joints);
+    Columns::add(record, (run.ticks + run.every - 1) / run.every, plant.own, plant.joints);
     for (bool whole = plausible(state.plant); record.ticks < run.ticks && whole; record.ticks += whole) {
         const PlantStateOf<Body> start = state.plant;
         const TickOf<Body> tick = go(state, record.ticks);
@@ -153,7 +153,7 @@ inline Record simulate(const PlantData& plant, const double* targets, const Worl
     with_body(plant, world, [&]<class Body>(const Body& body) {
         if constexpr (std::is_same_v<typename Body::Space, InPlane>) {
             const Twin<Body> twin = make_twin(plant, body, run.tick, run.steps);
-            record = record_run(twin, start_of(twin, run), run, [&](TwinStateOf<Body>& state, std::size_t k) {
+            record = record_run<Body>(plant, start_of(twin, run), run, [&](TwinStateOf<Body>& state, std::size_t k) {
                 return driven_tick(twin, state, targets + 2 * plant.joints * k);
             });
         }
@@ -186,7 +186,7 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
             for (std::size_t f = 0; f < 2 && !command.fin.empty(); ++f) now.fin[f] = command.fin[2 * k + f];
             return command_tick(twin, state, now, instruments, sensing, time);
         };
-        record = record_run(twin, start_of(twin, run), run, go);
+        record = record_run<Body>(plant, start_of(twin, run), run, go);
     });
     return record;
 }
@@ -372,8 +372,8 @@ inline Record simulate(const PlantData& plant, const Flight& flight, const World
             if (!saved.empty()) std::memcpy(&on, saved.data(), sizeof(on));
             std::vector<Circuit<double>> circuits = filled(plant, on.spilled);
             twin.plant.circuit = circuits.data();
-            add_columns(piloted, pilot_columns, (run.ticks + run.every - 1) / run.every, D, plant.joints);
-            record = record_run(twin, on.twin, run, [&](TwinStateOf<Body>& state, std::size_t k) {
+            add_columns(piloted, pilot_columns, (run.ticks + run.every - 1) / run.every, plant.own, plant.joints);
+            record = record_run<Body>(plant, on.twin, run, [&](TwinStateOf<Body>& state, std::size_t k) {
                 const PilotTick<double, D> tick =
                     flight_tick(twin, on, state, flight, world, instruments, circuits.data());
                 if (k % run.every == 0) write_row(piloted, 0, pilot_columns, k / run.every, tick.step);

@@ -59,11 +59,32 @@ struct SensorModel {
     T nonlinearity;  // largest deviation from a line, as a fraction of the range
 };
 
+/// Places of the channels among those of a board; what a board has no room for comes after them.
+struct StreamPlaces {
+    int place[sensor_channels], controller, all;  // channels of a board that the controller reads, and all
+};
+inline constexpr StreamPlaces stream_places = [] {
+    StreamPlaces out{};
+    visit_channels([&](const auto& channel, int) {
+        (channel.reader == Reader::controller ? out.controller : out.all) += channel.count(board_joints);
+    });
+    out.all += out.controller;
+    int next = 0, after = out.all;
+    visit_channels([&](const auto& channel, int first) {
+        for (int k = 0; k < channel.size; ++k)
+            out.place[first + k] = k < channel.count(board_joints) ? next++ : after++;
+    });
+    return out;
+}();
+
 /// The stream of random numbers of a channel. The pilot's follow all four of each of the controller's: how many of them
-/// there are changes no run of a robot without.
+/// there are changes no run of a robot without. Nor does the number of joints that there is room for.
 inline std::uint64_t stream_of(std::uint64_t what, int channel) {
-    return channel < controller_channels ? what * controller_channels + std::uint64_t(channel)
-                                         : (3 + what) * controller_channels + std::uint64_t(channel);
+    const auto& [places, controller, all] = stream_places;
+    const int place = places[channel];
+    const std::uint64_t first = place < controller ? 0 : place < all ? 3 * controller : 6 * controller + all;
+    const std::uint64_t row = place < all ? controller : sensor_channels;
+    return first + what * row + std::uint64_t(place);
 }
 
 template <class T>

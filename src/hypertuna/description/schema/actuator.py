@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from hypertuna import _core
 from hypertuna.description.schema.base import (
     Check,
     NotNegative,
@@ -211,3 +212,15 @@ class Hinge(Part):
         how="let the fin swing in air: decay of the swings",
         usual=(1e-6, 10.0),
     )
+
+
+def hinges_in_order(hinges: Mapping[str, Hinge], last: int) -> Iterator[Check]:
+    """Check that hinges, by key, are in a tail whose last link is `last`, from nose to tail."""
+    count, most = len(hinges), _core.MAX_HINGES
+    yield Check(count <= most, "hinge_list", f"must be at most {most} hinges", "join some", f"{count}")
+    ahead = 0
+    for key, hinge in hinges.items():
+        text = f"must be behind link {ahead}, and at most {last}" if ahead else f"must be a link from 1 to {last}"
+        fix = "list the hinges from nose to tail, one a link" if ahead else "link 0 is the head"
+        yield Check(ahead < hinge.link <= last, f"{key}.link", text, fix, f"{hinge.link}")
+        ahead = hinge.link

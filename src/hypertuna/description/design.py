@@ -1,0 +1,283 @@
+"""Numbers of a robot's file as variables of a design: by key, with what follows them, and the caudal fin by its shape.
+
+A key has the unit of the file. What is declared to follow a link's length or mass (`following`) follows it as in the
+studio, and so do the sums. ``fin.span``, ``fin.chord``, ``fin.area`` and ``fin.aspect_ratio`` are factors on the caudal
+fin as described.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hypertuna.description.changes import NAMES
+from hypertuna.description.following import followers, given, table_of
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.base import Key, Part
+from hypertuna.description.schema.water import helmbold, plate_mass
+from hypertuna.description.validation import written
+from hypertuna.errors import InputError, did_you_mean, shown
+
+# Powers of the factors on span and chord; area and aspect ratio are their product and their ratio.
+FIN = {"span": (1.0, 0.0), "chord": (0.0, 1.0), "area": (0.5, 0.5), "aspect_ratio": (0.5, -0.5)}
+WHOLE_FIN = "factor"  # unit of the fin's variables: times that of the file
+FOLLOWED = {"links.length": "length", "links.mass": "mass"}
+TEXTS = ("description", "sources", "uncertainty", "fit")  # tables without numbers to design
+Place = tuple[int | str, ...]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number of a robot's file that a search or a sweep varies."""
+
+    name: str  # key with its unit, joint groups by name: ``hinge.stiffness_n_m_per_rad``; or ``fin.span``
+    label: str  # without the unit, in words
+    unit: str  # of the file
+    value: float  # as described
+    low: float
+    high: float
+    place: Place  # in the document; empty of the fin
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Unit and meaning, as datasets have them."""
+        return {"units": "1" if self.unit in ("", WHOLE_FIN) else self.unit, "long_name": f"{self.name} of the robot"}
+
+
+@dataclass(frozen=True)
+class _Leaf:
+    """A value of a robot's file."""
+
+    name: str
+    label: str
+    place: Place
+    value: Any
+    about: Key | None
+
+
+def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
+    """Return a number of a robot as a variable between two values [unit of the file]."""
+    if name.startswith("fin."):
+        return _checked(robot, _fin_variable(robot, name, low, high))
+    leaves = list(_leaves(robot, robot.model_dump(mode="json", by_alias=True, exclude_none=True), "", "", ()))
+    known = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
+    if name not in known:
+        lists = [alias for alias in known if alias.startswith(f"{name}[")]
+        rule = "is a list of values" if lists else "must be a number in the robot's file"
+        names = [*known, *(f"fin.{kind}" for kind in FIN)]
+        fix = f"choose one with its index: {lists[0]}" if lists else did_you_mean(name, names)
+        raise InputError(rule, key="design", value="" if lists else shown(name), file=robot.file or None, fix=fix)
+    leaf = known[name]
+    if isinstance(leaf.value, bool | str) or not isinstance(leaf.value, int | float):
+        fix = "choose a key that holds a number"
+        raise InputError("must be a number to design", key=leaf.name, value=shown(leaf.value), fix=fix)
+    if isinstance(leaf.value, int):
+        fix = "try its values one by one, by --set"
+        raise InputError("must be a whole number, which nothing has a derivative by", key=leaf.name, fix=fix)
+    _check_ends(leaf.name, low, high)
+    unit, usual = (leaf.about.unit, leaf.about.usual) if leaf.about else ("", None)
+    if usual is not None and not usual[0] <= low <= high <= usual[1]:
+        rule = f"must stay within what is usual, {usual[0]:g} to {usual[1]:g} {unit}".rstrip()
+        raise InputError(rule, key=f"design {leaf.name}", value=f"{low:g}:{high:g}", fix="check the unit")
+    return _checked(robot, Variable(leaf.name, leaf.label, unit, leaf.value, low, high, leaf.place))
+
+
+def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
+    """Return numbers of a robot as variables, by key; each robot at the end of one range must be one."""
+    found = tuple(variable(robot, name, *map(float, pair)) for name, pair in ends.items())
+    for name, count in Counter(one.name for one in found).items():
+        if count > 1:
+            raise InputError("must be given once", key=f"design {name}", value=f"{count} times", fix="leave one out")
+    names = {one.name for one in found}
+    fin = sorted(name for name in names if name.startswith("fin."))
+    if len(fin) > 2 or (len(fin) == 2 and {*fin} not in ({"fin.span", "fin.chord"}, {"fin.area", "fin.aspect_ratio"})):
+        fix = "give fin.span and fin.chord, or fin.area and fin.aspect_ratio"
+        raise InputError("must be independent", key="design", value=" and ".join(fin), fix=fix)
+    return found
+
+
+def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], *, made_by: str = "") -> Robot:
+    """Return a robot with other values of variables [unit of the file]; `made_by` is added to their source.
+
+    Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
+    """
+    document = robot.document()
+    whole = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
+    before = copy.deepcopy(document)
+    if not made_by:
+        document = {name: part for name, part in document.items() if name not in ("sources", "uncertainty")}
+    for one, value in zip(design, values, strict=True):
+        if one.place:
+            _follow(document, one, value)
+    for one, value in zip(design, values, strict=True):
+        if one.place:
+            _put(document, whole, one.place, float(value))
+    span, chord = (
+        math.prod(value ** FIN[one.name[4:]][k] for one, value in zip(design, values, strict=True) if not one.place)
+        for k in (0, 1)
+    )
+    if (span, chord) != (1.0, 1.0):
+        _shape_fin(document, whole, span, chord)
+    if made_by:
+        sources = document.setdefault("sources", {})
+        for key in [*_changes(before, document)]:
+            known = robot.source(key)  # an estimate stays one
+            sources[key] = f"{known}; {made_by}" if known else made_by
+    return parse(document, file=robot.file)
+
+
+def _check_ends(name: str, low: float, high: float) -> None:
+    """Check the ends of a range."""
+    key, value = f"design {name}", f"{low:g}:{high:g}"
+    if not math.isfinite(low) or not math.isfinite(high):
+        raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
+    if not low < high:
+        fix = "exchange the two" if low > high else "set the value by --set, or give a range"
+        raise InputError("must have a lower value below a higher one", key=key, value=value, fix=fix)
+
+
+def _checked(robot: Robot, one: Variable) -> Variable:
+    """Check the robots at the ends of a range."""
+    for end in (one.low, one.high):
+        try:
+            designed(robot, (one,), (end,))
+        except InputError as error:
+            rule = f"must keep the robot's file valid, but at {end:g} {error.key or ''} {error.rule}"
+            value, fix = f"{one.low:g}:{one.high:g}", error.fix or "narrow the range"
+            raise InputError(rule, key=f"design {one.name}", value=value, fix=fix) from None
+    return one
+
+
+def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Iterator[_Leaf]:
+    """Yield the values of a table and of those below it."""
+    for attribute, field in type(part).model_fields.items():
+        alias = field.alias or attribute
+        if alias in dump and not (part.table == "" and alias in TEXTS and not name):
+            below = (f"{name}.{alias}".lstrip("."), f"{label}.{attribute}".lstrip("."), (*place, alias))
+            yield from _values(getattr(part, attribute), dump[alias], *below, part.declared.get(attribute))
+
+
+def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:
+    """Yield the values of a value: of a table, of tables by name, of a list by index."""
+    if isinstance(value, Part):
+        yield from _leaves(value, dump, name, label, place)
+    elif isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _values(part, dump[key], f"{name}.{key}", f"{label}.{key}", (*place, key), about)
+    elif isinstance(value, tuple):
+        for k, (part, one) in enumerate(zip(value, dump, strict=True)):
+            known = [str(one[key]) for key in NAMES if key in one] if isinstance(one, Mapping) else []
+            index = f".{known[0]}" if known else f"[{k}]"
+            yield from _values(part, one, f"{name}{index}", f"{label}{index}", (*place, k), about)
+    else:
+        yield _Leaf(name, label, place, dump, about)
+
+
+def _put(document: Any, whole: Any, place: Place, value: float) -> None:
+    """Set a value of a document; lists and tables that it leaves to defaults are taken from the whole one."""
+    *path, last = place
+    for part in path:
+        whole = whole[part]
+        if isinstance(document, dict) and part not in document:
+            document[part] = copy.deepcopy(whole) if isinstance(whole, list) else {}
+        document = document[part]
+    document[last] = value
+
+
+def _follow(document: dict[str, Any], one: Variable, value: float) -> None:
+    """Change what follows a link's length or mass."""
+    kind = FOLLOWED.get(one.label.partition("[")[0])
+    if kind is None:
+        return
+    _scale(document, kind, int(one.place[-1]), value / one.value)
+    total = f"{kind}_{'m' if kind == 'length' else 'kg'}"
+    if total in document.get("body", {}):
+        document["body"][total] += value - one.value
+
+
+def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
+    """Multiply what follows a link's length, mass or height."""
+    for key, power in given(document, followers(kind, link, alias=True)).items():
+        table, last = table_of(document, key)
+        table[last] *= factor**power
+
+
+def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
+    """Yield the keys, without indices, of numbers that differ between two documents."""
+    if isinstance(after, dict):
+        for name, part in after.items():
+            below = written((name,)) if not key else f"{key}.{written((name,))}"
+            yield from _changes(before.get(name) if isinstance(before, dict) else None, part, below)
+    elif isinstance(after, list) and after and isinstance(after[0], dict):
+        pairs = zip(before or [None] * len(after), after, strict=True)
+        yield from dict.fromkeys(found for old, new in pairs for found in _changes(old, new, key))
+    elif before != after:
+        yield key
+
+
+# --- the caudal fin
+
+
+def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
+    """Return a factor on the caudal fin."""
+    kind = name.removeprefix("fin.")
+    if kind not in FIN:
+        fix = did_you_mean(name, [f"fin.{one}" for one in FIN])
+        raise InputError("must be a size of the caudal fin", key="design", value=shown(name), fix=fix)
+    _check_ends(name, low, high)
+    if not low > 0:
+        fix = "give factors on the fin as described: 0.5:1.5"
+        raise InputError("must be greater than 0", key=f"design {name}", value=f"{low:g}:{high:g}", fix=fix)
+    return Variable(name, name, WHOLE_FIN, 1.0, low, high, ())
+
+
+def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, chord: float) -> None:
+    """Multiply span and chord of the caudal fin, with its area, added mass and lift.
+
+    A fin of its own (``edge_height_m``, ``edge_aspect``) is exchanged within the last link, and the rest of the link
+    stays. Else the fin is all of the last link, the chord its length.
+    """
+    last = len(whole["links"]["length_m"]) - 1
+    strip = document["water"].get("strip", {})
+    mass = span**2 * chord  # added mass, over that before
+    if strip.get("edge_height_m") and whole["water"]["strip"]["edge_aspect"]:
+        mass = _exchange_plate(document, whole, last, span, chord)
+    else:
+        _scale(document, "height", last, span)
+        _scale(document, "length", last, chord)
+        if "length_m" in document.get("body", {}):
+            before = document["links"]["length_m"][last] / chord
+            document["body"]["length_m"] += before * (chord - 1)
+    if "lumped" in document["water"]:
+        document["water"]["lumped"]["added_mass"][last] *= mass
+
+
+def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
+    """Exchange the plate at the end of the last link; return its added mass over that before."""
+    strip, links, before = document["water"]["strip"], document["links"], whole["water"]["strip"]
+    length, area = links["length_m"][last], links["lateral_area_m2"][last]
+    height, aspect = strip["edge_height_m"], strip.get("edge_aspect", before["edge_aspect"])
+    tall, slim = height * span, aspect * span / chord
+    if tall / slim > length and not height / aspect > length:
+        rule, value = f"must fit its link, {length:g} m long", f"a chord of {tall / slim:.4g} m"
+        raise InputError(rule, key="the fin", value=value, fix="take a smaller chord, or a longer last link")
+    grown = area + tall**2 / slim - height**2 / aspect
+    if grown <= 0:
+        rule = "must leave its link an area"
+        raise InputError(rule, key="the fin", value=f"{grown:.3g} m^2", fix="take a larger fin")
+    links["lateral_area_m2"][last] = grown
+    for table, key in (("links", "wetted_area_m2"), ("spatial", "height_m")):
+        if key in document.get(table, {}):
+            document[table][key][last] *= grown / area
+    kappa = before["edge_added_mass"]
+    changed = kappa * plate_mass(slim) / plate_mass(aspect)
+    plates = kappa * (height / aspect) ** 2 * height, changed * (tall / slim) ** 2 * tall  # over rho pi/4
+    across = strip.setdefault("added_mass_normal", list(before["added_mass_normal"]))
+    across[last] = max(across[last] * area**2 / length + plates[1] - plates[0], 0.0) * length / grown**2
+    lift = min(before["edge_lift"] * helmbold(slim) / helmbold(aspect), 1.0)
+    strip |= {"edge_height_m": tall, "edge_aspect": slim, "edge_added_mass": changed, "edge_lift": lift}
+    return plates[1] / plates[0] if plates[0] else 1.0

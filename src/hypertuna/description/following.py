@@ -1,0 +1,47 @@
+"""What of a robot's file follows a link's length, mass or height, or the hinge's stiffness."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from hypertuna.description.schema.actuator import Hinge
+from hypertuna.description.schema.base import Part
+from hypertuna.description.schema.body import Fins, Links, Spatial
+from hypertuna.description.schema.water import Strip
+
+TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fins, "water.strip": Strip, "hinge": Hinge}
+
+
+def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
+    """Return the powers of a factor on a link's length, mass or height by attribute, or by key of the file."""
+    found = {}
+    for table, part in TABLES.items():
+        for name, key in part.declared.items():
+            listed = table in ("links", "spatial")
+            if kind in key.follows and (table != "fins" or link == 0):  # on the head
+                place = f"{part.model_fields[name].alias}{f'[{link}]' * listed}" if alias else name
+                found[f"{table}.{place}"] = key.follows[kind]
+    return found
+
+
+def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
+    """Return the keys that a file gives; others follow by the schema's defaults."""
+
+    def stands(key: str) -> bool:
+        try:
+            table, last = table_of(document, key)
+            return bool(table[last])  # nothing multiplies zero
+        except (KeyError, IndexError, TypeError):
+            return False
+
+    return {key: power for key, power in powers.items() if stands(key)}
+
+
+def table_of(document: Any, key: str) -> tuple[Any, Any]:
+    """Return the table or list of a document that a key such as ``links.length_m[3]`` is in, and its name there."""
+    *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
+    for part in path:
+        document = document[part]
+    return document, last

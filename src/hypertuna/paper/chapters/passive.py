@@ -1,0 +1,298 @@
+"""The paper's future work: joint II as a passive hinge of tuned stiffness, and other fins, beside what others found.
+
+validation/twin/passive.py stores the searches; the settled beats of the best gaits are swum again here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.io.files import published
+from hypertuna.paper.chapter import Chapter, Trials, compose
+from hypertuna.paper.chapters.budget import read_stored
+from hypertuna.paper.computed import COSTS, OURS
+from hypertuna.paper.passive import KINDS, LAWS, PLACE, PLACES, passive_robot
+from hypertuna.reports.html import Section, Shown, Table
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.swim import swim
+
+SAME = 0.02  # of a speed or cost that is swum again: the search interpolates between gaits of a grid
+SURE = 1.0  # %, below which the grid leaves the sign of a change open
+FIN_COLUMNS = {
+    ("active", "0.3"): "cost at 0.3 m/s, active",
+    ("passive", "0.3"): "cost at 0.3 m/s, passive",
+    ("passive", "max"): "full speed, passive",
+}
+
+
+@dataclass(frozen=True)
+class Passive:
+    """What is stored of robots with a passive joint."""
+
+    robot: Robot
+    record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
+    reason: str = ""  # why there is none; without a full stop
+    gap: float = math.nan  # largest relative difference of what was swum again
+
+
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Passive:
+    """Read what is stored, and swim its best settled gaits again."""
+    return read_passive(trials[OURS].robot)
+
+
+def read_passive(robot: Robot) -> Passive:
+    """Read what is stored, and swim its best settled gaits again."""
+    record, reason = read_stored("passive", robot)
+    if reason:
+        return Passive(robot, reason=reason)
+    gap = max(gaps(robot, record))
+    if gap > SAME:
+        reason = f"stale: its gaits swim up to {100 * gap:.1f} % differently now; validation/twin/passive.py"
+    return Passive(robot, {} if reason else record, reason, gap)
+
+
+def gaps(robot: Robot, record: Mapping[str, Any]) -> Iterator[float]:
+    """Yield how far speeds and costs of the stored settled gaits are off, relative."""
+    for law in LAWS:
+        water = robot.using(water=law)
+        for kind, best in record["mechanical"][law].items():
+            if kind not in ("active", PLACE):
+                continue
+            for one in (best[name] for name in (*COSTS, "max") if best[name]):
+                found = swim(*_swum(water, kind, one))
+                yield abs(found.speed / one["speed"] - 1)
+                yield abs(found.cost_of_transport / one["cost"] - 1)
+
+
+def _swum(robot: Robot, kind: str, one: Mapping[str, float]) -> tuple[Robot, Gait]:
+    """Return the robot and the gait of a stored best."""
+    if kind == "active":
+        amplitude = one["amplitude_I"], one["amplitude_II"]
+        phase = 0.0, one["phase_II"]
+        return robot, Gait.from_degrees(frequency=one["frequency"], amplitude=amplitude, phase=phase)
+    gait = Gait.from_degrees(frequency=one["frequency"], amplitude=(one["size"],), phase=(0.0,))
+    return passive_robot(robot, one["row"], link=PLACES[kind]), gait
+
+
+# --- the answer
+
+
+def change(pair: Mapping[str, Any], name: str) -> float:
+    """Return by how much the passive joint changes the cost at a speed, or the largest speed [%]; NaN if missed."""
+    active, passive = (pair[kind][name] for kind in KINDS)
+    if not (active and passive):
+        return math.nan
+    key = "speed" if name == "max" else "cost"
+    return float(100 * (passive[key] / active[key] - 1))
+
+
+def changes(record: Mapping[str, Any], law: str, name: str) -> list[float]:
+    """Return these changes for the members of the family that reach the speed with both joints [%]."""
+    found = (change(member, name) for member in record["family"][law].values())
+    return [one for one in found if not math.isnan(one)]
+
+
+def band(values: list[float]) -> tuple[float, float, float]:
+    """Return the 5th, 50th and 95th percentile."""
+    low, middle, high = np.percentile(values, (5, 50, 95)).tolist()
+    return low, middle, high
+
+
+def verdict(record: Mapping[str, Any], name: str) -> str:
+    """Return which joint is better at a speed, if the bands of the family agree in both waters."""
+    found = [changes(record, law, name) for law in LAWS]
+    if not all(found):
+        return "not decided" if any(found) else "not reached"
+    bands = [band(one) for one in found]
+    low, high = min(one[0] for one in bands), max(one[2] for one in bands)
+    above, below = ("faster", "slower") if name == "max" else ("dearer", "cheaper")
+    return f"passive is {above}" if low > 0 else f"passive is {below}" if high < 0 else "not decided"
+
+
+def answer_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate costs at each speed, and the largest speeds, with both joints and with the hinge."""
+    rows = []
+    for name in (*COSTS, "max"):
+        for law, label in LAWS.items():
+            pair = record["electrical"][law]
+            settled = {"active": record["mechanical"][law]["active"], "passive": record["mechanical"][law][PLACE]}
+            found = changes(record, law, name)
+            members = ""
+            if found:
+                low, middle, high = band(found)
+                family = record["family"][law].values()
+                lost = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
+                members = f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
+            spring = pair["passive"][name]
+            cells = [
+                *_pair(pair, name),
+                _idle(record, pair, name),
+                members,
+                f"{spring['row']:.2f}" if spring else "",
+                *_pair(settled, name),
+            ]
+            rows.append(["full speed" if name == "max" else f"{name} m/s", label, *cells, verdict(record, name)])
+    heads = [
+        "speed",
+        "water",
+        "active, electrical",
+        "passive",
+        "change [%]",
+        "by idle pumps alone",
+        "family: change [%], members",
+    ]
+    heads += ["spring [N m/rad]", "active, mechanical", "passive", "change [%]", "verdict"]
+    return Table(heads, rows)
+
+
+def _idle(record: Mapping[str, Any], pair: Mapping[str, Any], name: str) -> str:
+    """Write the change of a cost by the idle power of the pumps that are gone, alone [%]."""
+    best = pair["active"][name]
+    if name == "max" or not best:
+        return ""
+    return f"{-100 * pair['idle_w'] / (record['mass_kg'] * best['speed'] * best['cost']):+.0f}"
+
+
+def _pair(pair: Mapping[str, Any], name: str) -> list[str]:
+    """Write costs [J/(kg m)] or largest speeds [m/s], and the change [%]."""
+    key, unit, form = ("speed", " m/s", ".3f") if name == "max" else ("cost", "", ".3g")
+    cells = [f"{pair[kind][name][key]:{form}}{unit}" if pair[kind][name] else "not reached" for kind in KINDS]
+    changed = change(pair, name)
+    return [*cells, "" if math.isnan(changed) else f"{changed:+.0f}"]
+
+
+def spring_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate the one spring that serves all speeds best: the default robot's, and the range over the family."""
+    rows = []
+    for law, label in LAWS.items():
+        one = record["electrical"][law]["one_spring"]
+        every = [found for member in record["family"][law].values() if (found := member["one_spring"])]
+        low, middle, high = band([found["stiffness"] for found in every])
+        worst = band([100 * (found["worst_over_tuned"] - 1) for found in every])
+        cells = [f"{one['stiffness']:.2f}", f"{100 * (one['worst_over_tuned'] - 1):.1f}"]
+        rows.append([label, *cells, f"{middle:.2f} ({low:.2f} to {high:.2f})", f"{worst[1]:.1f}, up to {worst[2]:.1f}"])
+    heads = ["spring [N m/rad]", "over a tuned one at its worst speed [%]", "springs of the family", "over tuned [%]"]
+    return Table(["water", *heads], rows)
+
+
+def stiffness_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate the best stiffness over speed, and by which power of the speed it grows."""
+    rows = []
+    for law, label in LAWS.items():
+        for name, case in record["mechanical"][law].items():
+            if name == "active":
+                continue
+            at = [_spring(case["tuned"].get(speed)) for speed in ("0.2", "0.3", "0.4")]
+            rows.append([name, label, f"{case['0.3']['cost']:.3f}", f"{case['exponent']:.2f}", *at])
+    heads = [f"best spring at {speed} m/s, range within 5 % [N m/rad]" for speed in ("0.2", "0.3", "0.4")]
+    return Table(["hinge", "water", "cost at 0.3 m/s [J/(kg m)]", "power of the speed", *heads], rows)
+
+
+def _spring(one: Mapping[str, float] | None) -> str:
+    """Write a best stiffness and its range."""
+    return "" if one is None else f"{one['stiffness']:.3f}, {one['low']:.3f} to {one['high']:.3f}"
+
+
+def fin_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate mechanical cost and largest speed of other fins over those of the fin as it is [%]."""
+    own = {law: next(one for one in record["fins"][law] if one["span"] == one["chord"] == 1) for law in LAWS}
+    rows = []
+    for k, one in enumerate(record["fins"]["strip"]):
+        span, chord = one["span"], one["chord"]
+        if span == chord == 1:
+            continue
+        over = {law: [_over(record["fins"][law][k], own[law], *what) for what in FIN_COLUMNS] for law in LAWS}
+        costs = [numbers[1] for numbers in over.values()]
+        said = "cheaper" if max(costs) < -SURE else "dearer" if min(costs) > SURE else "not decided"
+        cells = [f"{x:+.0f}" if math.isfinite(x) else "not reached" for numbers in over.values() for x in numbers]
+        rows.append([f"{span:g}", f"{chord:g}", f"{span * chord:.2g}", f"{span / chord:.2g}", *cells, said])
+    heads = [f"{label}: {what} [%]" for label in LAWS.values() for what in FIN_COLUMNS.values()]
+    return Table(["span", "chord", "area", "aspect ratio", *heads, "with the spring"], rows)
+
+
+def _over(fin: Mapping[str, Any], own: Mapping[str, Any], kind: str, name: str) -> float:
+    """Return the change of a cost or of the largest speed by a fin [%]; infinite where it does not reach the speed."""
+    key, (new, old) = "speed" if name == "max" else "cost", (one[kind][name] for one in (fin, own))
+    return float(100 * (new[key] / old[key] - 1)) if new and old else math.inf
+
+
+# --- what others found
+
+
+def claim_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate what others found, with the own number beside it."""
+    own = {name: _own(record, name) for name in [claim["id"] for claim in published("springs")["claims"]]}
+    rows = [
+        [claim["claim"], f"{claim['source']} ({claim['read']})", *own[claim["id"]]]
+        for claim in published("springs")["claims"]
+    ]
+    rows += [[one["what"], "", f"not read: {one['why']}", ""] for one in published("springs")["unread"]]
+    return Table(["claim", "source", "here: lumped / strips", "agrees in sign"], rows)
+
+
+def _own(record: Mapping[str, Any], name: str) -> tuple[str, str]:
+    """Return the own number beside a claim, and whether it has the same sign."""
+    if name == "one-length-a-second":
+        fish = record["platform"]
+        text = f"{fish['speed_bl_s']:.2f} lengths a second at 3 Hz, Strouhal number {fish['strouhal']:.2f}"
+        return text, "yes" if fish["speed_bl_s"] > 1 else "no"
+    texts, agree = zip(*(_of_law(record, law, name) for law in LAWS), strict=True)
+    said = {(True,): "yes", (False,): "no"}.get(tuple(set(agree)), "not decided")
+    return " / ".join(texts), said
+
+
+def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool | None]:
+    """Return the own number in one water, and whether it has the sign of the claim; None where that is not decided."""
+    trend, case = record["trends"][law], record["mechanical"][law][PLACE]
+    over, tuned = case["fixed_over_tuned"], [one["stiffness"] for one in case["tuned"].values()]
+    slow, missed = next(iter(over)), next((speed for speed, one in over.items() if one is None), None)
+    softer, rigid = trend["softer_over_fastest"], trend["stiff_over_fastest"]
+    speed, cost = trend["speed_twice_the_frequency"], trend["cost_twice_the_frequency"]
+    lag = trend["lag_deg"]
+    found: dict[str, tuple[str, bool | None]] = {
+        "speed-squared": (f"power {case['exponent']:.2f}", case["exponent"] > 0),
+        "up-to-twice": (f"mechanical, {over[slow]:.2f} times at {slow} m/s", 1 < over[slow] < 2.2),
+        "saves-more-fast": (f"does not reach {missed} m/s", None if missed else over[max(over)] > over[slow]),
+        "no-one-stiffness": (f"{tuned[0]:.2f} to {tuned[-1]:.2f} N m/rad", tuned[-1] > tuned[0]),
+        "stiffer-faster": (
+            f"{softer:.2f} of the largest speed at half its stiffness, {rigid:.2f} if rigid",
+            None if softer < 1 and rigid < 1 else softer < rigid,
+        ),
+        "frequency-faster": (f"{speed:.2f} times at twice the frequency", speed > 1),
+        "speed-against-economy": (f"{cost:.1f} times the cost at twice the frequency", speed > 1 and cost > 1),
+        "best-stiffness": (f"{trend['efficient_ratio']:.1f} times that of resonance", softer < 1 and rigid < 1),
+        "travelling-wave": (f"the tail lags by {lag:.0f} deg", 45 < lag < 135),
+    }
+    return found[name]
+
+
+def sections(passive: Passive) -> list[Section]:
+    """Show the answer."""
+    if not passive.record:
+        return compose("passive", {}, record={}, reason=passive.reason, gap=0.0, verdicts={})
+    from hypertuna.paper.figures_passive import plot_passive
+
+    record = passive.record
+    shown: dict[str, Shown] = {
+        "passive": plot_passive(record),
+        "passive-answer": answer_table(record),
+        "passive-spring": spring_table(record),
+        "passive-stiffness": stiffness_table(record),
+        "passive-fins": fin_table(record),
+        "passive-claims": claim_table(record),
+    }
+    facts = {
+        "reason": "",
+        "gap": passive.gap,
+        "verdicts": {name: verdict(record, name) for name in (*COSTS, "max")},
+    }
+    return compose("passive", shown, record=record, **facts)
+
+
+CHAPTER = Chapter("passive", sections, compute=compute)

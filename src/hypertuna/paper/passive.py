@@ -1,0 +1,178 @@
+"""Joint II as a passive hinge of tuned stiffness, and other fins: the robots that the paper's last section asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.water import helmbold, plate_mass
+from hypertuna.swimming.beat import settle
+from hypertuna.swimming.gait import Gait, Gaits
+
+PLACES = {"front of joint II": 5, "middle of joint II": 6, "root of the fin": 7}  # link whose front bends
+PLACE = "root of the fin"  # of the hinge in the answer
+ROOT = PLACES[PLACE]
+LAWS = {"lumped": "lumped", "strip": "strips"}  # waters and their labels
+KINDS = ("active", "passive")
+PUMP = "piston pump"
+RELAXATION = 0.005  # s, damping over stiffness of a hinge of silicone: the relaxation time of HyperTuna's materials
+STIFFNESS = tuple(np.geomspace(0.015, 6.0, 46).tolist())  # N m/rad
+FREQUENCY = tuple(np.geomspace(0.8, 6.0, 21).tolist())  # Hz
+AMPLITUDE = (8.0, 12.0, 16.0)  # deg, of joint I
+AT_SEA = ("guidance", "firmware", "fins", "spatial")  # tables that know of two joints, and count at sea alone
+
+
+def passive_robot(robot: Robot, stiffness: float, *, relaxation: float = RELAXATION, link: int = ROOT) -> Robot:
+    """Return a robot whose last joint group is a passive hinge [N m/rad] at the front of a link.
+
+    Its damping is the stiffness times a relaxation time [s]. The pumps of that joint are gone, its mass stays.
+    """
+    document = {key: part for key, part in robot.document().items() if key not in (*AT_SEA, "gaits", "uncertainty")}
+    groups = len(document["joints"])
+    document["joints"] = document["joints"][:-1]
+    bounds = document["gait_bounds"]
+    document["gait_bounds"] = bounds | {key: bounds[key][:-1] for key in ("amplitude_deg", "phase_deg")}
+    document["servos"] = [
+        one | {"count": one["count"] * (groups - 1) // groups} if one["drives"] == PUMP else one
+        for one in document["servos"]
+    ]
+    spring = {"stiffness_n_m_per_rad": stiffness, "damping_n_m_s_per_rad": relaxation * stiffness}
+    return parse(document | {"hinge": {"link": link} | spring, "sources": {}}, file=robot.file)
+
+
+def with_fin(robot: Robot, span: float, chord: float) -> Robot:
+    """Return a robot with a fin of other span and chord, as factors; its link keeps its length.
+
+    The strip law knows both: added mass and lift by the aspect ratio, the drag of beating by the chord. The lumped law
+    knows the area alone.
+    """
+    document, last = robot.document(), len(robot.links.name) - 1
+    grown, strip = span * chord, document["water"]["strip"]
+    mass = document["links"]["mass_kg"][last]
+    document["body"]["mass_kg"] += mass * (grown - 1)
+    for name in ("mass_kg", "lateral_area_m2", "wetted_area_m2"):
+        document["links"][name][last] *= grown
+    aspect = strip["edge_aspect"] * span / chord
+    added = plate_mass(aspect) / plate_mass(strip["edge_aspect"])
+    steady = strip["drag_normal"][last]
+    strip["drag_beating"][last] = (strip["drag_beating"][last] + steady) * chord ** (1 / 3) - steady
+    strip["added_mass_normal"][last] *= added / span  # of rho pi/4 h^2 of the link, by kappa c^2 b
+    strip["edge_added_mass"] *= added
+    strip["edge_lift"] *= helmbold(aspect) / helmbold(strip["edge_aspect"])
+    strip |= {"edge_height_m": strip["edge_height_m"] * span, "edge_aspect": aspect}
+    document.pop("spatial", None)
+    return parse(document | {"sources": {}}, file=robot.file)
+
+
+@dataclass(frozen=True)
+class Swum:
+    """Speeds and costs of gaits (rows, frequencies, sizes); NaN where a gait does not settle."""
+
+    rows: Sequence[float]  # stiffness [N m/rad], or phase difference [deg]
+    frequency: Sequence[float]  # Hz
+    size: Sequence[float]  # amplitude [deg], or a factor on the amplitudes
+    speed: Array  # m/s
+    cost: Array  # J/(kg m)
+
+
+@dataclass(frozen=True)
+class Best:
+    """A cheapest gait."""
+
+    cost: float  # J/(kg m)
+    speed: float  # m/s
+    row: float
+    frequency: float  # Hz
+    size: float
+
+
+def swim_passive(
+    robot: Robot, *, stiffness: Sequence[float] = STIFFNESS, relaxation: float = RELAXATION, link: int = ROOT
+) -> Swum:
+    """Swim the settled beats of a robot with a passive hinge over stiffness, frequency and amplitude: mechanical."""
+    amplitudes = [(float(angle),) for angle in np.radians(AMPLITUDE)]
+    gaits = Gaits.grid(frequency=list(FREQUENCY), amplitude=amplitudes, phase=[(0.0,)])
+    shape = len(FREQUENCY), len(AMPLITUDE)
+    found = []
+    for one in stiffness:
+        beat = settle(passive_robot(robot, one, relaxation=relaxation, link=link), gaits)
+        settled = (beat["status"] == 0) & (beat["speed"] > 0)
+        found.append([np.where(settled, beat[key], np.nan).reshape(shape) for key in ("speed", "cost_of_transport")])
+    speed, cost = np.moveaxis(np.array(found), 1, 0)
+    return Swum(stiffness, FREQUENCY, AMPLITUDE, speed, cost)
+
+
+def gait_of(best: Best) -> Gait:
+    """Return a cheapest gait of a passive robot."""
+    return Gait.from_degrees(frequency=best.frequency, amplitude=(best.size,), phase=(0.0,))
+
+
+def cheapest(swum: Swum, target: float) -> list[Best | None]:
+    """Return the cheapest gait of each row at a speed [m/s], along power laws between neighbors."""
+    found: list[Best | None] = [None] * len(swum.rows)
+    size = np.meshgrid(swum.frequency, swum.size, indexing="ij")
+    for axis in (1, 2):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            speed, cost = (_ends(np.log(values), axis) for values in (swum.speed, swum.cost))
+            part = (np.log(target) - speed[0]) / (speed[1] - speed[0])
+        here = (part >= 0) & (part <= 1)
+        logs = np.where(here, cost[0] + np.where(here, part, 0.0) * (cost[1] - cost[0]), np.inf)
+        logs[np.isnan(logs)] = np.inf
+        for row, one in enumerate(logs):
+            k = np.unravel_index(int(one.argmin()), one.shape)
+            before = found[row]
+            if np.isfinite(one[k]) and (before is None or one[k] < np.log(before.cost)):
+                at = [_between(place, axis, k, float(part[(row, *k)])) for place in size]
+                found[row] = Best(float(np.exp(one[k])), target, swum.rows[row], *map(float, at))
+    return found
+
+
+def _ends(values: Array, axis: int) -> tuple[Array, Array]:
+    """Return values at both ends of the steps along an axis."""
+    count = values.shape[axis]
+    return np.take(values, range(count - 1), axis), np.take(values, range(1, count), axis)
+
+
+def _between(place: Array, axis: int, k: tuple[Any, ...], part: float) -> float:
+    """Return the place at a part of the step that begins at an index along an axis, on a logarithmic scale."""
+    low, high = (float(np.log(ends[k])) for ends in _ends(place, axis - 1))
+    return float(np.exp(low + part * (high - low)))
+
+
+def fastest(swum: Swum) -> Best:
+    """Return the fastest gait."""
+    k = np.unravel_index(int(np.nanargmax(swum.speed)), swum.speed.shape)
+    row, one, size = (int(place) for place in k)
+    return Best(float(swum.cost[k]), float(swum.speed[k]), swum.rows[row], swum.frequency[one], swum.size[size])
+
+
+def best_of(swum: Swum, target: float) -> Best | None:
+    """Return the cheapest gait of all rows at a speed [m/s]; None where no row reaches it."""
+    reached = [one for one in cheapest(swum, target) if one is not None]
+    return min(reached, key=lambda one: one.cost, default=None)
+
+
+def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None:
+    """Return the least cost over the stiffness [J/(kg m)], that stiffness, and between which it costs 5 % more at most.
+
+    The least is that of a parabola through the three lowest, over the logarithm of the stiffness.
+    """
+    rows = cheapest(swum, target)
+    cost = np.array([np.inf if one is None else one.cost for one in rows])
+    k = int(cost.argmin())
+    if not np.isfinite(cost[k]):
+        return None
+    logs = np.log(np.asarray(swum.rows))
+    best, least = float(logs[k]), float(cost[k])
+    if 0 < k < len(cost) - 1 and np.isfinite(cost[k - 1 : k + 2]).all():
+        a, b, c = np.polyfit(logs[k - 1 : k + 2] - logs[k], cost[k - 1 : k + 2], 2)
+        if a > 0:
+            best, least = float(logs[k] - b / (2 * a)), float(c - b**2 / (4 * a))
+    near = logs[cost <= 1.05 * least]
+    low, high = (float(np.exp(end)) for end in (near.min(), near.max())) if near.size else (np.exp(best),) * 2
+    return least, float(np.exp(best)), low, high

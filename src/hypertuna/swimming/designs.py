@@ -1,0 +1,86 @@
+"""Robots of a design in a settled beat: what a beat feels of a robot's file, and how that follows the variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.design import Variable, designed, variables
+from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.swimming.gait import Gait
+from hypertuna.swimming.model import parameter_values
+from hypertuna.swimming.yielding import spring_values
+
+STENCIL = np.arange(-2.0, 3.0)  # steps: exact for polynomials of degree four, as lengths and masses make them
+STEP = 1e-4  # of the value, or of a hundredth of its range, if that is more
+
+
+def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
+    """Return numbers of a robot as variables, by key; each must change what a settled beat feels."""
+    design = variables(robot, ends)
+    for one in design:
+        low, high = (beat_features(designed(robot, (one,), (end,))) for end in (one.low, one.high))
+        if np.array_equal(low, high):
+            rule = "must change how the robot swims, but its derivative is zero everywhere"
+            fix = f"leave it out: {_why_idle(robot, one)}"
+            raise InputError(rule, key=f"design {one.name}", file=robot.file or None, fix=fix)
+    return design
+
+
+def model_features(robot: Robot) -> Array:
+    """Return the parameters of a robot's model and hinge, as derivatives are taken along them [SI]."""
+    still = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
+    values = np.append(parameter_values(robot, still), [*spring_values(robot).values()])
+    return np.where(np.isfinite(values), values, 0.0)  # an ideal joint has an infinite bandwidth
+
+
+def beat_features(robot: Robot) -> Array:
+    """Return all that settled beats know of a robot [SI]."""
+    return np.append(model_features(robot), [robot.body.mass, robot.body.length])
+
+
+def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
+    """Differentiate features of the robot at values of variables (features, variables).
+
+    The features are powers of the file's numbers, and sums of them. Five points within the range, a ten thousandth of
+    the value apart, give the derivative to about 1e-11 of the feature over the value, where the added mass of a fin has
+    no kink of its table.
+    """
+    columns = []
+    for k, one in enumerate(design):
+        width = one.high - one.low
+        step = STEP * min(width, max(abs(values[k]), 0.01 * width))
+        at = np.clip(values[k], one.low + 2 * step, one.high - 2 * step)
+        nodes = at + step * STENCIL
+        weights = _derivative_weights((values[k] - at) / step) / step
+        rows = []
+        for node in nodes:
+            changed = values.copy()
+            changed[k] = node
+            rows.append(features(designed(robot, design, changed.tolist())))
+        middle = rows[2]
+        columns.append(weights @ (np.stack(rows) - middle))
+    return np.stack(columns, axis=1)
+
+
+def _derivative_weights(at: float) -> Array:
+    """Return the weights of values at the stencil for the derivative of their polynomial at a place [steps]."""
+    powers = np.arange(5.0)
+    slopes = np.where(powers > 0, powers * at ** np.maximum(powers - 1, 0), 0.0)
+    return np.linalg.solve(STENCIL ** powers[:, np.newaxis], slopes)
+
+
+def _why_idle(robot: Robot, one: Variable) -> str:
+    """Return why a settled beat does not feel a number."""
+    table, _, rest = one.name.partition(".")
+    law = rest.partition(".")[0]
+    if table == "water" and law in ("lumped", "strip", "elongated") and law != robot.model.water:
+        return f"the robot swims in {robot.model.water} water (model.water, or --water)"
+    if "bandwidth" in one.name and robot.model.joints == "ideal":
+        return "the robot's joints are ideal (model.joints, or --joints)"
+    if table == "fin":
+        return f"{robot.model.water} water knows the fin's area alone"
+    return "a settled beat does not know it"
