@@ -75,7 +75,7 @@ static void forward_dynamics() {
     const Symmetric<double> mobility = inverse(whole.inertia);
     joint_torques(fish.fish.swimmer, Instant<double>{fish.shape, fish.acceleration, mobility, whole.momentum}, now.xi,
                   torque);
-    for (int d = 0; d < D; ++d) 
+    for (int d = 0; d < D; ++d)
         CHECK_NEAR(torque[fish.first + d], fish.spring[d].moment(y.angle[d], now.rate[d]), 1e-12);
     double all[links][links - 1] = {};
     double armature[links - 1] = {}, moment[links - 1];

@@ -153,7 +153,7 @@ def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
         **{f"{text}.{name}": f"links.{name}" for name in ("length", "com", "mass")},
         **{f"{text}.{name}": "spatial.height" for name in heights},
         **{"text.fins.x": "fins.x", "text.tail.edge_height": "water.strip.edge_height"},
-        **{"plant.fin.x": "fins.x", "plant.hinge.stiffness": "hinge.stiffness"},
+        **{"plant.fin.x": "fins.x", "plant.spring.stiffness": "hinge.stiffness"},
     }
 
 

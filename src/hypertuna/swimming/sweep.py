@@ -27,7 +27,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, dir
 from hypertuna.swimming.designs import design_of
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values
-from hypertuna.swimming.yielding import spring_values
+from hypertuna.swimming.yielding import given_springs, spring_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -244,12 +244,14 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
         rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
     springs = spring_values(robot)
-    names = (*parameter_names(robot), *springs)
-    derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
+    names = (*parameter_names(robot), *given_springs(robot))
+    everything = [*parameter_names(robot), *springs]
+    along = np.array([[float(name == one) for name in names] for one in everything])
+    derivatives = directional_derivatives(robot, gaits, result, along, steps=steps)
     return Gradient(
         names,
         {name: rates[0] for name, rates in derivatives.items()},
-        values=np.append(parameter_values(robot, gait), [*springs.values()]),
+        values=np.append(parameter_values(robot, gait), [springs[name] for name in given_springs(robot)]),
         results={name: float(result[name][0]) for name in DIFFERENTIABLE},
         robot=robot,
         gait=gait,

@@ -17,7 +17,7 @@ struct PlantData : BodyData {
     std::array<bool, max_joints> direct;   // whether a servo on the axle moves a joint, not oil
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Hinge<double> hinge;
+    Spring<double> hinge;
     Battery<double> battery;
     double idle;  // W of what draws power beside the pumps' servos
 
@@ -30,7 +30,7 @@ struct PlantData : BodyData {
 
 /// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
 /// `direct` (joints: 1 where the servo of the left circuit turns the axle, without oil) where any is, `battery.NAME`,
-/// `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than joints.
+/// `idle`, and `spring.NAME` of a hinge where there is a coordinate more than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
@@ -50,7 +50,8 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
-    if (plant.own > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
+    if (plant.own > plant.joints)
+        plant.hinge = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns).data());
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));
@@ -77,7 +78,7 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.joint_numbers.data(),
             reinterpret_cast<const double*>(plant.circuit.data()),
             plant.unit_rest.data(),
-            &plant.hinge.stiffness,
+            reinterpret_cast<const double*>(&plant.hinge),
             reinterpret_cast<const double*>(&plant.battery),
             plant.idle};
 }

@@ -12,15 +12,9 @@
 #include "hypertuna/actuation/joint.hpp"
 #include "hypertuna/simulation/losses.hpp"
 #include "hypertuna/simulation/tail.hpp"
+#include "hypertuna/swimming/spring.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-
-/// Spring and damper of a passive hinge.
-template <class S>
-struct Hinge {
-    S stiffness;  // N m/rad
-    S damping;    // N m s/rad
-};
 
 template <class Body>
 struct Plant {
@@ -32,7 +26,7 @@ struct Plant {
     const bool* direct;         // joints: whether a servo on the axle moves it, not oil
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Hinge<S> hinge;
+    Spring<S> hinge;
 };
 
 template <class S, int D, class Space = InPlane>
@@ -200,9 +194,10 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
             rate.energy[c] = S(0);
         }
         rate.strain[d] = S(0);
-        const S spring = plant.hinge.stiffness * at.bend.angle[d], damper = plant.hinge.damping * at.bend.rate[d];
-        moment[d] = -(spring + damper);
-        seen->losses.elastic += spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
+        const S angle = at.bend.angle[d] - plant.hinge.rest, spring = plant.hinge.elastic(angle),
+                damper = plant.hinge.drag(angle) * at.bend.rate[d];
+        moment[d] = spring - damper;
+        seen->losses.elastic -= spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "hypertuna/swimming/settle.hpp"
+#include "hypertuna/swimming/spring.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -55,42 +56,8 @@ HYPERTUNA_INLINE YieldingState<S, D> select(const M& mask, const YieldingState<S
     return no;
 }
 
-/// Spring, damper and stops of a joint that yields. Beyond the angle `stop` from rest, on either side, a stiff spring is
-/// added whose damping grows with its compression (Hunt and Crossley, J. Appl. Mech. 42, 1975): no moment jumps there.
-template <class S>
-struct Spring {
-    S stiffness, damping, rest;               // N m/rad, N m s/rad, rad
-    S cubic;                                  // N m/rad^3
-    S stop, stop_stiffness, stop_dissipation;  // rad, N m/rad, N m s/rad^2
-
-    /// Angle beyond the stops, zero between them.
-    template <class V>
-    HYPERTUNA_INLINE V beyond(const V& angle) const {
-        return max(angle - stop, V(S(0))) + min(angle + stop, V(S(0)));
-    }
-    /// Moment of the dampers over the rate.
-    template <class V>
-    HYPERTUNA_INLINE V drag(const V& angle) const {
-        return damping + stop_dissipation * abs(beyond(angle));
-    }
-    /// Moment at an angle from rest and a rate.
-    template <class V>
-    HYPERTUNA_INLINE V moment(const V& angle, const V& rate) const {
-        const V spring = (stiffness + cubic * angle * angle) * angle + stop_stiffness * beyond(angle);
-        return -(spring + drag(angle) * rate);
-    }
-};
-inline constexpr int spring_numbers = sizeof(Spring<double>) / sizeof(double);
-
-template <class S>
-HYPERTUNA_INLINE S& component(Spring<S>& spring, int k) {
-    S* const all[] = {&spring.stiffness, &spring.damping,        &spring.rest,            &spring.cubic,
-                      &spring.stop,      &spring.stop_stiffness, &spring.stop_dissipation};
-    return *all[k];
-}
-
-/// How the coordinates swing over a beat: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics, their largest
-/// angles from rest, and what their dampers take.
+/// How the coordinates swing over a beat, from rest: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics;
+/// the largest angles of their hinges, and what their dampers and stops take.
 template <class S, int D>
 struct Swinging {
     S mean[D], sine[D], cosine[D], peak[D];  // rad
