@@ -47,7 +47,7 @@ struct LaneTwin {
 
     void restart() {
         const PlantData& plant = *member.plant;
-        state = at_rest<double, D>(member.controller, plant.battery, plant.idle, plant.joints, plant.hinge);
+        state = at_rest<double, D>(member.controller, plant.battery, plant.idle, state_at_rest<D>(plant));
         state.plant.xi = {member.twist.linear.x, member.twist.linear.y, member.twist.angular.z};
         sensing = {}, tick = {}, before = state.plant, ticks = 0;
     }

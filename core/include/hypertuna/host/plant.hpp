@@ -83,6 +83,12 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.idle};
 }
 
+/// State in which a plant in the plane rests.
+template <int D>
+PlantState<double, D> state_at_rest(const PlantData& plant) {
+    return at_rest<double, D, InPlane>(plant.joints, plant.hinge);
+}
+
 /// A twin of a plant whose body has its memory, without a controller.
 template <class Body>
 Twin<Body> make_twin(const PlantData& plant, const Body& body, double tick, int steps) {

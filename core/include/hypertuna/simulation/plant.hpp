@@ -175,6 +175,18 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     return moment;
 }
 
+/// At rest, a hinge where its spring rests.
+template <class S, int D, class Space>
+PlantState<S, D, Space> at_rest(int joints, const Spring<S>& hinge) {
+    PlantState<S, D, Space> state{};
+    for (int d = joints; d < D; ++d) state.bend.angle[d] = hinge.rest;
+    return state;
+}
+template <class Body>
+PlantStateOf<Body> at_rest(const Plant<Body>& plant) {
+    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(plant.joints, plant.hinge);
+}
+
 /// How the plant changes. `seen` receives the output of the instant.
 template <class Body>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,

@@ -151,12 +151,12 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
     state.targets.supply = state.battery.supply;
 }
 
-/// At rest: the circuits filled, the battery full, the hinge where its spring rests.
+/// At rest: the circuits filled, the battery full.
 template <class S, int D, class Space = InPlane>
-TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle, int joints,
-                               const Spring<S>& hinge) {
+TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle,
+                               const PlantState<S, D, Space>& plant) {
     TwinState<S, D, Space> state{};
-    for (int d = joints; d < D; ++d) state.plant.bend.angle[d] = hinge.rest;
+    state.plant = plant;
     state.controller = init(controller);
     state.battery = battery_output(battery, S(0), idle);
     state.targets.supply = state.battery.supply;
@@ -164,8 +164,8 @@ TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>
 }
 template <class Body>
 TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
-    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(
-        twin.controller, twin.battery, twin.idle, twin.plant.joints, twin.plant.hinge);
+    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(twin.controller, twin.battery,
+                                                                                   twin.idle, at_rest(twin.plant));
 }
 
 /// Set the servos' targets to what the pulses ask for.
