@@ -24,7 +24,7 @@ from swimming.test_yielding import FREQUENCY, GAIT, GAITS, hinged, oracle_rate, 
 REST, STOP, HARD = 12.0, 14.0, 30.0  # deg, deg, stiffness of a stop over that of the spring
 
 
-def sprung(ratio: float = 1.6, zeta: float = 0.05, *, hinges: int = 1, **changes: float) -> Robot:
+def sprung(ratio: float = 1.6, zeta: float = 0.05, *, hinges: int = 1, **changes: Any) -> Robot:
     """The fish of the other tests, with more keys in each of its hinges; `cubic` is over the stiffness [1/rad^2]."""
     document = hinged(ratio, zeta, hinges=hinges).document()
     for table in [document["hinge"]] if hinges == 1 else document["hinges"]:
@@ -38,7 +38,7 @@ def sprung(ratio: float = 1.6, zeta: float = 0.05, *, hinges: int = 1, **changes
     return parse(document)
 
 
-KINDS: dict[str, dict[str, float]] = {
+KINDS: dict[str, dict[str, Any]] = {
     "rest": {"rest_deg": REST},
     "cubic": {"cubic": 10.0},
     "stops": {"stop_deg": 13.0},
@@ -51,12 +51,12 @@ def free_swing(robot: Robot, angle: float, rate: float, seconds: float) -> Array
     inertia, steps = float(reduced_inertia(robot)[0, 0]), 5000
     state = np.array([0.0, 0.0, 0.0, angle, inertia * rate])  # the body without momentum
     still = Gaits.of([ht.Gait(1 / seconds, (0.0,), (0.0,))])
-    springs, at = np.array([[*spring_values(robot).values()]]), {"steps": steps, "count": steps + 1}
+    springs, at = np.array([[*spring_values(robot).values()]]), dict[str, Any](steps=steps, count=steps + 1)
     bends = _core.yield_bends(core_model(robot), [2], springs, *still.columns, state, **at)
     return np.vstack([np.linspace(0, seconds, steps + 1), bends[:, 0, :2].T])
 
 
-def thin(ratio: float, **changes: float) -> Robot:
+def thin(ratio: float, **changes: Any) -> Robot:
     """The fish with an undamped hinge in water that drags nothing."""
     document = sprung(ratio, 0.0, **changes).document()
     none = {name: [0.0] * 3 for name in ("drag_normal", "drag_tangential", "blunt_area_m2")}
@@ -102,17 +102,17 @@ def test_stops_hold_a_bend_within_their_compression() -> None:
     bends = {}
     for hard in (30.0, 120.0, 480.0):
         robot = sprung(0.6, stop_deg=10.0)
-        hinge = robot.hinge
+        hinge, stop = robot.hinge, math.radians(10.0)
         assert hinge is not None
         robot = sprung(0.6, stop_deg=10.0, stop_stiffness_n_m_per_rad=hard * hinge.stiffness)
         beat = ht.swim(robot, GAIT)
         assert beat.settled
         motion, inertia = beat.trajectory, float(reduced_inertia(robot)[0, 0])
         angle, rate = (motion[name].values[:, 2] for name in ("joint_angle", "joint_rate"))
-        free = abs(angle) < hinge.stop
+        free = abs(angle) < stop
         load = abs(inertia * np.gradient(rate, motion.time.values) + hinge.stiffness * angle)[free].max()
         stiff = hard * hinge.stiffness
-        bends[hard] = beat.bends[0].bend_peak - hinge.stop
+        bends[hard] = beat.bends[0].bend_peak - stop
         assert 0 < bends[hard] < math.sqrt(inertia / stiff) * abs(rate).max() + 2 * load / stiff
     assert bends[30.0] > 1.5 * bends[120.0] > 2.25 * bends[480.0]
 
