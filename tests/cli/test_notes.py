@@ -31,8 +31,8 @@ def test_an_exported_model_says_that_a_hinge_stays_rigid(run: Run, hinged: str) 
     code, _, errors = run(*command, "--robot", hinged)
     assert (code, errors.count(f"note: {RIGID}\n")) == (0, 1)
     assert json.loads(run(*command, "--robot", hinged, "--json")[1])["notes"] == [RIGID]
-    with Path(hinged).open("a") as file:
-        file.write("rest_deg = 5.0\n")
+    spring = "stiffness_n_m_per_rad = 0.2\n"
+    Path(hinged).write_text(Path(hinged).read_text().replace(spring, f"{spring}rest_deg = 5.0\n"))
     straight = RIGID.replace("rigid", "rigid and straight")
     assert json.loads(run(*command, "--robot", hinged, "--json")[1])["notes"] == [straight]
 
