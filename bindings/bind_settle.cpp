@@ -305,16 +305,18 @@ static void bind_yielding(nb::module_& m) {
         nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::kw_only(), nb::arg("steps"), nb::arg("wait"),
         nb::arg("max_beats"), nb::arg("from_rest"), nb::arg("approach"), nb::arg("mass"), nb::arg("threads"),
         "As `settle` for a body whose joints at the fronts of the links `hinges` yield, head to tail, `spring` (gaits, "
-        "hinges x SPRING_NUMBERS) being stiffness, damping and rest angle of each: the named columns, state, "
-        "monodromy, then of each hinge mean, sine, cosine and peak of its swing, and its damper's power.");
+        "hinges x spring_columns) being the numbers of each: the named columns, state, monodromy, then of each hinge "
+        "mean, sine and cosine of its swing from rest, peak of its angle, and its damper's power.");
     m.def("yield_gradient", &yield_gradient, nb::arg("model"), nb::arg("hinges"), nb::arg("spring"),
           nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"),
           nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"), nb::arg("threads"),
           "As `gradient`, the springs' numbers being the last parameters.");
     m.def("yield_bends", &yield_bends, nb::arg("model"), nb::arg("hinges"), nb::arg("spring"), nb::arg("frequency"),
           nb::arg("amplitude"), nb::arg("phase"), nb::arg("bias"), nb::arg("state"), nb::kw_only(), nb::arg("steps"),
-          nb::arg("count"),
-          "Angle from rest, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.");
+          nb::arg("count"), "Angle, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.");
+    m.def(
+        "spring_columns", [] { return std::vector<std::string>(std::begin(spring_columns), std::end(spring_columns)); },
+        "Numbers of a hinge's spring, in the order of a row.");
     m.def(
         "reduced_inertia",
         [](const Model& model, const Hinges& hinges) {
@@ -324,7 +326,6 @@ static void bind_yielding(nb::module_& m) {
         nb::arg("model"), nb::arg("hinges"),
         "Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn "
         "alike [kg m^2].");
-    m.attr("SPRING_NUMBERS") = spring_numbers;
     m.attr("MAX_HINGES") = max_hinges;
     m.attr("YIELD_LINKS") = max_hung;
 }

@@ -100,11 +100,14 @@ struct Water {
     }
 };
 
-/// Angle and rate of the hinge of a body, zero without one.
+/// Angle and rate by which a body turns against the one that carries it: those of its joints together.
 std::pair<double, double> hinge(const mjModel* m, const mjData* d, int body) {
-    if (m->body_jntnum[body] == 0) return {0, 0};
-    const int joint = m->body_jntadr[body], at = m->jnt_qposadr[joint];
-    return {d->qpos[at] - m->qpos0[at], d->qvel[m->jnt_dofadr[joint]]};
+    double angle = 0, rate = 0;
+    for (int k = 0; k < m->body_jntnum[body]; ++k) {
+        const int joint = m->body_jntadr[body] + k, at = m->jnt_qposadr[joint];
+        angle += d->qpos[at] - m->qpos0[at], rate += d->qvel[m->jnt_dofadr[joint]];
+    }
+    return {angle, rate};
 }
 
 /// J^T f added to the passive forces, J (6, nv) in the order of a LinkPair.

@@ -25,32 +25,24 @@ inline std::optional<T> take(Loaded<T>&& loaded, std::string& fault) {
     return std::move(loaded.object);
 }
 
-/// Numbers of a spring, by their names in an image.
-inline constexpr const char* spring_columns[] = {"stiffness", "damping", "rest"};
-static_assert(std::size(spring_columns) == spring_numbers);
-
 /// Hinges that yield, where a model has them.
 inline void read_hinges(const NamedColumns& columns, HostModel& host, std::string& fault) {
     ColumnReader in(columns);
-    const NamedColumn* const found = in.find("hinge.link");
+    const NamedColumn* const found = in.find("spring.link");
     if (!found) return;
     const int count = int(found->rows * found->width);
-    if (count < 1 || max_hinges < count) return void(fault = "image: hinge.link: must have 1 to 3 numbers");
-    std::vector<double> inertia, stiffness = in.numbers("hinge.stiffness", count),
-                                 damping = in.numbers("hinge.damping", count);
+    if (count < 1 || max_hinges < count) return void(fault = "image: spring.link: must have 1 to 3 numbers");
     for (int d = 0; d < count; ++d) {
-        const double link = in.number("hinge.link", d);
+        const double link = in.number("spring.link", d);
         const int first = d ? host.hinges[d - 1] + 1 : std::max(1, host.model.links - max_hung);
         if (!(first <= link && link < host.model.links))
-            in.refuse("hinge.link: must be links behind the head, head to tail");
+            in.refuse("spring.link: must be links behind the head, head to tail");
         host.hinges.push_back(int(link));
-        for (const char* name : spring_columns) host.spring.push_back(in.number(std::string("hinge.") + name, d));
+        host.springs.push_back(
+            read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns, d).data()));
     }
     fault = in.fault();
-    if (!fault.empty()) return;
-    inertia = hinge_inertia(kernel_portable_yielding, host.model, host.hinges.data(), count);
-    with_hinges(count,
-                [&](auto D) { host.rates = spring_rates<D.value>(inertia.data(), stiffness.data(), damping.data()); });
+    if (fault.empty()) host.rates = spring_rates(kernel_portable_yielding, host.model, host.hinges, host.springs);
 }
 
 inline std::optional<HostModel> read_model(const NamedColumns& columns, std::string& fault) {

@@ -20,15 +20,15 @@ extern const YieldKernel kernel_portable_yielding;
 /// A robot's swimmer: the model, the mass of the whole body, and the hinges that yield.
 struct HostModel {
     Model model;
-    double mass;                 // kg
-    std::vector<int> hinges;     // links behind them, head to tail
-    std::vector<double> spring;  // numbers of each
+    double mass;              // kg
+    std::vector<int> hinges;  // links behind them, head to tail
+    std::vector<Spring<double>> springs;
     SpringRates rates;
 
-    YieldBatch yielding(const GaitBatch& gaits, std::vector<double>& springs, int count) const {
-        springs.clear();
-        for (int k = 0; k < count; ++k) springs.insert(springs.end(), spring.begin(), spring.end());
-        return {gaits, hinges.data(), int(hinges.size()), springs.data()};
+    YieldBatch yielding(const GaitBatch& gaits, std::vector<Spring<double>>& each, int count) const {
+        each.clear();
+        for (int k = 0; k < count; ++k) each.insert(each.end(), springs.begin(), springs.end());
+        return {gaits, hinges.data(), int(hinges.size()), &each.data()->stiffness};
     }
     int state() const { return yield_state(int(hinges.size())); }
     int steps(double frequency) const {
@@ -84,7 +84,7 @@ class SettledRows {
         const int hinges = int(host.hinges.size());
         width_ = hinges ? kernel_portable_yielding.row_width(hinges) : named_ + size_ * (1 + size_);
         rows_.resize(std::size_t(count) * width_);
-        std::vector<double> springs;
+        std::vector<Spring<double>> springs;
         for (int first = 0, end; first < count; first = end) {
             const int steps = host.steps(gaits.frequency[first]);
             for (end = first + 1; end < count && host.steps(gaits.frequency[end]) == steps;) ++end;
@@ -135,13 +135,14 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
         std::fill_n(out, derivative_count * numbers, std::nan(""));
         return;
     }
-    std::vector<double> along((beat_rows(host.model) + host.spring.size()) * numbers);
+    std::vector<double> along((beat_rows(host.model) + spring_numbers * host.springs.size()) * numbers);
     for (int i = 0; i < numbers; ++i) along[std::size_t(i) * numbers + i] = 1;
     if (host.hinges.empty())
         return settled_gradient(kernel_portable, host.model, columns.batch(),
                                 sort_directions(host.model, along.data(), numbers, true), 0, 1, rows.state(0), steps,
                                 host.mass, out);
-    std::vector<double> springs, by(std::size_t(derivative_count + host.state()) * (host.state() + numbers));
+    std::vector<Spring<double>> springs;
+    std::vector<double> by(std::size_t(derivative_count + host.state()) * (host.state() + numbers));
     kernel_portable_yielding.gradient(host.model, host.yielding(columns.batch(), springs, 1),
                                       {along.data(), numbers, {}, {}}, 0, 1, rows.state(0), steps, host.mass,
                                       by.data());
@@ -157,7 +158,8 @@ inline std::vector<double> hinge_motion(const HostModel& host, const GaitBatch& 
     const int hinges = int(host.hinges.size());
     int finer = 1;
     while (finer * instants < host.steps(*gait.frequency)) finer *= 2;
-    std::vector<double> springs, all(std::size_t(finer * instants + 1) * 3 * hinges), out;
+    std::vector<Spring<double>> springs;
+    std::vector<double> all(std::size_t(finer * instants + 1) * 3 * hinges), out;
     kernel_portable_yielding.bends(host.model, host.yielding(gait, springs, 1), state, finer * instants,
                                    finer * instants + 1, all.data());
     for (std::size_t k = 0; k < all.size(); k += std::size_t(finer) * 3 * hinges)

@@ -61,7 +61,7 @@ class Machines final : public AnyMachines {
         const std::vector<Real> joint = load_row(robots, &PlantNumbers::joint, joints * width),
                                 circuit = load_row(robots, &PlantNumbers::circuit, 2 * joints * circuit_column_count),
                                 battery = load_row(robots, &PlantNumbers::battery, battery_column_count),
-                                hinge = load_row(robots, &PlantNumbers::hinge, 2);
+                                hinge = load_row(robots, &PlantNumbers::hinge, spring_numbers);
         for (int j = 0; j < joints; ++j) {
             const Real *const row = joint.data() + j * width, *const limits = row + joint_column_count;
             joint_.push_back(read_joint(row, StretchLimits<Real>{limits[0], limits[1], limits[2]}));
@@ -80,8 +80,14 @@ class Machines final : public AnyMachines {
                                       robots[0]->clamped,  armature_.data(),
                                       motion_.data(),      shape_.data(),
                                       acceleration_.data()};
-        machine_.plant = {tail,         joints,          joint_.data(),     direct_,
-                          gear_.data(), circuit_.data(), unit_rest_.data(), {hinge[0], hinge[1]}};
+        machine_.plant = {tail,
+                          joints,
+                          joint_.data(),
+                          direct_,
+                          gear_.data(),
+                          circuit_.data(),
+                          unit_rest_.data(),
+                          read_row<Spring<Real>, Real>(spring_columns, hinge.data())};
         machine_.battery = read_battery<Real>(battery.data());
         machine_.step = Real(tick / steps);
         machine_.steps = steps;

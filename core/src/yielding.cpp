@@ -168,7 +168,8 @@ void bends_any(const Model& model, const YieldBatch& batch, const double* state,
             Real acceleration[D];
             body.bend(k, y, now, acceleration);
             for (int d = 0; d < D; ++d)
-                for (const Real& number : {y.angle[d], now.rate[d], acceleration[d]}) *out++ = lane(number, 0);
+                for (const Real& number : {y.angle[d] + yield.spring[d].rest, now.rate[d], acceleration[d]})
+                    *out++ = lane(number, 0);
             y = runge_kutta_4(body.period * Real(1.0 / steps), y, [&](int half, const auto& at) {
                 Twist<Real> xi;
                 return body.rate(k + half, at, xi);

@@ -52,7 +52,7 @@ def yield_settle(
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    As `settle` for a body whose joints at the fronts of the links `hinges` yield, head to tail, `spring` (gaits, hinges x SPRING_NUMBERS) being stiffness, damping and rest angle of each: the named columns, state, monodromy, then of each hinge mean, sine, cosine and peak of its swing, and its damper's power.
+    As `settle` for a body whose joints at the fronts of the links `hinges` yield, head to tail, `spring` (gaits, hinges x spring_columns) being the numbers of each: the named columns, state, monodromy, then of each hinge mean, sine and cosine of its swing from rest, peak of its angle, and its damper's power.
     """
 
 def yield_gradient(
@@ -86,15 +86,16 @@ def yield_bends(
     count: int,
 ) -> NDArray[numpy.float64]:
     """
-    Angle from rest, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.
+    Angle, rate and acceleration (count, hinges, 3) of hinges at every step from a state on.
     """
+
+def spring_columns() -> list[str]:
+    """Numbers of a hinge's spring, in the order of a row."""
 
 def reduced_inertia(model: Model, hinges: Sequence[int]) -> float:
     """
     Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn alike [kg m^2].
     """
-
-SPRING_NUMBERS: int = 3
 
 MAX_HINGES: int = 3
 
@@ -515,7 +516,7 @@ class Plant(Body):
 
     def __init__(self, model: Model, columns: dict[str, Any]) -> None:
         """
-        From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `hinge.NAME` where there is one.
+        From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `spring.NAME` of a hinge.
         """
 
     @property

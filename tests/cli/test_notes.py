@@ -26,15 +26,21 @@ def hinged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "hinged.toml"
 
 
-@pytest.mark.parametrize(
-    "command",
-    [("export", "mjcf", "-o", "fish.xml"), ("export", "sdf", "-o", "fish.sdf")],
-    ids=lambda command: command[1],
-)
-def test_an_exported_model_says_that_a_hinge_stays_rigid(run: Run, hinged: str, command: tuple[str, ...]) -> None:
+def test_an_exported_model_says_that_a_hinge_stays_rigid(run: Run, hinged: str) -> None:
+    command = ("export", "sdf", "-o", "fish.sdf")
     code, _, errors = run(*command, "--robot", hinged)
     assert (code, errors.count(f"note: {RIGID}\n")) == (0, 1)
     assert json.loads(run(*command, "--robot", hinged, "--json")[1])["notes"] == [RIGID]
+    spring = "stiffness_n_m_per_rad = 0.2\n"
+    Path(hinged).write_text(Path(hinged).read_text().replace(spring, f"{spring}rest_deg = 5.0\n"))
+    straight = RIGID.replace("rigid", "rigid and straight")
+    assert json.loads(run(*command, "--robot", hinged, "--json")[1])["notes"] == [straight]
+
+
+def test_a_model_for_mujoco_has_the_hinge_and_says_nothing(run: Run, hinged: str) -> None:
+    code, _, errors = run("export", "mjcf", "-o", "fish.xml", "--robot", hinged)
+    assert (code, errors) == (0, "")
+    assert '<joint name="hinge-' in Path("fish.xml").read_text()
 
 
 @pytest.mark.parametrize(

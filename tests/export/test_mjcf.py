@@ -40,6 +40,28 @@ def test_joints_with_a_bandwidth_lag_behind_their_commands() -> None:
     )
 
 
+SPRUNG = {"link": 7, "stiffness_n_m_per_rad": 0.5, "damping_n_m_s_per_rad": 0.01, "rest_deg": 3.0}
+SPRUNG |= {"cubic_n_m_per_rad3": 4.0, "stop_deg": 30.0, "stop_stiffness_n_m_per_rad": 20.0}
+
+
+def test_a_hinge_has_its_spring_and_swims_within_2_percent() -> None:
+    """Rest angle and cubic term; MuJoCo's limits stand at the stops, and the file says so."""
+    robot = changed(IDEAL, {"hinge": SPRUNG})
+    m = model(robot)
+    joint = m.joint(f"hinge-{robot.links.name[7]}")
+    np.testing.assert_allclose(joint.range, np.radians([-30, 30]))
+    d = mujoco.MjData(m)
+    d.qpos[joint.qposadr], d.qvel[joint.dofadr] = 0.2, 0.0
+    mujoco.mj_forward(m, d)
+    bent = 0.2 - np.radians(3.0)
+    assert d.qfrc_passive[joint.dofadr] == pytest.approx(-0.5 * bent - 4 * bent**3, rel=1e-9)
+    gait = "unoptimised-0.4"
+    assert speed(m, gait, beats=20) == pytest.approx(ht.swim(robot, gait).speed, rel=0.02)
+    assert [line for line in losses(robot, plugin=False, free=False) if "stops" in line or "cubic" in line]
+    plain = changed(IDEAL, {"hinge": {"link": 7, "stiffness_n_m_per_rad": 0.5}})
+    assert not any("stops" in line or "cubic" in line for line in losses(plain, plugin=False, free=False))
+
+
 def half_sizes(m: mujoco.MjModel, kind: type = np.float64, smallest: float = 1e-15) -> Array:
     """Half sizes (n, 3) of the boxes that an engine makes of the water bodies [m].
 

@@ -87,5 +87,5 @@ def test_the_page_changes_the_springs(page: Page, core: Host, tail: str) -> None
 @pytest.mark.parametrize(("name", "value", "fault"), [("link", 0.0, "links behind the head"), ("link", 99.0, "links")])
 def test_wrong_hinges_are_refused(core: Host, name: str, value: float, fault: str) -> None:
     robot, _ = swimmer("passive", core)
-    columns = columns_of(robot_image(robot)) | {f"models.0.hinge.{name}": [value]}
+    columns = columns_of(robot_image(robot)) | {f"models.0.spring.{name}": [value]}
     assert fault in str(Robot.read(pack(columns, "{}"), core))

@@ -38,7 +38,8 @@ def robot_named(name: str) -> Robot:
     robot = parse(new_robot("fish", links=4, length=0.35)) if base == "new" else ht.load(base)
     if "strip" in rest:
         robot = robot.using(water="strip")
-    return hinged(robot) if "hinge" in rest else robot
+    robot = hinged(robot) if "hinge" in rest else robot
+    return changed(robot, {"hinge.rest_deg": 4.0, "hinge.cubic_n_m_per_rad3": 2.0}) if "bent" in rest else robot
 
 
 def hinged(robot: Robot, ratio: float = 1.7, frequency: float = 2.5) -> Robot:
@@ -64,6 +65,7 @@ KEYS = {
     "hypertuna strip hinge": ("hinge.stiffness", "fin.span"),
     "rexeel": ("links.length[1]", "links.lateral_area[2]"),
     "new": ("links.length[0]", "fin.area", "water.strip.blunt_area_m2[0]", "joints.J1.phase_offset"),
+    "new hinge bent": ("hinge.rest", "hinge.cubic"),
     "new hinge": ("hinge.stiffness", "hinge.damping_n_m_s_per_rad", "fin.aspect_ratio", "links.mass[3]"),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -100,12 +101,24 @@ def test_twins_need_a_thread(threads: int) -> None:
         twins([], measure=lambda run: run, threads=threads)
 
 
+SPRUNG = {
+    "link": 7,
+    "stiffness_n_m_per_rad": 0.5,
+    "rest_deg": 1.0,
+    "cubic_n_m_per_rad3": 5.0,
+    "stop_deg": 3.0,
+    "stop_stiffness_n_m_per_rad": 20.0,
+    "stop_dissipation_n_m_s_per_rad2": 5.0,
+}
+
+
 def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
     """Laws, hinges, servos, air, faults, other numbers, other lengths, and one that diverges among its neighbors."""
     wild = ROBOT.document()
     wild["links"]["lateral_area_m2"][-1] = 1e12
     hinged = changed("hinge", link=7, stiffness_n_m_per_rad=0.5, damping_n_m_s_per_rad=0.002)
     robots = [ROBOT, parse(wild), other_lines(compliance_m3_pa=4e-12), ROBOT.using(water="strip"), hinged]
+    robots.append(changed("hinge", **SPRUNG))
     fast = ht.named_gait(ROBOT, "unoptimised-max")
     runs = [
         {"robot": robot, "gait": gait, "duration": duration, "seed": seed, "medium": medium, "faults": faults}
@@ -224,6 +237,20 @@ def test_a_stuck_sensor_is_told_and_the_tail_beats_on() -> None:
     assert run.faults == ("bend_fault",)
     assert any("bend sensor" in sentence and "(II)" in sentence for sentence in run.sentences)
     assert np.degrees(run.swing) == pytest.approx((6, 9), abs=2.0)
+
+
+def test_a_hinge_rests_at_its_angle_and_hits_its_stops() -> None:
+    """It starts and rests at the angle of its spring; a beat stops where the stops stand, and loses power there."""
+    still = ht.Gait(1.0, (0.0, 0.0), (0.0, 0.0))
+    run = twin(changed("hinge", **SPRUNG), still, duration=1.0)
+    assert run.data["hinge_angle"][0] == math.radians(1.0)
+    np.testing.assert_allclose(run.data["hinge_angle"], math.radians(1.0), atol=1e-4)
+    soft = {"link": 7, "stiffness_n_m_per_rad": 0.15}
+    stops = {name: value for name, value in SPRUNG.items() if name.startswith("stop")}
+    free, stopped = (twin(changed("hinge", **keys), SMALL, duration=3) for keys in (soft, soft | stops))
+    assert np.degrees(abs(stopped.data["hinge_angle"]).max()) < 3.5
+    assert np.degrees(abs(free.data["hinge_angle"]).max()) > 10
+    assert stopped.data["loss_hinge"].max() > 0 == free.data["loss_hinge"].max()
 
 
 def test_hinge_softens_the_fin() -> None:

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import hypertuna as ht
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.actuator import Hinge
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.yielding import reduced_inertia, softness
@@ -66,15 +67,20 @@ def with_hinge(robot: Robot, only: int | None = None, *, stiffness: float = 1.0,
     return parse(document)
 
 
+def spring_moment(hinge: Hinge, angle: float, rate: float) -> float:
+    """Moment of a hinge's spring, damper and stops."""
+    moment = -hinge.stiffness * (angle - hinge.rest) - hinge.cubic * (angle - hinge.rest) ** 3 - hinge.damping * rate
+    beyond = 0.0 if hinge.stop is None else max(abs(angle) - hinge.stop, 0.0)
+    side = math.copysign(1.0, angle)
+    return moment - beyond * (side * (hinge.stop_stiffness or 0.0) + hinge.stop_dissipation * rate)
+
+
 def oracle_rate(robot: Robot, gait: ht.Gait) -> Callable[[float, Real], Real]:
     """Rate of (x, y, heading, their rates, hinges' angles, their rates): Newton and Euler of every link in the world.
 
     The torques that hinges need are linear in their accelerations: those at which springs and dampers give them.
     """
     links, at = robot.links, [hinge.link for hinge in robot.hinges]
-    stiffness, damping = (
-        np.array([getattr(hinge, name) for hinge in robot.hinges]) for name in ("stiffness", "damping")
-    )
     count = len(at)
     chain = Chain(*(np.array(getattr(links, name)) for name in ("length", "com", "mass", "inertia")))
     numbers = {name: np.array(x) if isinstance(x, tuple) else x for name, x in dict(robot.water.strip or {}).items()}
@@ -93,7 +99,7 @@ def oracle_rate(robot: Robot, gait: ht.Gait) -> Callable[[float, Real], Real]:
         trial = np.stack([driven] * (count + 1), axis=1)
         trial[2, 1:, at] = np.eye(count)
         need = planar.torques(chain, water, Joints(*trial), np.stack([y[:6]] * (count + 1)))[:, at]
-        given = -stiffness * y[6 : 6 + count] - damping * y[6 + count :]
+        given = [spring_moment(*one) for one in zip(robot.hinges, y[6 : 6 + count], y[6 + count :], strict=True)]
         driven[2, at] = np.linalg.solve((need[1:] - need[0]).T, given - need[0])
         body = planar.acceleration(chain, water, Joints(*driven), y[:6])
         return np.concatenate([y[3:6], body, driven[1, at], driven[2, at]])

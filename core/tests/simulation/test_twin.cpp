@@ -21,6 +21,13 @@ static Circuit<double> plain_circuit() {
     return c;
 }
 
+/// Energy of a hinge's springs at an angle from rest, whose slope is their moment.
+static double stored(const Spring<double>& spring, double angle) {
+    const double square = angle * angle, beyond = spring.beyond(angle);
+    return 0.5 * spring.stiffness * square + 0.25 * spring.cubic * square * square +
+           0.5 * spring.stop_stiffness * beyond * beyond;
+}
+
 /// Two joints and a hinge on the body of a Fish.
 template <class Law>
 struct Robot {
@@ -43,7 +50,7 @@ struct Robot {
                                       gear,
                                       circuit,
                                       rest,
-                                      {0.5, 0.002}},
+                                      {0.5, 0.002, 0, 2, 0.05, 5, 0.02}},
                                      {1e4, 16, 14, 0.1, 7.4, 0.9, 0},
                                      1.0,
                                      5e-4,
@@ -132,8 +139,8 @@ static void work_of_the_oil() {
             const double thrust = joint_thrust(load);
             f.out += thrust * thrust / plant.joint[j].axial_viscosity + joint_friction(load) * sliding(w) * w;
         }
-        f.energy += 0.5 * plant.hinge.stiffness * at.bend.angle[2] * at.bend.angle[2];
-        f.out += plant.hinge.damping * at.bend.rate[2] * at.bend.rate[2];
+        f.energy += stored(plant.hinge, at.bend.angle[2]);
+        f.out += plant.hinge.drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
         return f;
     };
     double target[6] = {}, work = 0, most = 0;
@@ -183,8 +190,8 @@ static void work_of_the_servos() {
             f.out += servo.friction * rubbing(w) * w;
             f.out -= axle_drive(servo, state.targets.supply, state.targets.angle[2 * j], angle, w).torque * w;
         }
-        f.energy += 0.5 * plant.hinge.stiffness * at.bend.angle[2] * at.bend.angle[2];
-        f.out += plant.hinge.damping * at.bend.rate[2] * at.bend.rate[2];
+        f.energy += stored(plant.hinge, at.bend.angle[2]);
+        f.out += plant.hinge.drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
         return f;
     };
     const double start = look(state.plant).energy, h = 1e-5;

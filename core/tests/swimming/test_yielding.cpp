@@ -30,7 +30,7 @@ struct Yielding {
         for (int d = 0; d < D; ++d) {
             share[first + d][d] = 1;
             fish.joints[first + d] = {-1, 0};
-            spring[d] = {stiffness, damping, rest};
+            spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1};
         }
         fill();
     }
@@ -75,7 +75,8 @@ static void forward_dynamics() {
     const Symmetric<double> mobility = inverse(whole.inertia);
     joint_torques(fish.fish.swimmer, Instant<double>{fish.shape, fish.acceleration, mobility, whole.momentum}, now.xi,
                   torque);
-    for (int d = 0; d < D; ++d) CHECK_NEAR(torque[fish.first + d], -0.5 * y.angle[d] - 0.01 * now.rate[d], 1e-12);
+    for (int d = 0; d < D; ++d)
+        CHECK_NEAR(torque[fish.first + d], fish.spring[d].moment(y.angle[d], now.rate[d]), 1e-12);
     double all[links][links - 1] = {};
     double armature[links - 1] = {}, moment[links - 1];
     Bend<double, links - 1> bend;

@@ -39,7 +39,7 @@ def mjcf_command(
     """Write a robot as a MuJoCo model: it swims there by MuJoCo's own fluid forces, or by the engine plugin."""
     from hypertuna.export.mjcf import losses, mjcf
 
-    subject = opt.with_rigid_hinge(robot.load())
+    subject = robot.load()
     content = mjcf(subject, plugin=plugin, free=free).encode()
     lost = losses(subject, plugin=plugin, free=free)
     export_file(subject, output, content, as_json=as_json, lines=_not_in(lost), plugin=plugin, free=free, lost=lost)

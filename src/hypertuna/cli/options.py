@@ -282,7 +282,8 @@ class ModelOptions(RobotOptions):
 def with_rigid_hinge(robot: Robot, where: str = "here") -> Robot:
     """Return a robot whose hinge a command leaves rigid, with a note."""
     for hinge in robot.hinges:
-        note(f"the passive hinge of link {hinge.link} stays rigid {where}: `swim` and the twin bend it.")
+        rigid = "rigid and straight" if hinge.rest else "rigid"
+        note(f"the passive hinge of link {hinge.link} stays {rigid} {where}: `swim` and the twin bend it.")
     return robot
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, require, robot_of
+from hypertuna.description.schema.actuator import Hinge
 from hypertuna.errors import InputError
 from hypertuna.export.link_water import LinkWater, links_water, lost_drag, rotor
 from hypertuna.export.mjcf_plugin import add_fin_drives, add_link, add_plugin
@@ -132,6 +133,10 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
         "current, waves and bottom",
         f"exact timing: the servos turn all joints {2000 * DAMPING / SERVO:.1f} ms late",
     ]
+    if any(hinge.stop is not None for hinge in robot.hinges):
+        lost.append("stiffness and damping of the hinges' stops: MuJoCo's own limits of joints stand there")
+    if any(hinge.cubic for hinge in robot.hinges):
+        lost.append("MuJoCo before 4, whose springs have no cubic term")
     if plugin:
         lost.append("MJX and MuJoCo Warp, which run no engine plugins")
     if free:
@@ -168,6 +173,7 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
     """Hang the links one behind the other."""
     links, waters = robot.links, links_water(robot)
     driven = {link for group in robot.joints for link in group.links}
+    hinges = {hinge.link: hinge for hinge in robot.hinges}
     parent = world
     for i, name in enumerate(links.name):
         place = (links.length[i - 1], 0, 0) if i else (0, 0, -START if free else 0)
@@ -176,6 +182,8 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
             _head(body, robot, free=free)
         elif i in driven:
             add(body, "joint", name=f"joint-{name}", axis=(0, 0, 1), armature=rotor(robot))
+        if i in hinges:
+            _hinge(body, hinges[i], name)
         if plugin:
             add_link(body, robot, i, free=free)
         else:
@@ -188,6 +196,14 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
             add(bodies[piece.name], "geom", **geom)
         else:
             add(bodies[links.name[piece.link]], "geom", **geom, pos=piece.place)
+
+
+def _hinge(body: Element, hinge: Hinge, name: str) -> None:
+    """Add the passive hinge at the front of a link, in series with its joint."""
+    spring = (hinge.stiffness, 0.0, hinge.cubic) if hinge.cubic else hinge.stiffness
+    stops = {} if hinge.stop is None else {"range": (-hinge.stop, hinge.stop)}
+    about = {"axis": (0, 0, 1), "stiffness": spring, "springref": hinge.rest, "damping": hinge.damping}
+    add(body, "joint", name=f"hinge-{name}", **about, **stops)
 
 
 def _head(head: Element, robot: Robot, *, free: bool) -> None:

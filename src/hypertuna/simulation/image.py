@@ -24,7 +24,7 @@ from hypertuna.simulation.image_text import body_text, numbers_of_text, robot_fa
 from hypertuna.simulation.plant import controller_of, parts_of, plant_columns, steps_of
 from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
-from hypertuna.swimming.yielding import SPRING, hinge_links
+from hypertuna.swimming.yielding import SPRING, hinge_links, spring_of
 
 MAGIC, VERSION = b"HTROBOT\0", 5  # image_version of hosts/image.hpp
 
@@ -62,16 +62,15 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return the columns of a robot's models in water."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
-        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _hinge_columns(robot)
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
         columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
 
 
-def _hinge_columns(robot: Robot) -> dict[str, list[float]]:
+def _spring_columns(robot: Robot) -> dict[str, list[float]]:
     """Return the columns of the hinges that settled beats bend; none without one."""
-    links = hinge_links(robot)
-    numbers = {name: [getattr(hinge, name) for hinge in robot.hinges] for name in SPRING} | {"rest": [0.0] * len(links)}
-    return {f"hinge.{name}": value for name, value in ({"link": links} | numbers).items() if links}
+    springs = [{"link": link} | spring_of(hinge) for link, hinge in zip(hinge_links(robot), robot.hinges, strict=True)]
+    return {f"spring.{name}": [spring[name] for spring in springs] for name in ("link", *SPRING) if springs}
 
 
 def _numbers(robot: Robot) -> dict[str, Array]:

@@ -150,7 +150,7 @@ def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[st
 def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
     """Return the place in the description of the image's numbers that are values of it, by column."""
     text = f"text.links.{link}"
-    springs = {f"hinge.{name}": f"hinge.{name}" for name in SPRING}
+    springs = {f"spring.{name}": f"hinge.{name}" for name in SPRING}
     heights = ("height", "width") if robot.spatial is None else ("height",)  # widths follow heights
     return {
         **{
@@ -163,7 +163,7 @@ def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
         **{f"{text}.{name}": f"links.{name}" for name in ("length", "com", "mass")},
         **{f"{text}.{name}": "spatial.height" for name in heights},
         **{"text.fins.x": "fins.x", "text.tail.edge_height": "water.strip.edge_height"},
-        **{"plant.fin.x": "fins.x", "plant.hinge.stiffness": "hinge.stiffness"},
+        **{"plant.fin.x": "fins.x", "plant.spring.stiffness": "hinge.stiffness"},
     }
 
 

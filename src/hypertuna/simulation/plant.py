@@ -27,6 +27,7 @@ from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
+from hypertuna.swimming.yielding import key_of, spring_of, steepest
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
@@ -87,7 +88,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
     }
     for hinge in robot.hinges:
-        columns |= {"hinge.stiffness": hinge.stiffness, "hinge.damping": hinge.damping}
+        columns |= {f"spring.{name}": value for name, value in spring_of(hinge).items()}
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
     return columns
@@ -147,7 +148,9 @@ def _fastest(
         else:
             rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
     for hinge, free in zip(robot.hinges, mobility[len(models) :].tolist(), strict=True):
-        rates["hinge.stiffness_n_m_per_rad", "a softer hinge, or none"] = math.sqrt(hinge.stiffness * free)
+        parts = steepest(hinge)
+        steep = key_of(max(parts, key=lambda part: parts[part]))
+        rates[f"hinge.{steep}", "a softer hinge, or none"] = math.sqrt(sum(parts.values()) * free)
         rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * free
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest

@@ -27,7 +27,7 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, STATUSES, dir
 from hypertuna.swimming.designs import design_of
 from hypertuna.swimming.gait import Gait, Gaits, check_count, gait_of
 from hypertuna.swimming.model import parameter_names, parameter_values, share_values
-from hypertuna.swimming.yielding import spring_values
+from hypertuna.swimming.yielding import given_springs, spring_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -243,13 +243,16 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     if np.isnan(result["speed"][0]):
         rule, value = "must have a speed to have derivatives", "turning by more than half a circle a beat"
         raise InputError(rule, key="gait", value=value, fix="give it less bias")
-    more = spring_values(robot) | share_values(robot)
-    names = (*parameter_names(robot), *more)
-    derivatives = directional_derivatives(robot, gaits, result, np.eye(len(names)), steps=steps)
+    springs, shares = spring_values(robot), share_values(robot)
+    values = springs | shares
+    chosen = [*given_springs(robot), *shares]
+    names = (*parameter_names(robot), *chosen)
+    along = np.array([[float(name == one) for name in names] for one in (*parameter_names(robot), *values)])
+    derivatives = directional_derivatives(robot, gaits, result, along, steps=steps)
     return Gradient(
         names,
         {name: rates[0] for name, rates in derivatives.items()},
-        values=np.append(parameter_values(robot, gait), [*more.values()]),
+        values=np.append(parameter_values(robot, gait), [values[name] for name in chosen]),
         results={name: float(result[name][0]) for name in DIFFERENTIABLE},
         robot=robot,
         gait=gait,

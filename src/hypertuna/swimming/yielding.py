@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.description.schema.actuator import Hinge
 from hypertuna.errors import InputError
 from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.swimming.gait import Gait, Gaits
@@ -21,7 +22,7 @@ from hypertuna.swimming.model import core_model
 
 MAX_STEPS = 1024  # a beat, that a stiff spring may ask for by itself
 STABLE = 2.3  # steps a beat for each beat's angular frequency that the fastest motion of a spring has: RK4's limit
-ACCURATE = 20.0  # the same for its fastest decay: the powers of a damped hinge then balance to 1.3e-3
+ACCURATE = 20.0  # the same for its fastest decay, and on a stop: the powers of a damped hinge then balance to 1.3e-3
 SOFT = 0.3  # of the stiffness at resonance: above, the search finds every beat
 
 # What results say of each hinge beside the quantities of a beat: unit and meaning.
@@ -30,9 +31,10 @@ BEND = {
     "bend_amplitude": ("rad", "amplitude of the hinge's angle: that of its part at the beat's frequency"),
     "bend_lag": ("rad", "how far that part lags behind the gait's clock"),
     "bend_peak": ("rad", "largest angle of the hinge"),
-    "damping_power": ("W", "mean power that the hinge's damper takes"),
+    "damping_power": ("W", "mean power that the hinge's damper takes, and that of its stops"),
 }
-SPRING = ("stiffness", "damping")  # of a hinge, that results have derivatives by
+SPRING = tuple(_core.spring_columns())  # numbers of a hinge, that results have derivatives by
+BENT = 0.5  # rad from rest, up to which the steps of a beat follow a spring that hardens and has no stops
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,11 @@ class Bend:
     bend_lag: float  # rad, of that part behind the gait's clock
     bend_peak: float  # rad, largest angle
     damping_power: float  # W
+
+
+def spring_of(hinge: Hinge) -> dict[str, float]:
+    """Return the numbers of a hinge as the core has them, zero of stops that it lacks [SI]."""
+    return {name: getattr(hinge, name) or 0.0 for name in SPRING}
 
 
 def bend_name(robot: Robot, name: str, d: int) -> str:
@@ -93,27 +100,46 @@ def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
     """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs.
 
-    Damped springs get more, so that the power of their dampers is right, up to `MAX_STEPS`.
+    Damped springs and stops get more, so that what dampers take is right, up to `MAX_STEPS`.
     """
     free = np.linalg.inv(reduced_inertia(robot, model))
-    stiffness, damping = (np.array([getattr(hinge, name) for hinge in robot.hinges]) for name in SPRING)
+    stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
+    damping = np.array([hinge.damping for hinge in robot.hinges])
     count = len(stiffness)
     swing = np.block([[np.zeros((count, count)), np.eye(count)], [-free * stiffness, -free * damping]])
     rates, modes = np.linalg.eig(swing)
     fastest = int(np.abs(rates).argmax())
     beat = 2 * np.pi * np.asarray(frequency)  # rad/s
-    needed, wanted = 2 * STABLE * abs(rates[fastest]) / beat, -ACCURATE * rates.real.min() / beat
+    stops = any(hinge.stop is not None for hinge in robot.hinges)
+    needed = 2 * STABLE * abs(rates[fastest]) / beat
+    wanted = ACCURATE * max(-rates.real.min(), stops * abs(rates[fastest])) / beat
     most = max(steps, MAX_STEPS)
     if (needed > most).any():
         d = int(np.abs(modes[count:, fastest]).argmax())
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
-        word, value = ("damping", damping[d]) if damped else ("stiffness", stiffness[d])
+        parts, key = steepest(robot.hinges[d]), robot.hinge_keys[d]
+        name = "damping" if damped else max(parts, key=lambda part: parts[part])
+        word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
         rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
-        key, number = robot.hinge_keys[d], f"_n_m_{'s_' * damped}per_rad"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
-        raise InputError(rule, key=f"{key}.{word}{number}", value=f"{value:g}", fix=fix, file=robot.file)
+        raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
     factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
     return np.asarray(steps * 2 ** np.ceil(np.log2(factor)), dtype=np.int64)
+
+
+def key_of(name: str) -> str:
+    """Return the key of a hinge's number in a robot's file."""
+    return str(Hinge.model_fields[name].alias)
+
+
+def steepest(hinge: Hinge) -> dict[str, float]:
+    """Return what makes the moment of a hinge's springs rise the fastest, where it does so [N m/rad]."""
+    bent = BENT if hinge.stop is None else hinge.stop + abs(hinge.rest)
+    return {
+        "stiffness": hinge.stiffness,
+        "cubic": 3 * hinge.cubic * bent**2,
+        "stop_stiffness": hinge.stop_stiffness or 0.0,
+    }
 
 
 def softness(robot: Robot, frequency: float) -> float:
@@ -147,7 +173,14 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
 def spring_values(robot: Robot) -> dict[str, float]:
     """Return the numbers of the springs that results have derivatives by, as a file names them."""
     hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
-    return {f"{key}.{name}": getattr(hinge, name) for key, hinge in hinges for name in SPRING}
+    return {f"{key}.{name}": value for key, hinge in hinges for name, value in spring_of(hinge).items()}
+
+
+def given_springs(robot: Robot) -> list[str]:
+    """Return those of `spring_values` that a file gives, and stiffness and damping in any case."""
+    hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
+    plain = {"stiffness", "damping"}
+    return [f"{key}.{name}" for key, hinge in hinges for name in SPRING if name in plain | hinge.model_fields_set]
 
 
 def yield_derivatives(
@@ -158,10 +191,9 @@ def yield_derivatives(
     The springs' parameters are those of `spring_values`.
     """
     links, parameters = hinge_links(robot), len(model.parameter_names())
-    springs = np.zeros((len(links), _core.SPRING_NUMBERS, along.shape[1]))
-    if len(along) > parameters:
-        springs[:, : len(SPRING)] = along[parameters:].reshape(len(links), len(SPRING), -1)
-    along = np.ascontiguousarray(np.vstack([along[:parameters], springs.reshape(-1, along.shape[1])]))
+    if len(along) == parameters:
+        along = np.vstack([along, np.zeros((len(links) * len(SPRING), along.shape[1]))])
+    along = np.ascontiguousarray(along)
     each = steps_for(robot, gaits.columns[0], steps, model)
 
     def how(some: NDArray[np.intp]) -> Mapping[str, Any]:
@@ -213,5 +245,5 @@ def folds(bends: tuple[Bend, ...]) -> str:
 
 
 def _springs(robot: Robot, count: int) -> Array:
-    """Return stiffness, damping and rest angle of each hinge for some gaits (gaits, hinges x SPRING_NUMBERS)."""
-    return np.tile([x for hinge in robot.hinges for x in (hinge.stiffness, hinge.damping, 0.0)], (count, 1))
+    """Return the numbers of each hinge for some gaits (gaits, hinges x SPRING)."""
+    return np.tile([*spring_values(robot).values()], (count, 1))

@@ -46,7 +46,8 @@ struct LaneTwin {
     explicit LaneTwin(BatchMember&& from) : member(std::move(from)) { restart(); }
 
     void restart() {
-        state = at_rest<double, D>(member.controller, member.plant->battery, member.plant->idle);
+        const PlantData& plant = *member.plant;
+        state = at_rest<double, D>(member.controller, plant.battery, plant.idle, state_at_rest<D>(plant));
         state.plant.xi = {member.twist.linear.x, member.twist.linear.y, member.twist.angular.z};
         sensing = {}, tick = {}, before = state.plant, ticks = 0;
     }

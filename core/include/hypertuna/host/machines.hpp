@@ -30,7 +30,7 @@ struct PlantNumbers {
     const double* joint;      // joints x (joint_columns, and the stretch limits)
     const double* circuit;    // 2 joints x circuit_columns
     const double* unit_rest;  // 2 joints
-    const double* hinge;      // stiffness and damping
+    const double* hinge;      // spring_numbers
     const double* battery;    // battery_columns
     double idle;
 };

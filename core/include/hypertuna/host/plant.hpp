@@ -18,7 +18,7 @@ struct PlantData : BodyData {
     std::vector<double> gear;              // joints: turns of that servo over the bend, 1 on the axle
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Hinge<double> hinge;
+    Spring<double> hinge;
     Battery<double> battery;
     double idle;  // W of what draws power beside the pumps' servos
 
@@ -31,7 +31,7 @@ struct PlantData : BodyData {
 
 /// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
 /// `direct` (joints: turns over the bend of the servo of the left circuit, 1 on the axle, 0 with oil) where any is,
-/// `battery.NAME`, `idle`, and `hinge.stiffness` and `hinge.damping` where there is a coordinate more than joints.
+/// `battery.NAME`, `idle`, and `spring.NAME` of a hinge where there is a coordinate more than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
@@ -53,7 +53,8 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
-    if (plant.own > plant.joints) plant.hinge = {in.number("hinge.stiffness"), in.number("hinge.damping")};
+    if (plant.own > plant.joints)
+        plant.hinge = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns).data());
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));
@@ -81,9 +82,15 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.joint_numbers.data(),
             reinterpret_cast<const double*>(plant.circuit.data()),
             plant.unit_rest.data(),
-            &plant.hinge.stiffness,
+            reinterpret_cast<const double*>(&plant.hinge),
             reinterpret_cast<const double*>(&plant.battery),
             plant.idle};
+}
+
+/// State in which a plant in the plane rests.
+template <int D>
+PlantState<double, D> state_at_rest(const PlantData& plant) {
+    return at_rest<double, D, InPlane>(plant.joints, plant.hinge);
 }
 
 /// A twin of a plant whose body has its memory, without a controller.

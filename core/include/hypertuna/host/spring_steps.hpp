@@ -13,6 +13,7 @@ namespace hypertuna {
 inline constexpr int most_spring_steps = 1024;  // of a beat, that a stiff spring may ask for by itself
 inline constexpr double stable_steps = 2.3;     // for each radian of a spring's fastest motion: RK4's limit
 inline constexpr double accurate_steps = 20.0;  // for each 1/e of its fastest decay: powers then balance to 1.3e-3
+inline constexpr double bent = 0.5;             // rad from rest, up to which steps follow a spring without stops
 
 /// Inertia that the free, straight body opposes to its hinges, row by row, kg m^2.
 inline std::vector<double> hinge_inertia(const YieldKernel& kernel, const Model& model, const int* links, int hinges) {
@@ -73,6 +74,26 @@ SpringRates spring_rates(const double* inertia, const double* stiffness, const d
             for (int j = 0; j < n; ++j) sum.a[i][j] += term.a[i][j];
     }
     return {fastest, fastest * std::log(spectral_radius(sum))};
+}
+
+/// Rates of the hinges of a model; stops ask for as many steps as a decay as fast as they swing.
+inline SpringRates spring_rates(const YieldKernel& kernel, const Model& model, const std::vector<int>& links,
+                                const std::vector<Spring<double>>& springs) {
+    const int hinges = int(links.size());
+    const std::vector<double> inertia = hinge_inertia(kernel, model, links.data(), hinges);
+    std::vector<double> stiffness, damping;  // where moments rise the fastest
+    bool stops = false;
+    for (const Spring<double>& spring : springs) {
+        const bool stopped = 0 < spring.stop_stiffness;
+        const double far = stopped ? spring.stop + std::abs(spring.rest) : bent;
+        stiffness.push_back(spring.stiffness + 3 * spring.cubic * far * far + spring.stop_stiffness);
+        damping.push_back(spring.damping);
+        stops |= stopped;
+    }
+    SpringRates rates{};
+    with_hinges(hinges,
+                [&](auto D) { rates = spring_rates<D.value>(inertia.data(), stiffness.data(), damping.data()); });
+    return {rates.fastest, std::max(rates.decay, stops ? rates.fastest : 0.0)};
 }
 
 /// Steps of a beat of some frequency [Hz] that follow the springs: `steps`, doubled as often as it takes.

@@ -13,15 +13,9 @@
 #include "hypertuna/actuation/joint.hpp"
 #include "hypertuna/simulation/losses.hpp"
 #include "hypertuna/simulation/tail.hpp"
+#include "hypertuna/swimming/spring.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
-
-/// Spring and damper of a passive hinge.
-template <class S>
-struct Hinge {
-    S stiffness;  // N m/rad
-    S damping;    // N m s/rad
-};
 
 template <class Body>
 struct Plant {
@@ -34,7 +28,7 @@ struct Plant {
     const S* gear;              // joints: turns of that servo over the bend, 1 on the axle
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Hinge<S> hinge;
+    Spring<S> hinge;
 };
 
 template <class S, int D, class Space = InPlane>
@@ -183,6 +177,18 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     return gear * moment;
 }
 
+/// At rest, a hinge where its spring rests.
+template <class S, int D, class Space>
+PlantState<S, D, Space> at_rest(int joints, const Spring<S>& hinge) {
+    PlantState<S, D, Space> state{};
+    for (int d = joints; d < D; ++d) state.bend.angle[d] = hinge.rest;
+    return state;
+}
+template <class Body>
+PlantStateOf<Body> at_rest(const Plant<Body>& plant) {
+    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(plant.joints, plant.hinge);
+}
+
 /// How the plant changes. `seen` receives the output of the instant.
 template <class Body>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
@@ -202,9 +208,10 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
             rate.energy[c] = S(0);
         }
         rate.strain[d] = S(0);
-        const S spring = plant.hinge.stiffness * at.bend.angle[d], damper = plant.hinge.damping * at.bend.rate[d];
-        moment[d] = -(spring + damper);
-        seen->losses.elastic += spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
+        const S angle = at.bend.angle[d] - plant.hinge.rest, spring = plant.hinge.elastic(angle),
+                damper = plant.hinge.drag(angle) * at.bend.rate[d];
+        moment[d] = spring - damper;
+        seen->losses.elastic -= spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;

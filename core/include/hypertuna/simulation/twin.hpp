@@ -153,8 +153,10 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
 
 /// At rest: the circuits filled, the battery full.
 template <class S, int D, class Space = InPlane>
-TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle) {
+TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle,
+                               const PlantState<S, D, Space>& plant) {
     TwinState<S, D, Space> state{};
+    state.plant = plant;
     state.controller = init(controller);
     state.battery = battery_output(battery, S(0), idle);
     state.targets.supply = state.battery.supply;
@@ -163,7 +165,7 @@ TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>
 template <class Body>
 TwinStateOf<Body> at_rest(const Twin<Body>& twin) {
     return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(twin.controller, twin.battery,
-                                                                                   twin.idle);
+                                                                                   twin.idle, at_rest(twin.plant));
 }
 
 /// Set the servos' targets to what the pulses ask for.

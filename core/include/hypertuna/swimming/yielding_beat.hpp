@@ -37,8 +37,8 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
         for (int d = 0; d < D; ++d) {
             const S part = mean * motion.state.angle[d];
             swing.mean[d] += part, swing.sine[d] += (s + s) * part, swing.cosine[d] += (c + c) * part;
-            swing.peak[d] = max(swing.peak[d], abs(motion.state.angle[d]));
-            swing.damping[d] += mean * spring[d].damping * now.rate[d] * now.rate[d];
+            swing.peak[d] = max(swing.peak[d], abs(motion.state.angle[d] + spring[d].rest));
+            swing.damping[d] += mean * spring[d].drag(motion.state.angle[d]) * now.rate[d] * now.rate[d];
         }
         S accelerations[D];
         const Composite<S> body = bend(2 * k, motion.state, now, accelerations);

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "hypertuna/swimming/settle.hpp"
+#include "hypertuna/swimming/spring.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -55,27 +56,8 @@ HYPERTUNA_INLINE YieldingState<S, D> select(const M& mask, const YieldingState<S
     return no;
 }
 
-/// Spring and damper of a joint that yields.
-template <class S>
-struct Spring {
-    S stiffness, damping, rest;  // N m/rad, N m s/rad, rad
-
-    /// Moment at an angle from rest and a rate.
-    template <class V>
-    HYPERTUNA_INLINE V moment(const V& angle, const V& rate) const {
-        return -(stiffness * angle + damping * rate);
-    }
-};
-inline constexpr int spring_numbers = sizeof(Spring<double>) / sizeof(double);
-
-template <class S>
-HYPERTUNA_INLINE S& component(Spring<S>& spring, int k) {
-    S* const all[] = {&spring.stiffness, &spring.damping, &spring.rest};
-    return *all[k];
-}
-
-/// How the coordinates swing over a beat: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics, their largest
-/// angles from rest, and what their dampers take.
+/// How the coordinates swing over a beat, from rest: mean + sine sin(2 pi f t) + cosine cos(2 pi f t) and harmonics;
+/// the largest angles of their hinges, and what their dampers and stops take.
 template <class S, int D>
 struct Swinging {
     S mean[D], sine[D], cosine[D], peak[D];  // rad

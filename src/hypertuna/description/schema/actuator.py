@@ -15,6 +15,7 @@ from hypertuna.description.schema.base import (
     Part,
     Positive,
     PositiveDegrees,
+    QuarterTurn,
     Scale,
     Spread,
     Text,
@@ -212,6 +213,39 @@ class Hinge(Part):
         how="let the fin swing in air: decay of the swings",
         usual=(1e-6, 10.0),
     )
+    rest: QuarterTurn = entry(
+        "angle at which its spring rests, counter-clockwise from above",
+        "deg",
+        default=0.0,
+        how="photo from above, out of the water",
+    )
+    cubic: NotNegative = entry(
+        "cubic term of a spring that hardens: moment over the cube of the angle from rest",
+        "N m/rad^3",
+        key="cubic_n_m_per_rad3",
+        default=0.0,
+        how="hang weights up to large angles: what the moment is beyond stiffness times angle",
+        usual=(1e-4, 1e5),
+    )
+    stop: PositiveDegrees | None = entry(
+        "angle of its stops, to either side of straight", "deg", default=None, how="turn the fin until it stands"
+    )
+    stop_stiffness: Positive | None = entry(
+        "stiffness of a stop, beside that of the spring",
+        "N m/rad",
+        key="stop_stiffness_n_m_per_rad",
+        default=None,
+        how="hang weights against the stop; or 10 times the spring's",
+        usual=(1e-3, 1e5),
+    )
+    stop_dissipation: NotNegative = entry(
+        "damping of a stop over the angle beyond it",
+        "N m s/rad^2",
+        key="stop_dissipation_n_m_s_per_rad2",
+        default=0.0,
+        how="let the fin fall on the stop: 1.5 stop_stiffness times the loss of speed, over the square of the speed",
+        usual=(1e-5, 1e5),
+    )
 
 
 def hinges_in_order(hinges: Mapping[str, Hinge], last: int) -> Iterator[Check]:
@@ -223,4 +257,19 @@ def hinges_in_order(hinges: Mapping[str, Hinge], last: int) -> Iterator[Check]:
         text = f"must be behind link {ahead}, and at most {last}" if ahead else f"must be a link from 1 to {last}"
         fix = "list the hinges from nose to tail, one a link" if ahead else "link 0 is the head"
         yield Check(ahead < hinge.link <= last, f"{key}.link", text, fix, f"{hinge.link}")
+        yield from _stops(key, hinge)
         ahead = hinge.link
+
+
+def _stops(key: str, hinge: Hinge) -> Iterator[Check]:
+    """Check the stops of a hinge, between which its spring must rest."""
+    fix = "give stop_deg and stop_stiffness_n_m_per_rad, or no stops"
+    if hinge.stop is None:
+        alone = hinge.stop_stiffness is None and not hinge.stop_dissipation
+        yield Check(alone, f"{key}.stop_deg", "must be given with the numbers of stops", fix, "missing")
+    else:
+        place, text = f"{key}.stop_stiffness_n_m_per_rad", "must be given with stop_deg"
+        yield Check(hinge.stop_stiffness is not None, place, text, fix, "missing")
+        side, rest = math.degrees(hinge.stop), math.degrees(hinge.rest)
+        text, fix = f"must be between the stops, at -{side:g} and {side:g}", "rest the spring between them"
+        yield Check(abs(hinge.rest) < hinge.stop, f"{key}.rest_deg", text, fix, f"{rest:g}")
