@@ -14,6 +14,7 @@ from hypertuna.paper.chapters.passive import (
     answer_table,
     claim_table,
     fin_table,
+    parts_table,
     read_passive,
     spring_table,
     stiffness_table,
@@ -42,6 +43,7 @@ def _table(make: Callable[[Any], Table], left: int) -> Callable[[], str]:
 
 TABLES: dict[str, Callable[[], str]] = {
     "passive answer": _table(answer_table, 2),
+    "passive parts": _table(parts_table, 2),
     "passive one spring": _table(spring_table, 1),
     "passive stiffness": _table(stiffness_table, 2),
     "passive fins": _table(fin_table, 0),

@@ -14,6 +14,7 @@ from hypertuna.paper.chapters.passive import (
     answer_table,
     claim_table,
     fin_table,
+    parts_table,
     read_passive,
     sections,
     spring_table,
@@ -148,7 +149,8 @@ def test_what_is_stored_is_swum_again(tuna: ht.Robot) -> None:
         case = record["mechanical"][law]["root of the fin, no damping, joint I without lag"]
         assert case["exponent"] == pytest.approx(2, abs=0.05)  # by similarity
         assert record["mechanical"][law][PLACE]["exponent"] > case["exponent"]
-    tables = [make(record) for make in (answer_table, spring_table, stiffness_table, fin_table, claim_table)]
+    makers = answer_table, parts_table, spring_table, stiffness_table, fin_table, claim_table
+    tables = [make(record) for make in makers]
     for table in tables:
         assert all(len(row) == len(table.columns) for row in table.rows)
     shown = [part for section in sections(found) for part in section.parts if isinstance(part, Table)]

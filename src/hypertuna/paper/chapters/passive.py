@@ -24,11 +24,7 @@ from hypertuna.swimming.swim import swim
 
 SAME = 0.02  # of a speed or cost that is swum again: the search interpolates between gaits of a grid
 SURE = 1.0  # %, below which the grid leaves the sign of a change open
-FIN_COLUMNS = {
-    ("active", "0.3"): "cost at 0.3 m/s, active",
-    ("passive", "0.3"): "cost at 0.3 m/s, passive",
-    ("passive", "max"): "full speed, passive",
-}
+FIN_KEYS = ("active", "0.3"), ("passive", "0.3"), ("passive", "max")  # of the table of fins: joint II, and the speed
 
 
 @dataclass(frozen=True)
@@ -116,43 +112,48 @@ def verdict(record: Mapping[str, Any], name: str) -> str:
 
 
 def answer_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate costs at each speed, and the largest speeds, with both joints and with the hinge."""
+    """Tabulate electrical costs at each speed, and the largest speeds, with both joints and with the hinge."""
     rows = []
-    for name in (*COSTS, "max"):
-        for law, label in LAWS.items():
-            pair = record["electrical"][law]
-            settled = {"active": record["mechanical"][law]["active"], "passive": record["mechanical"][law][PLACE]}
-            found = changes(record, law, name)
-            members = ""
-            if found:
-                low, middle, high = band(found)
-                family = record["family"][law].values()
-                lost = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
-                members = f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
-            spring = pair["passive"][name]
-            cells = [
-                *_pair(pair, name),
-                _idle(record, pair, name),
-                members,
-                f"{spring['row']:.2f}" if spring else "",
-                *_pair(settled, name),
-            ]
-            rows.append(["full speed" if name == "max" else f"{name} m/s", label, *cells, verdict(record, name)])
-    heads = [
-        "speed",
-        "water",
-        "active, electrical",
-        "passive",
-        "change [%]",
-        "by idle pumps alone",
-        "family: change [%], members",
-    ]
-    heads += ["spring [N m/rad]", "active, mechanical", "passive", "change [%]", "verdict"]
-    return Table(heads, rows)
+    for name, law, label in _cases():
+        rows.append([_at(name), label, *_pair(record["electrical"][law], name), _members(record, law, name)])
+        rows[-1].append(verdict(record, name))
+    return Table(["speed", "water", "active", "passive", "change [%]", "family: change [%], members", "verdict"], rows)
+
+
+def parts_table(record: Mapping[str, Any]) -> Table:
+    """Tabulate the best springs of the answer, the part of pumps at rest, and mechanical costs."""
+    rows = []
+    for name, law, label in _cases():
+        pair = record["electrical"][law]
+        settled = {"active": record["mechanical"][law]["active"], "passive": record["mechanical"][law][PLACE]}
+        spring = f"{best['row']:.2f}" if (best := pair["passive"][name]) else ""
+        rows.append([_at(name), label, spring, _idle(record, pair, name), *_pair(settled, name)])
+    heads = ["spring [N m/rad]", "idle pumps [%]", "active, mechanical", "passive, mechanical", "change [%]"]
+    return Table(["speed", "water", *heads], rows)
+
+
+def _cases() -> Iterator[tuple[str, str, str]]:
+    """Yield names of speeds, and of waters with their labels."""
+    yield from ((name, law, label) for name in (*COSTS, "max") for law, label in LAWS.items())
+
+
+def _at(name: str) -> str:
+    """Write the name of a speed."""
+    return "full speed" if name == "max" else f"{name} m/s"
+
+
+def _members(record: Mapping[str, Any], law: str, name: str) -> str:
+    """Write the band of changes over the family [%], how many members have one, and how many the spring loses."""
+    found, family = changes(record, law, name), record["family"][law].values()
+    if not found:
+        return ""
+    low, middle, high = band(found)
+    lost = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
+    return f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
 
 
 def _idle(record: Mapping[str, Any], pair: Mapping[str, Any], name: str) -> str:
-    """Write the change of a cost by the idle power of the pumps that are gone, alone [%]."""
+    """Write the part of the change of a cost that is the idle power of the pumps that are gone [%]."""
     best = pair["active"][name]
     if name == "max" or not best:
         return ""
@@ -190,8 +191,8 @@ def stiffness_table(record: Mapping[str, Any]) -> Table:
                 continue
             at = [_spring(case["tuned"].get(speed)) for speed in ("0.2", "0.3", "0.4")]
             rows.append([name, label, f"{case['0.3']['cost']:.3f}", f"{case['exponent']:.2f}", *at])
-    heads = [f"best spring at {speed} m/s, range within 5 % [N m/rad]" for speed in ("0.2", "0.3", "0.4")]
-    return Table(["hinge", "water", "cost at 0.3 m/s [J/(kg m)]", "power of the speed", *heads], rows)
+    heads = [f"spring at {speed} m/s" for speed in ("0.2", "0.3", "0.4")]
+    return Table(["hinge", "water", "cost at 0.3 m/s", "power of the speed", *heads], rows)
 
 
 def _spring(one: Mapping[str, float] | None) -> str:
@@ -207,13 +208,14 @@ def fin_table(record: Mapping[str, Any]) -> Table:
         span, chord = one["span"], one["chord"]
         if span == chord == 1:
             continue
-        over = {law: [_over(record["fins"][law][k], own[law], *what) for what in FIN_COLUMNS] for law in LAWS}
+        over = {law: [_over(record["fins"][law][k], own[law], *what) for what in FIN_KEYS] for law in LAWS}
         costs = [numbers[1] for numbers in over.values()]
         said = "cheaper" if max(costs) < -SURE else "dearer" if min(costs) > SURE else "not decided"
-        cells = [f"{x:+.0f}" if math.isfinite(x) else "not reached" for numbers in over.values() for x in numbers]
+        written = [[f"{x:+z.0f}" if math.isfinite(x) else "not reached" for x in numbers] for numbers in over.values()]
+        cells = [cell for active, passive, fast in written for cell in (f"{active}, {passive}", fast)]
         rows.append([f"{span:g}", f"{chord:g}", f"{span * chord:.2g}", f"{span / chord:.2g}", *cells, said])
-    heads = [f"{label}: {what} [%]" for label in LAWS.values() for what in FIN_COLUMNS.values()]
-    return Table(["span", "chord", "area", "aspect ratio", *heads, "with the spring"], rows)
+    heads = [f"{label}: {what}" for label in LAWS.values() for what in ("cost", "full speed")]
+    return Table(["span", "chord", "area", "aspect ratio", *heads, "cost with the spring"], rows)
 
 
 def _over(fin: Mapping[str, Any], own: Mapping[str, Any], kind: str, name: str) -> float:
@@ -282,6 +284,7 @@ def sections(passive: Passive) -> list[Section]:
     shown: dict[str, Shown] = {
         "passive": plot_passive(record),
         "passive-answer": answer_table(record),
+        "passive-parts": parts_table(record),
         "passive-spring": spring_table(record),
         "passive-stiffness": stiffness_table(record),
         "passive-fins": fin_table(record),
