@@ -70,17 +70,6 @@ T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
     return motion;
 }
 
-/// Whether the three axes of an inertial sensor read well, which has a range up to a limit or is not there. It is in
-/// the program once, not twice: a kilobyte.
-template <class T>
-HYPERTUNA_NOINLINE bool judge_axes(const T (&reading)[3], Health<T>* health, T limit, T motion) {
-    if (!(T(0) < limit)) return true;
-    const Plausible<T> limits{-limit, limit, T(0.4) * limit, T(repeats_slow)};
-    bool usable = true;
-    for (int k = 0; k < 3; ++k) usable = judge(limits, health[k], reading[k], health[k].last, motion).usable && usable;
-    return usable;
-}
-
 /// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, T motion,
@@ -96,9 +85,13 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     for (int j = 0; j < model.joints && current.low < current.high; ++j)
         for (int c = 2 * j; c < 2 * j + (direct(model, j) ? 1 : 2); ++c)
             if (!plain(current, state.current[c], readings.current[c])) status.set(Condition::current_fault, c);
-    if (!judge_axes(readings.rate, state.imu, model.rate_high, motion)) status.set(Condition::imu_fault);
-    if (!judge_axes(readings.acceleration, state.imu + 3, model.acceleration_high, motion))
-        status.set(Condition::imu_fault);
+    const auto judge_imu = [&](const T(&reading)[3], Health<T>* health, T limit) {
+        const Plausible<T> limits = range(-limit, limit, T(0.2));
+        for (int k = 0; k < 3 && T(0) < limit; ++k)
+            if (!plain(limits, health[k], reading[k])) status.set(Condition::imu_fault);
+    };
+    judge_imu(readings.rate, state.imu, model.rate_high);
+    judge_imu(readings.acceleration, state.imu + 3, model.acceleration_high);
     if (!(model.voltage_min < model.voltage_max)) return;
     const bool first = !state.voltage.seen;
     const bool voltage = plain(range(model.voltage_min, model.voltage_max, T(0.2)), state.voltage, readings.voltage);
