@@ -36,7 +36,7 @@ from hypertuna.swimming.gait import named_gait
 from program import Run
 from radio_bench import free_port
 
-MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4100, 96 * 1024, 2048
+MAX_INSTRUCTIONS, MAX_TEXT, MAX_STACK = 4100, 100 * 1024, 2048
 DOCS = Path(__file__).parents[2] / "docs" / "firmware.md"
 STORED = json.loads((DOCS.parents[1] / "validation" / "lockstep" / "lockstep.json").read_text())  # tables of the docs
 MEASURE = "validation/lockstep/measure.py, and docs/figures.py"

@@ -1,4 +1,5 @@
 /// Controller: clamp and slew whatever comes, faults, timeout, arming; float against double; arbitrary bits.
+#define HYPERTUNA_BOARD  // its memory is what bounds the state
 #include <bit>
 #include <limits>
 #include <type_traits>
@@ -184,6 +185,28 @@ static void a_pump_pushes_no_faster_than_its_oil_allows() {
     CHECK_NEAR(push(0.0), 1.9e5 / 7e4, 1e-9);
 }
 
+/// A pump whose line rings draws the slower, the emptier its cylinder: what fills it again hammers. Readings show that
+/// of a line that rings slowly.
+static void a_pump_does_not_draw_its_cylinder_empty() {
+    Controller<double> model = test_controller<double>();
+    SupervisorModel<double>& line = model.circuit[0];
+    line.draw = 1e5 / line.hammer;
+    const auto draw = [&](double trough, double smooth) {
+        line.smooth = smooth * (model.pressure_soft - line.fill) / line.hammer;
+        ControllerState<double> state = init(model);
+        state.circuit[0].trough = trough;
+        state.circuit[0].servo.change = -line.draw * model.tick;
+        const double sent = nearest_angle(model, state, 0);
+        return -follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
+    };
+    CHECK_NEAR(draw(line.fill + 1e5, 0.14), line.draw, 1e-9);
+    CHECK_NEAR(draw(line.fill - 2.5e4, 0.14), 0.5 * line.draw, 1e-9);
+    for (double empty : {5e4, 9e4}) {
+        CHECK_NEAR(draw(line.fill - empty, 0.14), 0, 1e-9);
+        CHECK_NEAR(draw(line.fill - empty, 0.15), line.draw, 1e-9);
+    }
+}
+
 static void without_commands_the_tail_comes_to_rest() {
     const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
     CHECK(lost.output.status.has(Condition::timeout));
@@ -296,6 +319,7 @@ int main() {
     a_sensor_is_stuck_while_anything_moves();
     a_bias_is_governed();
     a_pump_pushes_no_faster_than_its_oil_allows();
+    a_pump_does_not_draw_its_cylinder_empty();
     without_commands_the_tail_comes_to_rest();
     float_against_double();
     arbitrary_bits<float>(700000);

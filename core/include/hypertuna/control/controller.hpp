@@ -183,13 +183,15 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
 }
 
 /// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
-/// run empty, for the oil that fills it again hammers.
+/// run empty, for the oil that fills it again hammers. Halfway from the fill to that it draws no more, if its line
+/// rings so slowly that readings show the trough: within more than three ticks, where `smooth` is less.
 template <class T>
-T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c, bool rings) {
+T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
-    if (!rings) return T(-1e3);
-    const T change = max(servo.change - supervisor.smooth * model.tick, -supervisor.draw * model.tick);
+    const bool shown = supervisor.smooth * supervisor.hammer < T(0.149) * (model.pressure_soft - supervisor.fill);
+    const T lack = shown ? T(2) * max(T(0), supervisor.fill - state.circuit[c].trough) / supervisor.hammer : T(0);
+    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), lack - supervisor.draw) * model.tick);
     return furthest_target(model.servo, servo, change);
 }
 
@@ -211,7 +213,8 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         const int c = 2 * j + side;
         angle[side] = angle_of(side, asked);
         const bool rings = model.circuit[c].rings();
-        nearest[side] = nearest_angle(model, state, c, rings), furthest[side] = furthest_angle(model, state, c, rings);
+        nearest[side] = rings ? nearest_angle(model, state, c) : T(-1e3);
+        furthest[side] = furthest_angle(model, state, c, rings);
         if (nearest[side] <= angle[side] && angle[side] <= furthest[side]) continue;
         const T last = angle_of(side, state.bend_sent[j]);
         const T way = furthest[side] < angle[side] ? furthest[side] - last : last - nearest[side];
