@@ -139,8 +139,7 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
         command(**values)
 
-    kind = inspect.Parameter.KEYWORD_ONLY
-    listed = [option.replace(kind=kind, annotation=types[name]) for name, option in options.items()]
+    listed = [one.replace(kind=one.KEYWORD_ONLY, annotation=types[name]) for name, one in options.items()]
     called.__signature__ = inspect.Signature(listed)  # type: ignore[attr-defined]  # read by typer
     called.__annotations__ = {option.name: option.annotation for option in listed}
     return called
