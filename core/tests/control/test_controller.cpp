@@ -191,20 +191,18 @@ static void a_pump_does_not_draw_its_cylinder_empty() {
     Controller<double> model = test_controller<double>();
     SupervisorModel<double>& line = model.circuit[0];
     line.draw = 1e5 / line.hammer;
-    const auto draw = [&](double trough, double smooth) {
-        line.smooth = smooth * (model.pressure_soft - line.fill) / line.hammer;
+    const auto draw = [&](double trough) {
         ControllerState<double> state = init(model);
         state.circuit[0].trough = trough;
         state.circuit[0].servo.change = -line.draw * model.tick;
         const double sent = nearest_angle(model, state, 0);
         return -follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
     };
-    CHECK_NEAR(draw(line.fill + 1e5, 0.14), line.draw, 1e-9);
-    CHECK_NEAR(draw(line.fill - 2.5e4, 0.14), 0.5 * line.draw, 1e-9);
-    for (double empty : {5e4, 9e4}) {
-        CHECK_NEAR(draw(line.fill - empty, 0.14), 0, 1e-9);
-        CHECK_NEAR(draw(line.fill - empty, 0.15), line.draw, 1e-9);
-    }
+    CHECK_NEAR(draw(line.fill - 9e4), line.draw, 1e-9);
+    line.spare = 2 / line.hammer;
+    CHECK_NEAR(draw(line.fill + 1e5), line.draw, 1e-9);
+    CHECK_NEAR(draw(line.fill - 2.5e4), 0.5 * line.draw, 1e-9);
+    for (double empty : {5e4, 9e4}) CHECK_NEAR(draw(line.fill - empty), 0, 1e-9);
 }
 
 static void without_commands_the_tail_comes_to_rest() {

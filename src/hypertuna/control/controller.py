@@ -90,7 +90,7 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
-    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth"), 0.0)
+    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth", "spare"), 0.0)
     return {
         **no,
         "map": np.zeros(MAP_TERMS),
@@ -110,10 +110,12 @@ def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> 
     ticks = _ring(hydraulics, c) / tick
     slower = min(1.0, RING / ticks)
     flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
-    flow["draw"] = flow["smooth"] = NO_LIMIT
+    flow |= {"draw": NO_LIMIT, "smooth": NO_LIMIT, "spare": 0.0}
     if ticks > SHORT:
         flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
         flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
+    if ticks > RING:
+        flow["spare"] = rounded_number(2.0 / flow["hammer"])
     return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
 
 

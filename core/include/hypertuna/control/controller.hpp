@@ -183,15 +183,13 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
 }
 
 /// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
-/// run empty, for the oil that fills it again hammers. Halfway from the fill to that it draws no more, if its line
-/// rings so slowly that readings show the trough: within more than three ticks, where `smooth` is less.
+/// run empty, for the oil that fills it again hammers: the slower, the lower its trough, where readings show that.
 template <class T>
 T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
-    const bool shown = supervisor.smooth * supervisor.hammer < T(0.149) * (model.pressure_soft - supervisor.fill);
-    const T lack = shown ? T(2) * max(T(0), supervisor.fill - state.circuit[c].trough) / supervisor.hammer : T(0);
-    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), lack - supervisor.draw) * model.tick);
+    const T least = supervisor.spare * max(T(0), supervisor.fill - state.circuit[c].trough) - supervisor.draw;
+    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), least) * model.tick);
     return furthest_target(model.servo, servo, change);
 }
 

@@ -180,6 +180,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
         visit("fill", c, m.circuit[c].fill), visit("compliance", c, m.circuit[c].compliance);
         visit("line", c, m.circuit[c].line), visit("hammer", c, m.circuit[c].hammer);
         visit("draw", c, m.circuit[c].draw), visit("smooth", c, m.circuit[c].smooth);
+        visit("spare", c, m.circuit[c].spare);
         for (int k = 0; k < hold_terms; ++k) visit("hold", hold_terms * c + k, m.circuit[c].hold[k]);
     }
     visit("pressure_work", 0, m.pressure_work);

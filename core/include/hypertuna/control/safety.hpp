@@ -176,6 +176,7 @@ struct SupervisorModel {
     T hammer;            // Pa s/rad: hammer of the line's oil per rate of the servo
     T draw;              // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
     T smooth;            // rad/s: largest change of its rate within a tick, of which the line does not ring
+    T spare;             // rad/s/Pa: how much slower it draws for a trough below the fill; 0 where readings show none
     T hold[hold_terms];  // Pa/rad to Pa/rad^4: by powers of a bend to its side, what holds it at rest, above the fill
 
     /// Whether its line is so long that a pump that jerks makes it ring.
