@@ -34,7 +34,10 @@ ht_robot* ht_robot_read(const unsigned char* bytes, size_t size, char* fault, si
     for (int k = 0; wrong.empty(); ++k) {
         const NamedColumns columns = robot->image.part("models." + std::to_string(k) + ".");
         if (columns.empty()) break;
-        if (std::optional<HostModel> model = read_model(columns, wrong)) robot->models.push_back(std::move(*model));
+        if (std::optional<HostModel> model = read_model(columns, wrong)) {
+            read_hinges(columns, *model, wrong);
+            robot->models.push_back(std::move(*model));
+        }
     }
     if (wrong.empty() && robot->models.empty()) wrong = "image: has no model; write it again";
     for (const HostModel& host : robot->models)

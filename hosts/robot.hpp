@@ -25,7 +25,7 @@ inline std::optional<T> take(Loaded<T>&& loaded, std::string& fault) {
     return std::move(loaded.object);
 }
 
-/// Hinges that yield, where a model has them.
+/// Read the hinges that yield in settled beats, where a model has them.
 inline void read_hinges(const NamedColumns& columns, HostModel& host, std::string& fault) {
     ColumnReader in(columns);
     const NamedColumn* const found = in.find("spring.link");
@@ -57,9 +57,7 @@ inline std::optional<HostModel> read_model(const NamedColumns& columns, std::str
     if (fault.empty()) fault = in.fault();
     std::optional<Model> model = take(load_model(name, columns), fault);
     if (!model) return std::nullopt;
-    HostModel host{std::move(*model), mass, {}, {}, {}};
-    read_hinges(columns, host, fault);
-    return host;
+    return HostModel{std::move(*model), mass, {}, {}, {}};
 }
 
 /// A mission and its world.
