@@ -1,5 +1,6 @@
 /// Pilot: whole missions of a fish that is kinematics alone. It arrives, keeps depth and fence, and each failure ends
 /// by its rule; whatever the readings are, pulses keep their bounds.
+#define HYPERTUNA_BOARD  // its memory is what bounds the state
 #include <bit>
 #include <limits>
 #include <type_traits>
