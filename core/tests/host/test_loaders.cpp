@@ -22,8 +22,8 @@ static void a_missing_column_is_named() {
 static void a_wrong_shape_is_refused() {
     const double gaps[3] = {1, 2, 3};
     CHECK(load_world({{"gaps", gaps, 3, 1}}).fault == "gaps: shape must be (3, 2), but is (3, 1)");
-    const double joints = 5;
-    CHECK(load_sensors({{"joints", &joints, 1, 1}}, 0).fault == "joints: must be from 1 to 4");
+    const double joints = 13;
+    CHECK(load_sensors({{"joints", &joints, 1, 1}}, 0).fault == "joints: must be from 1 to 12");
 }
 
 /// Two links and one joint group, of a law without flags of its own.
