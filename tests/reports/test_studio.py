@@ -143,7 +143,7 @@ def test_the_core_of_the_page_is_the_one_it_names() -> None:
 
 
 def test_the_page_is_small() -> None:
-    """A third is the code of hinges. The Sea view with three.js comes on top: it is unpacked when it is first opened."""
+    """A third is code of hinges. The Sea view with three.js comes on top: it is unpacked when it is first opened."""
     first, block, rest = re.split(r'(?<=id="sea-block">)([^<]*)', module.shipped_page(), maxsplit=1)
     assert len(gzip.compress((first + rest).encode())) < 580_000
     assert len(gzip.decompress(base64.b64decode(block))) < 800_000
