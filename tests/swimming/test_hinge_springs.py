@@ -66,7 +66,7 @@ def thin(ratio: float, **changes: Any) -> Robot:
 
 @pytest.mark.parametrize("hardening", [0.1, 1.0, 10.0])
 def test_a_cubic_spring_swings_as_duffings_oscillator(hardening: float) -> None:
-    """The quarter of a free swing takes what an elliptic integral says, whatever the amplitude; no water drags."""
+    """A quarter of a free swing without drag takes the time that an elliptic integral gives, at any amplitude."""
     amplitude = 0.01
     robot = thin(1.0, cubic=hardening / amplitude**2)
     hinge, inertia = robot.hinge, float(reduced_inertia(robot)[0, 0])
