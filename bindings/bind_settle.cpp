@@ -12,6 +12,7 @@
 #include "hypertuna/host/beat_gradient.hpp"
 #include "hypertuna/host/beat_status.hpp"
 #include "hypertuna/host/directions.hpp"
+#include "hypertuna/host/spring_steps.hpp"
 #include "hypertuna/host/yielding.hpp"
 #include "model.hpp"
 
@@ -318,14 +319,20 @@ static void bind_yielding(nb::module_& m) {
         "spring_columns", [] { return std::vector<std::string>(std::begin(spring_columns), std::end(spring_columns)); },
         "Numbers of a hinge's spring, in the order of a row.");
     m.def(
-        "reduced_inertia",
+        "hinge_inertia",
         [](const Model& model, const Hinges& hinges) {
             check_hinges(model, hinges);
-            return yield_kernel().reduced_inertia(model, hinges.data(), int(hinges.size()));
+            const std::vector<double> inertia = hinge_inertia(yield_kernel(), model, hinges.data(), int(hinges.size()));
+            Output out = zeros({hinges.size(), hinges.size()});
+            std::copy(inertia.begin(), inertia.end(), out.data());
+            return out;
         },
         nb::arg("model"), nb::arg("hinges"),
-        "Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn "
-        "alike [kg m^2].");
+        "Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` [kg m^2].");
+    m.attr("MOST_SPRING_STEPS") = most_spring_steps;
+    m.attr("STABLE_STEPS") = stable_steps;
+    m.attr("ACCURATE_STEPS") = accurate_steps;
+    m.attr("BENT") = bent;
     m.attr("MAX_HINGES") = max_hinges;
     m.attr("YIELD_LINKS") = max_hung;
 }

@@ -92,10 +92,18 @@ def yield_bends(
 def spring_columns() -> list[str]:
     """Numbers of a hinge's spring, in the order of a row."""
 
-def reduced_inertia(model: Model, hinges: Sequence[int]) -> float:
+def hinge_inertia(model: Model, hinges: Sequence[int]) -> NDArray[numpy.float64]:
     """
-    Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` that turn alike [kg m^2].
+    Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` [kg m^2].
     """
+
+MOST_SPRING_STEPS: int = 1024
+
+STABLE_STEPS: float = 2.3
+
+ACCURATE_STEPS: float = 20.0
+
+BENT: float = 0.5
 
 MAX_HINGES: int = 3
 

@@ -45,7 +45,7 @@ def robot_named(name: str) -> Robot:
 def hinged(robot: Robot, ratio: float = 1.7, frequency: float = 2.5) -> Robot:
     """A robot with a hinge at its last link, of a stiffness over that at resonance."""
     link = len(robot.links.name) - 1
-    inertia = _core.reduced_inertia(core_model(robot), [link])
+    inertia = _core.hinge_inertia(core_model(robot), [link])[0, 0]
     stiffness = ratio * inertia * (2 * math.pi * frequency) ** 2
     hinge = {"link": link, "stiffness_n_m_per_rad": stiffness}
     return parse(robot.document() | {"hinge": hinge | {"damping_n_m_s_per_rad": 0.1 * math.sqrt(stiffness * inertia)}})

@@ -20,9 +20,6 @@ from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
 
-MAX_STEPS = 1024  # a beat, that a stiff spring may ask for by itself
-STABLE = 2.3  # steps a beat for each beat's angular frequency that the fastest motion of a spring has: RK4's limit
-ACCURATE = 20.0  # the same for its fastest decay, and on a stop: the powers of a damped hinge then balance to 1.3e-3
 SOFT = 0.3  # of the stiffness at resonance: above, the search finds every beat
 
 # What results say of each hinge beside the quantities of a beat: unit and meaning.
@@ -34,7 +31,6 @@ BEND = {
     "damping_power": ("W", "mean power that the hinge's damper takes, and that of its stops"),
 }
 SPRING = tuple(_core.spring_columns())  # numbers of a hinge, that results have derivatives by
-BENT = 0.5  # rad from rest, up to which the steps of a beat follow a spring that hardens and has no stops
 
 
 @dataclass(frozen=True)
@@ -89,18 +85,13 @@ def hinge_links(robot: Robot) -> list[int]:
 
 def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
     """Return the inertia that the free, straight body opposes to its hinges (D, D) [kg m^2]."""
-    links, model = hinge_links(robot), model or core_model(robot)
-    alike = [[_core.reduced_inertia(model, sorted({i, k})) for k in links] for i in links]
-    inertia = np.array(alike)
-    own = inertia.diagonal()
-    coupled = (inertia - own[:, None] - own[None, :]) / 2  # of two that turn alike: their own, and twice this
-    return np.where(np.eye(len(links)) > 0, inertia, coupled)
+    return _core.hinge_inertia(model or core_model(robot), hinge_links(robot))
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
     """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs.
 
-    Damped springs and stops get more, so that what dampers take is right, up to `MAX_STEPS`.
+    Damped springs and stops get more, so that what dampers take is right, up to `MOST_SPRING_STEPS`.
     """
     free = np.linalg.inv(reduced_inertia(robot, model))
     stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
@@ -111,9 +102,9 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     fastest = int(np.abs(rates).argmax())
     beat = 2 * np.pi * np.asarray(frequency)  # rad/s
     stops = any(hinge.stop is not None for hinge in robot.hinges)
-    needed = 2 * STABLE * abs(rates[fastest]) / beat
-    wanted = ACCURATE * max(-rates.real.min(), stops * abs(rates[fastest])) / beat
-    most = max(steps, MAX_STEPS)
+    needed = 2 * _core.STABLE_STEPS * abs(rates[fastest]) / beat
+    wanted = _core.ACCURATE_STEPS * max(-rates.real.min(), stops * abs(rates[fastest])) / beat
+    most = max(steps, _core.MOST_SPRING_STEPS)
     if (needed > most).any():
         d = int(np.abs(modes[count:, fastest]).argmax())
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
@@ -134,7 +125,7 @@ def key_of(name: str) -> str:
 
 def steepest(hinge: Hinge) -> dict[str, float]:
     """Return what makes the moment of a hinge's springs rise the fastest, where it does so [N m/rad]."""
-    bent = BENT if hinge.stop is None else hinge.stop + abs(hinge.rest)
+    bent = _core.BENT if hinge.stop is None else hinge.stop + abs(hinge.rest)
     return {
         "stiffness": hinge.stiffness,
         "cubic": 3 * hinge.cubic * bent**2,
