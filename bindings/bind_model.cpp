@@ -30,6 +30,7 @@ static std::vector<WaterLaw> water_laws() {
 
 void bind_model(nb::module_& m) {
     nb::set_leak_warnings(false);  // a robot that is alive at exit keeps its model
+    m.attr("IMAGE_VERSION") = image_version;
     m.def("water_laws", &water_laws,
           "The water laws, each with the columns of its coefficients: name, unit, whether one value per link.");
     nb::class_<Model>(m, "Model", "A robot in its water, ready for the core. Immutable.")

@@ -36,7 +36,6 @@ struct ImageHeader {
 static_assert(sizeof(ImageHeader) == 32);
 
 inline constexpr char image_magic[8] = {'H', 'T', 'R', 'O', 'B', 'O', 'T', '\0'};
-inline constexpr std::uint32_t image_version = 5;  // another one whenever columns come, go or change
 
 /// The columns of an image and its text. Columns point into `numbers`.
 struct Image {

@@ -129,7 +129,7 @@ void gradient_of(const Model& model, const Directions& directions, const double*
                 set_lane(component(yield.spring[i / spring_numbers], i % spring_numbers).d[0], k, part(all + i));
         }
         auto beat = yield.fill().measure(start);
-        const Measured<Derivative> m = measured(without_bend(beat), yield.tank, model.length, mass);
+        const Measured<Derivative> m = measured(beat, yield.tank, model.length, mass);
         double* row = out;
         const auto write = [&](const Derivative& result) {
             for (int k = 0; k < lanes && first + k < count; ++k) row[first + k] = lane(result.d[0], k);

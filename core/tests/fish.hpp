@@ -60,7 +60,7 @@ struct Fish {
         joints[1] = {0, S(1)};
         joints[2] = joints[3] = {1, half};
         table = {links, 2 * steps, shape_, acceleration_, mobility_, momentum_};
-        scratch = {torque_, group_power_, load_, tail_, nose_};
+        scratch = {torque_, group_power_, sample_};
         fill();
     }
     Fish(const Fish&) = delete;
@@ -140,8 +140,8 @@ struct Fish {
     LinkAcceleration<S> acceleration_[2 * steps * links];
     Symmetric<S> mobility_[2 * steps];
     Momentum<S> momentum_[2 * steps];
-    S torque_[links], group_power_[links], load_[steps];
-    Planar<S> tail_[steps], nose_[steps];
+    S torque_[links], group_power_[links];
+    BeatSample<S> sample_[steps];
 };
 
 /// Leave nothing in the wake of a law that sheds.

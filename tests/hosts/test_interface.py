@@ -22,7 +22,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
 from hypertuna.optimization.design_space import gait_bounds
-from hypertuna.simulation.image import VERSION, pack
+from hypertuna.simulation.image import pack
 from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
@@ -253,10 +253,10 @@ def test_sizes_without_numbers_take_no_memory(host: Host) -> None:
 
 def test_other_versions_are_named(host: Host) -> None:
     image = robot_image(ht.load("rexeel"))
-    for other in (VERSION - 1, VERSION + 1):
+    for other in (_core.IMAGE_VERSION - 1, _core.IMAGE_VERSION + 1):
         sentence = Robot.read(image[:8] + struct.pack("<I", other) + image[12:], host)
         assert sentence == (
-            f"image: has version {other}, but must have version {VERSION}; write it with this version of hypertuna"
+            f"image: has version {other}, but must have version {_core.IMAGE_VERSION}; write it with this version of hypertuna"
         )
     assert (
         Robot.read(b"PK\3\4" + image[4:], host) == "image: is not a robot image; write one with `hypertuna robot image`"
@@ -267,7 +267,9 @@ def test_a_change_of_the_columns_changes_the_version() -> None:
     """Else a library of former columns would leave out the new ones, and compute another robot."""
     names = {re.sub(r"\.\d+\.", ".#.", name) for name in columns_of(robot_image(ht.load("hypertuna")))}  # has all
     digest = zlib.crc32("\n".join(sorted(names)).encode())
-    assert (VERSION, f"{digest:08x}") == COLUMNS, "raise VERSION, and image_version in hosts/image.hpp"
+    assert (_core.IMAGE_VERSION, f"{digest:08x}") == COLUMNS, (
+        "raise image_version in core/include/hypertuna/host/columns.hpp"
+    )
 
 
 # --- what the studio knows of the core

@@ -36,19 +36,19 @@ static void offsets() {
 /// it.
 static void path_on_circle(double R, double turn, double sway) {
     const int steps = 64;
-    Planar<double> tail[steps], nose[steps];
+    BeatSample<double> sample[steps];
     const auto on_circle = [&](double angle, double out) {
         return Planar<double>{(R + out) * std::sin(angle), R - (R + out) * std::cos(angle), 0};
     };
     for (int k = 0; k < steps; ++k) {
         const double swing = std::sin(2 * pi * k / steps);
-        nose[k] = on_circle(turn * k / steps, sway * (1 - std::cos(2 * pi * k / steps)));
-        tail[k] = on_circle(turn * k / steps, 4 * sway * swing);
+        sample[k].nose = on_circle(turn * k / steps, sway * (1 - std::cos(2 * pi * k / steps)));
+        sample[k].tail = on_circle(turn * k / steps, 4 * sway * swing);
     }
     Beat<double> beat{};
     const Planar<double> end = on_circle(turn, 0);
     beat.displacement = {end.x, end.y, turn};
-    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    measure_path(steps, sample, beat);
     CHECK_NEAR(beat.radius, std::fabs(R + sway), 1e-9);
     CHECK_NEAR(beat.arc, beat.radius * std::fabs(turn), 1e-9);
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
@@ -58,15 +58,15 @@ static void path_on_circle(double R, double turn, double sway) {
 /// on which the noses lie a beat apart; beyond, its center leaves for infinity, and R turn / T with it.
 static void spinning(double turn, bool path) {
     const int steps = 64;
-    Planar<double> tail[steps], nose[steps];
+    BeatSample<double> sample[steps];
     for (int k = 0; k < steps; ++k) {
         const double angle = turn * k / steps;
-        nose[k] = {0.001 * k / steps + 0.1 * (1 - std::cos(angle)), -0.1 * std::sin(angle), 0};
-        tail[k] = {nose[k].x + 0.4 * std::cos(angle), nose[k].y + 0.4 * std::sin(angle), 0};
+        sample[k].nose = {0.001 * k / steps + 0.1 * (1 - std::cos(angle)), -0.1 * std::sin(angle), 0};
+        sample[k].tail = {sample[k].nose.x + 0.4 * std::cos(angle), sample[k].nose.y + 0.4 * std::sin(angle), 0};
     }
     Beat<double> beat{};
     beat.displacement = {0.001 + 0.1 * (1 - std::cos(turn)), -0.1 * std::sin(turn), turn};
-    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    measure_path(steps, sample, beat);
     CHECK(std::isfinite(mean_speed(beat, 1.0)) == path);
     CHECK(std::isfinite(beat.arc) == path && std::isfinite(beat.radius) == path);
     CHECK(std::isfinite(beat.excursion) == path);
@@ -75,14 +75,14 @@ static void spinning(double turn, bool path) {
 
 static void straight_path() {
     const int steps = 64;
-    Planar<double> tail[steps], nose[steps];
+    BeatSample<double> sample[steps];
     for (int k = 0; k < steps; ++k) {
-        nose[k] = {-1.0 * k / steps, 0, 0};
-        tail[k] = {1 - 1.0 * k / steps, 0.3 * std::cos(2 * pi * k / steps), 0};
+        sample[k].nose = {-1.0 * k / steps, 0, 0};
+        sample[k].tail = {1 - 1.0 * k / steps, 0.3 * std::cos(2 * pi * k / steps), 0};
     }
     Beat<double> beat{};
     beat.displacement = {-1, 0, 0};
-    measure_path(steps, BeatScratch<double>{nullptr, nullptr, nullptr, tail, nose}, beat);
+    measure_path(steps, sample, beat);
     CHECK(beat.radius == std::numeric_limits<double>::infinity());
     CHECK_NEAR(beat.arc, 1, 1e-12);
     CHECK_NEAR(beat.excursion, 0.6, 1e-12);

@@ -26,7 +26,7 @@ from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
 from hypertuna.swimming.yielding import SPRING, hinge_links, spring_of
 
-MAGIC, VERSION = b"HTROBOT\0", 5  # image_version of hosts/image.hpp
+MAGIC = b"HTROBOT\0"
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:
@@ -91,7 +91,7 @@ def pack(columns: Mapping[str, Any], text: str) -> bytes:
     sizes = struct.pack("<4I", len(arrays), sum(map(len, names)), len(written), len(numbers))
     head = entries + b"".join(names) + written
     body = sizes + head + bytes(-len(head) % 8) + numbers.tobytes()
-    return MAGIC + struct.pack("<2I", VERSION, zlib.crc32(body)) + body
+    return MAGIC + struct.pack("<2I", _core.IMAGE_VERSION, zlib.crc32(body)) + body
 
 
 def _law(robot: Robot) -> int:

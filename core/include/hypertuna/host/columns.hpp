@@ -4,6 +4,7 @@
 /// sentence; there are no exceptions.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +13,9 @@
 #include "hypertuna/math/scalar.hpp"
 
 namespace hypertuna {
+
+/// Version of the robot images that carry columns to other hosts: another one whenever columns come, go or change.
+inline constexpr std::uint32_t image_version = 5;
 
 /// Numbers of shape (rows, width), row by row, in memory that belongs to someone else.
 struct NamedColumn {

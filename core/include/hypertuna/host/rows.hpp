@@ -56,7 +56,7 @@ inline constexpr int row_width(int state) { return named_columns + state * (1 + 
 
 /// What quantities are made of, as far as it has derivatives.
 template <class S, class Law, class G>
-Measured<S> measured(const Beat<S>& beat, const Tank<S, Law, G>& tank, double length, double mass) {
+Measured<S> measured(const BeatNumbers<S>& beat, const Tank<S, Law, G>& tank, double length, double mass) {
     const S zero(base_t<S>(0.0));
     const int groups = int(tank.groups.size());
     return {beat,
@@ -94,7 +94,7 @@ Settled<Real, typename Body::State> settle_into(const Model& model, const Body& 
     // Toward what is not settled no start is followed: its distance is NaN.
     const Y target = select(s.distance < Real(settle_tolerances.settled), s.start, filled<Y>(nan));
     const Approach<Real, Y> way = approach(body, target, options.approach);
-    Measured<Real> m = measured(without_bend(s.beat), tank, model.length, options.mass);
+    Measured<Real> m = measured(s.beat, tank, model.length, options.mass);
     m.towed_power = towing_power(tank.fish, m.speed);
     m.residual = s.residual, m.distance = s.distance, m.beats = s.beats;
     for (const auto& quantity : quantities<Real>) write(quantity.of ? quantity.of(m) : nan);

@@ -59,19 +59,17 @@ struct Tank {
           motion_(model.links),
           torque_(model.links),
           group_power_(model.links),
-          load_(steps),
           shape_(2 * steps * model.links),
           acceleration_(2 * steps * model.links),
           mobility_(2 * steps),
           momentum_(2 * steps),
-          tail_(steps),
-          nose_(steps) {
+          sample_(steps) {
         for (int i = 0; i < model.links; ++i)
             joints.push_back({model.joint_group[i], G(base_t<G>(model.joint_share[i]))});
         for (std::size_t i = 0; i < model.robot.size(); ++i)
             parameters[gait_parameters(model.groups) + i] = S(base_t<S>(model.robot[i]));
         table = {model.links, 2 * steps, shape_.data(), acceleration_.data(), mobility_.data(), momentum_.data()};
-        scratch = {torque_.data(), group_power_.data(), load_.data(), tail_.data(), nose_.data()};
+        scratch = {torque_.data(), group_power_.data(), sample_.data()};
         read();
     }
     Tank(const Tank&) = delete;
@@ -107,12 +105,12 @@ struct Tank {
   private:
     unsigned flags_;
     std::vector<JointMotion<G>> motion_;
-    std::vector<S> torque_, group_power_, load_;
+    std::vector<S> torque_, group_power_;
     std::vector<LinkShape<G>> shape_;
     std::vector<LinkAcceleration<G>> acceleration_;
     std::vector<Symmetric<S>> mobility_;
     std::vector<Momentum<S>> momentum_;
-    std::vector<Planar<S>> tail_, nose_;
+    std::vector<BeatSample<S>> sample_;
 };
 
 /// Swim a joint motion from a momentum and a pose: joints_at(k) are the joints at half step k = 0 ... 2 steps, and

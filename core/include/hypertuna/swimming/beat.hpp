@@ -1,15 +1,16 @@
 /// One beat, measured: how far it carries the body and what it costs.
 #pragma once
 
+#include <iterator>
 #include <limits>
 
 #include "hypertuna/swimming/stepping.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-template <class S, class Y = Momentum<S>>
-struct Beat {
-    Y end;                 // state after the beat
+/// The numbers of a beat: each is declared here and listed in `numbers`, which whoever copies them goes through.
+template <class S>
+struct BeatNumbers {
     Pose<S> displacement;  // of the nose over the beat, in body axes at its start
     S power;               // W, mean of the sum of joint torque times joint rate
     S power_positive;      // W, the same with every joint group's negative power counted as zero
@@ -20,37 +21,45 @@ struct Beat {
     S arc;        // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;     // m, mean distance of the nose from the center of the turn; infinite when straight
     S advance;    // m, motion of the nose along its axis over the beat, positive toward the head, as the speed is
+
+    static constexpr S BeatNumbers::* numbers[] = {&BeatNumbers::power,     &BeatNumbers::power_positive,
+                                                   &BeatNumbers::loss,      &BeatNumbers::torque_peak,
+                                                   &BeatNumbers::excursion, &BeatNumbers::arc,
+                                                   &BeatNumbers::radius,    &BeatNumbers::advance};
 };
 
-/// A beat whose end is the momentum alone: `yielding_beat.hpp` has that of more coordinates.
-template <class S>
-const Beat<S>& without_bend(const Beat<S>& beat) {
+/// A beat, measured: its numbers, and the state after it.
+template <class S, class Y = Momentum<S>>
+struct Beat : BeatNumbers<S> {
+    static_assert(sizeof(BeatNumbers<S>) == sizeof(Pose<S>) + sizeof(S) * std::size(BeatNumbers<S>::numbers));
+    Y end;
+};
+
+template <class S, class Y, class M>
+Beat<S, Y> select(const M& mask, const Beat<S, Y>& yes, const Beat<S, Y>& no) {
+    Beat<S, Y> beat;
+    const Pose<S>&p = yes.displacement, &q = no.displacement;
+    beat.displacement = {select(mask, p.x, q.x), select(mask, p.y, q.y), select(mask, p.heading, q.heading)};
+    for (const auto number : beat.numbers) beat.*number = select(mask, yes.*number, no.*number);
+    beat.end = select(mask, yes.end, no.end);
     return beat;
 }
+
+/// What a step of a beat shows.
+template <class S>
+struct BeatSample {
+    S load;          // largest magnitude of any driven joint's torque
+    Planar<S> tail;  // position of the tail tip in the frame of the beat's start
+    Planar<S> nose;
+};
 
 /// Scratch memory for measuring a beat.
 template <class S>
 struct BeatScratch {
-    S* torque;        // links
-    S* group_power;   // links
-    S* load;          // steps: largest magnitude of any driven joint's torque
-    Planar<S>* tail;  // steps: position of the tail tip in the frame of the beat's start
-    Planar<S>* nose;  // steps
+    S* torque;              // links
+    S* group_power;         // links
+    BeatSample<S>* sample;  // steps
 };
-
-/// Mechanical power of all joints at one instant: net, and with the negative power of each joint group left out.
-template <class S, class Law, class G>
-HYPERTUNA_INLINE void joint_power(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints, const Instant<S, G>& now,
-                                  const Twist<S>& xi, const BeatScratch<S>& scratch, Beat<S>& beat) {
-    joint_torques(fish, now, xi, scratch.torque);
-    for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
-    for (int i = 1; i < fish.links; ++i)
-        if (joints[i].group >= 0) scratch.group_power[joints[i].group] += scratch.torque[i] * joint_rate(now.shape, i);
-    for (int g = 0; g < fish.links; ++g) {
-        beat.power += scratch.group_power[g];
-        beat.power_positive += max(scratch.group_power[g], S(0));
-    }
-}
 
 /// Largest magnitude of any driven joint's torque.
 template <class S, class G>
@@ -91,7 +100,7 @@ S peak(int count, const At& at) {
 /// Positions a beat apart sample the mean path. Where the body turns by more than half a circle from one to the next,
 /// the samples do not tell a circle from another one, traveled the other way round: the body spins, and has no path.
 template <class S>
-void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
+void measure_path(int steps, const BeatSample<S>* sample, BeatNumbers<S>& beat) {
     using T = base_t<S>;
     const Pose<S>& d = beat.displacement;
     const S chord = sqrt(d.x * d.x + d.y * d.y + S(T(1e-30)));
@@ -101,10 +110,10 @@ void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
     // The circle leaves the origin along the chord, turned back by half the turn.
     const SinCos<S> tangent = {(d.y * half_cos - d.x * half_sin) / chord, (d.x * half_cos + d.y * half_sin) / chord};
     const auto across = [&](const Planar<S>& p) { return offset(p, tangent, curvature); };
-    const auto tail = [&](int k) { return across(scratch.tail[k]); };
+    const auto tail = [&](int k) { return across(sample[k].tail); };
     beat.excursion = peak<S>(steps, tail) + peak<S>(steps, [&](int k) { return -tail(k); });
     S wander(0);
-    for (int k = 0; k < steps; ++k) wander += across(scratch.nose[k]);
+    for (int k = 0; k < steps; ++k) wander += across(sample[k].nose);
     wander = wander * S(T(1.0 / steps));
     // The circle through the origin is chord h / sin h long over the beat, h half the turn; the mean path lies `wander`
     // to the left of it.
@@ -117,6 +126,42 @@ void measure_path(int steps, const BeatScratch<S>& scratch, Beat<S>& beat) {
     for (S* of_path : {&beat.arc, &beat.radius, &beat.excursion}) *of_path = select(sampled, *of_path, none);
 }
 
+/// Measure step k of a beat: the body's shape and motion, the torques in `scratch`, and `rate_of(i)` of the joints.
+///
+/// Mechanical power is that of all joints: net, and with the negative power of each joint group left out.
+template <class S, class Law, class G, class Rate>
+HYPERTUNA_INLINE void measure_step(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
+                                   const LinkShape<G>* shape, const Twist<S>& xi, const Pose<S>& pose, const S& step,
+                                   const Rate& rate_of, int k, const BeatScratch<S>& scratch, BeatNumbers<S>& beat) {
+    for (int i = 0; i < fish.links; ++i) scratch.group_power[i] = S(0);
+    for (int i = 1; i < fish.links; ++i)
+        if (joints[i].group >= 0) scratch.group_power[joints[i].group] += scratch.torque[i] * rate_of(i);
+    for (int g = 0; g < fish.links; ++g) {
+        beat.power += scratch.group_power[g];
+        beat.power_positive += max(scratch.group_power[g], S(0));
+    }
+    beat.loss += water_loss(fish, shape, xi);
+    beat.advance -= xi.x * step;
+    const Link<G>& link = fish.link[fish.links - 1];
+    const LinkShape<G>& last = shape[fish.links - 1];
+    const Planar<G> joint = joint_position(last, link);
+    scratch.sample[k] = {largest_torque(fish.links, joints, scratch.torque),
+                         place(pose, Planar<G>{joint.x + link.length * last.c, joint.y + link.length * last.s, G(0)}),
+                         {pose.x, pose.y, S(0)}};
+}
+
+/// Make means and peaks of what the steps of a beat have left.
+template <class S>
+void measure_end(int steps, const Pose<S>& displacement, const BeatSample<S>* sample, BeatNumbers<S>& beat) {
+    const S mean(base_t<S>(1.0 / steps));
+    beat.power = mean * beat.power;
+    beat.power_positive = mean * beat.power_positive;
+    beat.loss = mean * beat.loss;
+    beat.torque_peak = peak<S>(steps, [&](int k) { return sample[k].load; });
+    beat.displacement = displacement;
+    measure_path(steps, sample, beat);
+}
+
 /// Swim one beat from momentum P and measure it.
 template <class S, class Law, class G>
 HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
@@ -125,37 +170,24 @@ HYPERTUNA_NOINLINE Beat<S> measure_beat(const Swimmer<S, Law, G>& fish, const Jo
     using T = base_t<S>;
     const int steps = table.instants / 2;
     const S step = period * S(T(1.0 / steps)), zero(0);
-    Beat<S> beat{P, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
+    Beat<S> beat{};
     Motion<S> motion{P, {zero, zero, zero}};
     for (int k = 0; k < steps; ++k) {
         const Instant<S, G> now = table[2 * k];
         const Twist<S> xi = twist(now, motion.momentum);
-        joint_power(fish, joints, now, xi, scratch, beat);
-        scratch.load[k] = largest_torque(fish.links, joints, scratch.torque);
-        beat.loss += water_loss(fish, now.shape, xi);
-        beat.advance -= xi.x * step;
-        const LinkShape<G>& last = now.shape[fish.links - 1];
-        const Link<G>& link = fish.link[fish.links - 1];
-        const Planar<G> joint = joint_position(last, link);
-        scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
-        scratch.tail[k] =
-            place(motion.pose, Planar<G>{joint.x + link.length * last.c, joint.y + link.length * last.s, G(0)});
+        joint_torques(fish, now, xi, scratch.torque);
+        const auto rate_of = [&](int i) { return joint_rate(now.shape, i); };
+        measure_step(fish, joints, now.shape, xi, motion.pose, step, rate_of, k, scratch, beat);
         motion = swim_step(fish, table, 2 * k, 1, step, motion);
     }
-    const S mean(T(1.0 / steps));
-    beat.power = mean * beat.power;
-    beat.power_positive = mean * beat.power_positive;
-    beat.loss = mean * beat.loss;
-    beat.torque_peak = peak<S>(steps, [&](int k) { return scratch.load[k]; });
     beat.end = motion.momentum;
-    beat.displacement = motion.pose;
-    measure_path(steps, scratch, beat);
+    measure_end(steps, motion.pose, scratch.sample, beat);
     return beat;
 }
 
 /// Mean speed along the path, m/s, forward positive; NaN for a body that spins.
 template <class S>
-HYPERTUNA_INLINE S mean_speed(const Beat<S>& beat, const S& frequency) {
+HYPERTUNA_INLINE S mean_speed(const BeatNumbers<S>& beat, const S& frequency) {
     return frequency * select(beat.advance < S(0), -beat.arc, beat.arc);
 }
 

@@ -31,7 +31,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// What the formulas are made of: a beat, its gait and robot, and of values without derivatives its search.
 template <class S>
 struct Measured {
-    Beat<S> beat;
+    BeatNumbers<S> beat;
     S speed, rate_peak;         // m/s; rad/s
     S frequency, length, mass;  // Hz; m and kg, of the whole body
     S towed_power;              // W, that tows the straight body at this speed

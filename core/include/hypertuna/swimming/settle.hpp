@@ -75,25 +75,14 @@ struct Settled {
 template <class S, class Y, class M>
 Settled<S, Y> select(const M& mask, const Settled<S, Y>& yes, const Settled<S, Y>& no) {
     const auto pick = [&](const S& a, const S& b) { return select(mask, a, b); };
-    const Beat<S, Y>&a = yes.beat, &b = no.beat;
-    const Pose<S>&p = a.displacement, &q = b.displacement;
-    const BeatMap<S, Y> map = select(mask, BeatMap<S, Y>{a.end, yes.monodromy}, BeatMap<S, Y>{b.end, no.monodromy});
-    return {{map.end,
-             {pick(p.x, q.x), pick(p.y, q.y), pick(p.heading, q.heading)},
-             pick(a.power, b.power),
-             pick(a.power_positive, b.power_positive),
-             pick(a.loss, b.loss),
-             pick(a.torque_peak, b.torque_peak),
-             pick(a.excursion, b.excursion),
-             pick(a.arc, b.arc),
-             pick(a.radius, b.radius),
-             pick(a.advance, b.advance)},
-            select(mask, yes.start, no.start),
-            map.monodromy,
-            pick(yes.residual, no.residual),
-            pick(yes.distance, no.distance),
-            pick(yes.beats, no.beats),
-            pick(yes.retry, no.retry)};
+    return {
+        select(mask, yes.beat, no.beat),
+        select(mask, yes.start, no.start),
+        select(mask, BeatMap<S, Y>{yes.beat.end, yes.monodromy}, BeatMap<S, Y>{no.beat.end, no.monodromy}).monodromy,
+        pick(yes.residual, no.residual),
+        pick(yes.distance, no.distance),
+        pick(yes.beats, no.beats),
+        pick(yes.retry, no.retry)};
 }
 
 /// A brisk start for the search: above most gaits' speed, because Newton comes down on it from above in a few steps and

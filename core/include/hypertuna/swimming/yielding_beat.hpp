@@ -23,9 +23,9 @@ struct YieldingMotion {
 /// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
 template <class S, class Law, int D>
 Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) const {
-    const int steps = table.instants / 2, links = fish.links;
+    const int steps = table.instants / 2;
     const S step = period * S(base_t<S>(1.0 / steps)), zero(0), mean(base_t<S>(1.0 / steps));
-    Beat<S> beat{{zero, zero, zero}, {zero, zero, zero}, zero, zero, zero, zero, zero, zero, zero, zero};
+    Beat<S, State> beat{};
     YieldingMotion<S, D> motion{start, {zero, zero, zero}};
     Swinging<S, D>& swing = *swings;
     for (int d = 0; d < D; ++d)
@@ -44,37 +44,17 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
         const Composite<S> body = bend(2 * k, motion.state, now, accelerations);
         const Symmetric<S> mobility = inverse(body.inertia);
         joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
-        for (int i = 0; i < links; ++i) scratch.group_power[i] = zero;
-        for (int i = 1; i < links; ++i)
-            if (joints[i].group >= 0)
-                scratch.group_power[joints[i].group] += scratch.torque[i] * yields.joint[2 * k * links + i].rate;
-        for (int g = 0; g < links; ++g) {
-            beat.power += scratch.group_power[g];
-            beat.power_positive += max(scratch.group_power[g], zero);
-        }
-        scratch.load[k] = largest_torque(links, joints, scratch.torque);
-        beat.loss += water_loss(fish, shape, now.xi);
-        beat.advance -= now.xi.x * step;
-        const LinkShape<S>& last = shape[links - 1];
-        const Link<S>& link = fish.link[links - 1];
-        const Planar<S> front = joint_position(last, link);
-        scratch.nose[k] = {motion.pose.x, motion.pose.y, zero};
-        scratch.tail[k] =
-            place(motion.pose, Planar<S>{front.x + link.length * last.c, front.y + link.length * last.s, zero});
+        const auto rate_of = [&](int i) { return yields.joint[2 * k * fish.links + i].rate; };
+        measure_step(fish, joints, shape, now.xi, motion.pose, step, rate_of, k, scratch, beat);
         motion = runge_kutta_4(step, motion, [&](int half, const YieldingMotion<S, D>& m) {
             Twist<S> xi;
             const YieldingState<S, D> changes = rate(2 * k + half, m.state, xi);
             return YieldingMotion<S, D>{changes, pose_rate(m.pose, xi)};
         });
     }
-    beat.power = mean * beat.power;
-    beat.power_positive = mean * beat.power_positive;
-    beat.loss = mean * beat.loss;
-    beat.torque_peak = peak<S>(steps, [&](int k) { return scratch.load[k]; });
-    beat.displacement = motion.pose;
-    measure_path(steps, scratch, beat);
-    return {motion.state,     beat.displacement, beat.power, beat.power_positive, beat.loss,
-            beat.torque_peak, beat.excursion,    beat.arc,   beat.radius,         beat.advance};
+    beat.end = motion.state;
+    measure_end(steps, motion.pose, scratch.sample, beat);
+    return beat;
 }
 
 /// The beat map of a state of more than eight numbers, in two passes of half the derivatives each: loops over more than
@@ -124,13 +104,6 @@ S reduced_inertia(const Swimmer<S, Law>& fish, const int* hinges, int count, Lin
     const Composite<S> body = composite(fish, shape);  // b is what unit rates of the joints bring along
     const Twist<S> xi = inverse(body.inertia) * (S(-1) * body.momentum);
     return S(2) * kinetic_energy(fish, shape, xi);
-}
-
-/// A beat without what its end says of the joints that yield.
-template <class S, int D>
-Beat<S> without_bend(const Beat<S, YieldingState<S, D>>& b) {
-    return {b.end.body,    b.displacement, b.power, b.power_positive, b.loss,
-            b.torque_peak, b.excursion,    b.arc,   b.radius,         b.advance};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
