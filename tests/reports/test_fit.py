@@ -11,7 +11,7 @@ SPEED = "speed_relative"
 
 
 def fitted(*, validation: float | None) -> Any:
-    """Return as much of a fit as the page's head needs: its speed 2 % off in the fitted runs, or `validation` in the others."""
+    """Return what the page's head needs of a fit: its speed 2 % off in the fitted runs, `validation` in the others."""
     unseen = None if validation is None else SimpleNamespace(rms={SPEED: validation})
     return SimpleNamespace(
         train=SimpleNamespace(rms={SPEED: 0.02}),
