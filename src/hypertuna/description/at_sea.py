@@ -56,7 +56,7 @@ BOARD = {
 
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
-    """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
+    """Check that a robot has the named tables, and with `pilot` its sensors; the error lists all that are missing."""
     board = "firmware" in tables
     require_groups(robot, sea=True, board=board)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
@@ -86,7 +86,7 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
 
 
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
-    """Add sections and fins to a robot; `tuna` is HyperTuna's document."""
+    """Add the tables ``[spatial]`` and ``[fins]`` to a robot's document; `tuna` is HyperTuna's document."""
     if len(document["joints"]) > _core.MAX_JOINTS:
         rule = f"must be at most {_core.MAX_JOINTS} joint groups with --sea"
         fix = "name fewer groups, each of several links"
@@ -156,7 +156,7 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 
 
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
-    """Return the table ``[fins]``: HyperTuna's by length, beside the hull of a head [m]."""
+    """Return the table ``[fins]``: HyperTuna's, with sizes and places for this shape and a length of the head [m]."""
     span = 0.118 * shape.length
     own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
     own |= {"span_m": span, "chord_m": 0.8 * span}
@@ -166,11 +166,11 @@ def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, flo
 def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
     """Return the pins of servos and analog sensors: two for the circuits of a joint, one where a servo turns it."""
     sides = [1 if "servo" in group else 2 for group in joints]
-    soft = sides.count(2)
-    analog = iter(ANALOG_PINS)
+    oil_joints = sides.count(2)
+    free_pins = iter(ANALOG_PINS)
     return {
         "servo_pins": list(SERVO_PINS[: sum(sides) + 2]),
-        "bend_pins": list(islice(analog, soft)),
-        "pressure_pins": list(islice(analog, 2 * soft)),
-        "current_pins": list(islice(analog, sum(sides))),
+        "bend_pins": list(islice(free_pins, oil_joints)),
+        "pressure_pins": list(islice(free_pins, 2 * oil_joints)),
+        "current_pins": list(islice(free_pins, sum(sides))),
     }

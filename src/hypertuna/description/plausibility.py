@@ -42,7 +42,7 @@ SWIMMING = (0.01, 20.0)  # lengths per second
 def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
     if (slip := _unit_of_lengths(robot)) is not None:
-        return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
+        return [slip, *(text for text in _unusual(robot) if "s.length_m" not in text)]  # comparisons would repeat it
     unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors, _idle_factors)
     return [*_unusual(robot), *(sentence for check in unlikely for sentence in check(robot))]
 
@@ -68,17 +68,17 @@ def _unusual(robot: Robot) -> Iterator[str]:
         if usual is None or entry.default:
             continue
         numbers = [*_numbers(entry.value)]
-        bad = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
+        unlikely = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
         if entry.key.endswith("amplitude_deg") and max(numbers, default=0.0) >= usual[0]:
-            bad = []  # a joint may well rest
-        if bad:
-            worst = max(bad, key=abs)
+            unlikely = []  # a joint may well rest
+        if unlikely:
+            worst = max(unlikely, key=abs)
             limits = f"usual are {usual[0]:g} to {usual[1]:g}"
             yield f"{entry.key} has {worst:g} {entry.unit}".rstrip() + f"; {limits}: {_slip(worst, entry.unit, usual)}."
 
 
 def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
-    """Return the unit that a value may be in, with the value in the unit of the file."""
+    """Return a hint for a value [unit of the file]: another unit that makes it usual, else to check unit and power."""
     for other, factor in SLIPS.get(unit, {}).items():
         if usual[0] <= value * factor <= usual[1]:
             return f"is it in {other}? Then write {value * factor:.6g}"
@@ -113,9 +113,9 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
             )
         density = mass / (volume or math.pi / 4 * WIDE * height**2 * length)
         if not DENSITY[0] <= density <= DENSITY[1]:
-            of = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
+            volume_source = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
             slip = _slip(mass, "kg", (mass * DENSITY[0] / density, mass * DENSITY[1] / density))
-            yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {of}: {slip}."
+            yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {volume_source}: {slip}."
 
 
 def _unlikely_sizes(robot: Robot) -> Iterator[str]:
@@ -144,10 +144,10 @@ def _unlikely_speeds(robot: Robot) -> Iterator[str]:
     given = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
     given["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
     for key, speeds in given.items():
-        fast = max(speeds, default=0.0) / robot.body.length
-        if fast and not SWIMMING[0] <= fast <= SWIMMING[1]:
+        fastest = max(speeds, default=0.0) / robot.body.length
+        if fastest and not SWIMMING[0] <= fastest <= SWIMMING[1]:
             slip = _slip(max(speeds), "m/s", (SWIMMING[0] * robot.body.length, SWIMMING[1] * robot.body.length))
-            yield f"{key} is up to {fast:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
+            yield f"{key} is up to {fastest:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
 
 
 def _coarse_sensors(robot: Robot) -> Iterator[str]:

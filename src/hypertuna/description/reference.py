@@ -50,24 +50,24 @@ def keys() -> list[Key]:
 
 def _default(rule: Mapping[str, Any]) -> str:
     """Return the default of an optional key: the rule in its meaning, its value, or none."""
-    if told := re.search(r"\(default: (.*)\)$", rule["description"]):
-        return told[1]
+    if rule_in_words := re.search(r"\(default: (.*)\)$", rule["description"]):
+        return rule_in_words[1]
     value = rule.get("default")
     return "none" if value is None or value in ([], {}) else json.dumps(value).strip('"')
 
 
 def _typical() -> dict[str, str]:
     """Return typical values by key without indices and names of gaits and materials."""
-    typical = {key: "{:g} to {:g}".format(*one.usual) for key, one in declared(Robot).items() if one.usual}
-    own: dict[str, str] = {}
+    typical = {key: "{:g} to {:g}".format(*k.usual) for key, k in declared(Robot).items() if k.usual}
+    own_values: dict[str, str] = {}
     for entry in load("hypertuna").entries():
         if not entry.default:
-            own.setdefault(plain(entry.key), _shown(entry.value))
-    return typical | own
+            own_values.setdefault(plain(entry.key), _shown(entry.value))
+    return typical | own_values
 
 
 def _shown(value: Any) -> str:
-    """Write a value of a robot, a list of numbers by its ends."""
+    """Write a value of a robot as text, a list of numbers by its lowest and highest."""
     flat = (
         [x for part in value for x in (part if isinstance(part, list) else [part])] if isinstance(value, list) else []
     )

@@ -25,7 +25,7 @@ MIRRORED = {"speed": "surge"}  # columns with the opposite sign in the core
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable; `line` is what the binary reads of it."""
+    """A variable of an FMU; `line` describes it in the file that the binary reads."""
 
     name: str
     causality: str  # input, parameter, output, independent
@@ -45,7 +45,7 @@ def variables(robot: Robot, kind: str, *, sea: bool, pilot: bool) -> list[Variab
     pilot = pilot and sea
     inputs = _command(robot, sea, pilot=pilot) if kind == "twin" else _pulses(robot, sea)
     readings = _readings(robot, pilot=pilot) if kind == "plant" else ()
-    return [time, *inputs, *_parameters(sea), *readings, *_truth(robot, kind, sea)]
+    return [time, *inputs, *_parameters(sea), *readings, *_recorded_outputs(robot, kind, sea)]
 
 
 def _input(place: int, name: str, unit: str, description: str, start: float, low: float, high: float) -> Variable:
@@ -60,15 +60,15 @@ def _command(robot: Robot, sea: bool, *, pilot: bool) -> Iterator[Variable]:
     kinds = {"amplitude": "amplitude of the bend", "phase": "lag of the bend", "bias": "mean bend, counter-clockwise"}
     for k, (kind, text) in enumerate(kinds.items()):
         for g, group in enumerate(groups):
-            top = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
-            low = 0.0 if kind == "amplitude" else -top
-            yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, top)
+            high = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
+            low = 0.0 if kind == "amplitude" else -high
+            yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, high)
     place = 1 + 3 * len(groups)
     if sea:
-        top = limits["fin_max"][0]
+        high = limits["fin_max"][0]
         for k, side in enumerate(LABELS["side"]):
             text = f"angle of the {side} fin, leading edge up"
-            yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -top, top)
+            yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -high, high)
     text = "whether the tail beats; otherwise it rests"
     yield Variable("armed", "input", "1", text, f"b input {place + 2} 1", "discrete", "Boolean", 1.0)
     if pilot:
@@ -94,11 +94,11 @@ def _parameters(sea: bool) -> Iterator[Variable]:
     """Yield the parameters: seed and start, which are fixed, and the current, which is tunable."""
     text = "seed of the sensors' errors"
     yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
-    of_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
+    at_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
     if sea:
-        of_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
-        of_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
-    for place, (name, unit, text, start) in enumerate(of_start, start=1):
+        at_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
+        at_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
+    for place, (name, unit, text, start) in enumerate(at_start, start=1):
         low = 0.0 if name == "start_depth" else None
         yield Variable(name, "parameter", unit, text, f"r fixed {place} {start!r}", "fixed", start=start, low=low)
     for place, toward in enumerate(("east", "north") if sea else (), start=4):
@@ -107,17 +107,17 @@ def _parameters(sea: bool) -> Iterator[Variable]:
 
 
 def _output(name: str, unit: str, description: str, column: str, place: int, factor: float = 1.0) -> Variable:
-    whole = name in ("status", "fixed")
-    line = f"{'i' if whole else 'r'} output {column} {place} {factor!r}"
-    variability, kind = ("discrete", "Integer") if whole else ("continuous", "Real")
+    integer = name in ("status", "fixed")
+    line = f"{'i' if integer else 'r'} output {column} {place} {factor!r}"
+    variability, kind = ("discrete", "Integer") if integer else ("continuous", "Real")
     return Variable(name, "output", unit, description, line, variability, kind)
 
 
 def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
-    """Yield what the sensors read: those of the controller, and of the pilot where the image has one."""
-    read = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
-    for channel in read:
-        for place, label in enumerate(_of_channel(robot, channel)):
+    """Yield the outputs of the sensors: the controller's, and the pilot's where the image has one."""
+    channels = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
+    for channel in channels:
+        for place, label in enumerate(_channel_labels(robot, channel)):
             if label is not None:
                 name = _joined(channel.column, label)
                 text = f"{_joined(channel.name, label, ' ')} {channel.meaning}"
@@ -126,8 +126,8 @@ def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
         yield _output("fixed", "1", "1 where the satellite receiver has a fix in this tick", "fixed", 0)
 
 
-def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
-    """Name the places of a channel; None where the robot has no sensor."""
+def _channel_labels(robot: Robot, channel: Channel) -> list[str | None]:
+    """Return the labels of a channel's sensors; None where the robot has none."""
     if channel.per == "joint":
         return [group.name if group.drive.oil else None for group in robot.joints]
     if channel.per == "circuit":
@@ -136,8 +136,8 @@ def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
     return [axis if channel.size > 1 else "" for axis in axes[: channel.size]]
 
 
-def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
-    """Yield what the record of the twin has."""
+def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
+    """Yield the outputs that a twin records; without its controller's where the FMU is the plant alone."""
     left_out = (*OF_CONTROLLER, *OF_CONTROLLER_AT_SEA) if kind == "plant" else ()
     drives, oil = drive_names(robot), [group.drive.oil for group in robot.joints]
     places: dict[str, Any] = LABELS | {

@@ -1,4 +1,4 @@
-"""What the water is to each link, asked of the core: inertia with added mass, and drag along and across."""
+"""Inertia with added mass, and drag along and across, of each link in water, as the core computes them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,27 +26,27 @@ class LinkWater:
 
 
 def links_water(robot: Robot) -> list[LinkWater]:
-    """Return what the robot's water law makes of each link."""
+    """Return inertia and drag of each link by the robot's water law."""
     columns = model_columns(robot, {})
-    return [_alone(robot, columns, i) for i in range(len(robot.links.name))]
+    return [_link_alone(robot, columns, i) for i in range(len(robot.links.name))]
 
 
-def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
-    """Ask the core about a body of this link alone."""
+def _link_alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
+    """Return inertia and drag of a body that is this link alone."""
     links = len(robot.links.name)
 
     def own(name: str, value: Any) -> Any:
         column = np.ravel(np.asarray(value, dtype=float))
         return column[link : link + 1] if name not in PER_GROUP and np.ndim(value) and len(column) == links else value
 
-    alone = {name: own(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
-    if "edge_aspect" in alone and link < links - 1:  # no tail fin, whose added mass has a place of its own
-        alone["edge_aspect"] = 0.0
+    chosen = {name: own(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
+    if "edge_aspect" in chosen and link < links - 1:  # no tail fin, whose added mass has a place of its own
+        chosen["edge_aspect"] = 0.0
     # Backward, across, and turning: the tail fin pushes only along itself then. Twists of the nose.
     from_com = np.array([[1.0, 0, 0], [0, 1, -robot.links.com[link]], [0, 0, 1]])
-    slow = from_com.T
+    twists = from_com.T
     answer = _core.dynamics(
-        _core.Model(robot.model.water, alone), np.zeros((6, 1, 3)), np.concatenate([slow, 2 * slow])
+        _core.Model(robot.model.water, chosen), np.zeros((6, 1, 3)), np.concatenate([twists, 2 * twists])
     )
     force = -answer["wrench"] @ from_com  # at the center of mass
     linear_and_square = np.array([np.diag(force[:3]), np.diag(force[3:])])  # b + a, 2 b + 4 a
@@ -55,7 +55,7 @@ def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
 
 
 def lost_drag(robot: Robot) -> list[str]:
-    """List what the drag of the robot's law has beyond squares of the speeds along and across."""
+    """List the parts of the law's drag that are no squares of the speeds along and across, in words."""
     coefficients = getattr(robot.water, robot.model.water)
     parts = {
         "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",

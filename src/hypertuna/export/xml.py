@@ -19,7 +19,7 @@ def add(parent: Element, tag: str, content: Any = None, **attributes: Any) -> El
 
 
 def written(value: Any) -> str:
-    """Write a word, a truth, a number or numbers."""
+    """Return a word, a truth value, a number or numbers as text."""
     if isinstance(value, str):
         return value
     if isinstance(value, Iterable):

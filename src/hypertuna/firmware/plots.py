@@ -61,12 +61,12 @@ def _draw_pin(axes: Axes, side: int, y: float, name: str, wire: Wire | None) -> 
 
 
 def _draw_legend(axes: Axes, wiring: Wiring, y: float) -> None:
-    """Name the colors of the buses that the robot has."""
-    found: dict[str, str] = {}
+    """Draw the legend: the color of each bus that the robot has."""
+    entries: dict[str, str] = {}
     for wire in wiring.wires:
         rate = f", {wire.rate:,} bit/s" if wire.rate and wire.bus != "I2C" else ""
-        found.setdefault("Serial ports" if wire.bus.startswith("Serial") else wire.bus + rate, color_of(wire))
-    for k, (text, color) in enumerate(found.items()):
+        entries.setdefault("Serial ports" if wire.bus.startswith("Serial") else wire.bus + rate, color_of(wire))
+    for k, (text, color) in enumerate(entries.items()):
         x = -REACH + 0.4 + k * 1.8
         axes.plot([x, x + 0.3], [y, y], color=color, lw=2.5)
         axes.text(x + 0.4, y, text, va="center", fontsize=8)

@@ -29,7 +29,7 @@ def sampled_image(robot: Robot) -> bytes:
         facts = {"seed": SEED}
     else:
         return robot_image(robot)
-    own = model_columns(robot, {})
-    changed = [name for name in own if any(not np.array_equal(one[name], own[name]) for one in samples)]
+    model = model_columns(robot, {})
+    changed = [name for name in model if any(not np.array_equal(one[name], model[name]) for one in samples)]
     columns = {f"samples.{name}": np.array([np.ravel(one[name]) for one in samples]) for name in changed}
     return robot_image(robot, columns, {"samples": {"count": len(samples)} | facts})

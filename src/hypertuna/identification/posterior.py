@@ -55,8 +55,8 @@ class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
     @property
     def record(self) -> dict[str, Any]:
         """Record of the posterior, for JSON."""
-        ends = zip(self.free, self.low, self.high, strict=True)
-        rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in ends]
+        intervals = zip(self.free, self.low, self.high, strict=True)
+        rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in intervals]
         names = ("acceptance", "steps", "walkers", "sentence")
         record = {"parameters": rows, "autocorrelation_steps": self.autocorrelation}
         return record | {name: getattr(self, name) for name in names}
@@ -104,7 +104,7 @@ def posterior(
         return {"chain": sampler.get_chain(), "log": end.log_prob, "accepted": accepted}
 
     chain: list[Any] = []
-    accepted, at = 0.0, {"x": _begin(fit, lower, upper, walkers), "log": None}
+    accepted, at = 0.0, {"x": _start_points(fit, lower, upper, walkers), "log": None}
     with Journal(checkpoint, header) as journal:
         for first in range(0, steps, BLOCK):
             count = min(BLOCK, steps - first)
@@ -120,7 +120,7 @@ def posterior(
 
 @dataclass(frozen=True)
 class _Density:
-    """Logarithm of the posterior's density."""
+    """Natural logarithm of the posterior's density at scaled coefficients x (n,), but for a constant."""
 
     free: tuple[Free, ...]
     loss: str
@@ -139,9 +139,9 @@ class _Density:
     def __call__(self, x: Array) -> float:
         if not ((x >= self.lower) & (x <= self.upper)).all():
             return -math.inf
-        known = float((prior_rows(self.free, x)[0] ** 2).sum())
+        prior_terms = float((prior_rows(self.free, x)[0] ** 2).sum())
         terms = loss_terms(self.loss, self.squares_at(from_scale(self.free, x)))[0]
-        return -0.5 * (self.weight * float(terms.sum()) + known)
+        return -0.5 * (self.weight * float(terms.sum()) + prior_terms)
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def with_posterior(fit: Fit, sampled: Posterior) -> Robot:
     return parse(document, file=fit.robot.file)
 
 
-def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
+def _start_points(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     """Return start points (walkers, n) from the linear fit, within the bounds."""
     rng = np.random.default_rng(fit.seed)
     width = upper - lower

@@ -70,7 +70,7 @@ class Swimmers:
 
     @property
     def size(self) -> int:
-        """Numbers of an observation."""
+        """Count of the numbers of an observation."""
         return sensed(self.robot) + self.task.size
 
     def restart(self, swimmers: Iterable[int], rngs: Sequence[np.random.Generator]) -> None:
@@ -84,11 +84,11 @@ class Swimmers:
             self.current[k] = speed * math.cos(toward), speed * math.sin(toward)
             self.action[k], self.steps[k], self._drift[k], self._before[k] = self.rest, 0, 0.0, 0.0
         self._columns = self._batch.columns()
-        at = self._look(self._columns["x"], self._columns["y"])
-        self.seen = Seen(*(_put(old, new, rows) for old, new in zip(self.seen, at, strict=True)))
+        looked = self._look(self._columns["x"], self._columns["y"])
+        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, looked, strict=True)))
 
     def act(self, action: Array) -> Outcome:
-        """Make a step of all swimmers."""
+        """Make a step of all swimmers; return their rewards, ends and successes."""
         if action.shape != self.action.shape:
             rule, value = f"must be {self.action.shape[1]} numbers for each swimmer", f"of shape {action.shape}"
             raise InputError(rule, key="action", value=value, fix="see hypertuna.learning.spans.knobs")
@@ -96,12 +96,12 @@ class Swimmers:
         x, y = self._columns["x"], self._columns["y"]
         self._batch.command(*(np.ascontiguousarray(part) for part in self.span.gait(self.action)))
         self._batch.advance(self.ticks, self.threads)
-        self._columns, before = self._batch.columns(), self.seen
+        self._columns, seen_before = self._batch.columns(), self.seen
         self.steps += 1
         self._drift += self.step * self.current
         self.seen = self._look(x, y)
         self.effort = self.seen.effort
-        return self.task.outcome(self.goal, self.seen, before)
+        return self.task.outcome(self.goal, self.seen, seen_before)
 
     def observe(self) -> Array:
         """Return what each swimmer observes (N, size); measured bends have the noise of the sensors, all else is true.
@@ -117,17 +117,17 @@ class Swimmers:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Which twins have left what a robot can do (N,)."""
+        """Whether each twin has left the limits of a robot, shape (N,)."""
         return np.asarray(self._columns["lost"] != 0)
 
     @cached_property
     def kind(self) -> tuple[object, ...]:
-        """What swimmers share that can go on from each other's states."""
+        """Task, number, step and robots, equal for swimmers that can go on from each other's states."""
         return self.task, self.count, self.step, [robot.document() for robot in (self.robot, *self.robots)]
 
     @property
     def moment(self) -> dict[str, Any]:
-        """All that changes, by attribute; steps change it in place."""
+        """State that steps change, in place, by the name of the attribute."""
         return {name: getattr(self, name) for name in CHANGING}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Swimmers:
@@ -141,12 +141,12 @@ class Swimmers:
         return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
 
     def _look(self, x: Array, y: Array) -> Seen:
-        """Look at the swimmers, which were at `x`, `y` [m] a step ago."""
+        """Return what swimmers are seen to do, from where they were a step ago, `x`, `y` [m]."""
         c, length = self._columns, self.robot.body.length
         ahead = -(np.cos(c["heading"]) * (c["x"] - x) + np.sin(c["heading"]) * (c["y"] - y))
-        drawn, self._before = c["energy"] - self._before, c["energy"].copy()
+        energy, self._before = c["energy"] - self._before, c["energy"].copy()
         position = np.stack([c["x"], c["y"]], axis=1) / length + self._drift
-        return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), drawn / (self.step * self.power))
+        return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), energy / (self.step * self.power))
 
 
 def _structure(robot: Robot) -> tuple[object, ...]:
@@ -155,16 +155,16 @@ def _structure(robot: Robot) -> tuple[object, ...]:
 
 def _largest_power(robot: Robot) -> float:
     """Return the electrical power [W] of the servos that move the joints, all at stall."""
-    axles = [group.servo for group in robot.joints if group.servo is not None]
-    power = sum(servo.voltage * servo.stall_current for servo in axles)
+    servos = [group.servo for group in robot.joints if group.servo is not None]
+    power = sum(servo.voltage * servo.stall_current for servo in servos)
     if has_oil(robot):
         pump = pump_servo(robot)
         power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)  # which it has
     return power
 
 
-def _put(old: Array, new: Array, rows: Sequence[int]) -> Array:
-    """Return `old` with some rows of `new`."""
-    out = old.copy()
-    out[rows] = new[rows]
-    return out
+def _with_rows(old: Array, new: Array, rows: Sequence[int]) -> Array:
+    """Return a copy of `old` with some rows of `new`."""
+    mixed = old.copy()
+    mixed[rows] = new[rows]
+    return mixed

@@ -39,7 +39,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Task(ABC):
-    """A task."""
+    """A task: its goals, what a swimmer observes of them, and the reward of a step."""
 
     size: ClassVar[int]  # numbers of an observation that describe the task
     seconds: float = 60.0  # of an episode
@@ -159,13 +159,13 @@ def wrapped(angle: Array) -> Array:
 
 
 def _turned(vector: Array, heading: Array) -> Array:
-    """Components ahead and to the left of vectors over ground (N, 2)."""
+    """Return the components ahead and to the left of vectors over ground (N, 2)."""
     cosine, sine = np.cos(heading), np.sin(heading)
     x, y = vector.T
     return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=1)
 
 
 def _toward(vector: Array, heading: Array) -> Array:
-    """Cosine and sine of the bearing from ahead, and the distance in 4 BL (N, 3)."""
+    """Return cosine and sine of the bearing from ahead, and the distance in 4 BL, shape (N, 3)."""
     distance = np.linalg.norm(vector, axis=1, keepdims=True)
     return np.concatenate([_turned(vector, heading) / np.maximum(distance, 1e-9), distance / 4], axis=1)

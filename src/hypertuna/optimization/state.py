@@ -42,7 +42,7 @@ class TankState(Closing):
 
     @abstractmethod
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up the work by its options, and return its robot."""
+        """Set up the work by its options; return its robot."""
 
     @abstractmethod
     def _replay(self, record: Mapping[str, Any], place: str) -> None:

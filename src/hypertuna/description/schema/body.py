@@ -244,7 +244,7 @@ def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
 
 
 class Drive(NamedTuple):
-    """A kind of what moves a joint group, by what its sensors, pins, records and circuits ask of it."""
+    """A kind of drive of a joint group: its servos, and whether it works by oil."""
 
     servos: tuple[str, ...]  # endings of their names behind the group's: as many servos, two at most
     oil: bool  # in circuits, with sensors of bend and pressure
@@ -369,16 +369,16 @@ class GaitBounds(Part, table="gait_bounds", how="choose within what joints and s
 
 def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Check]:
     """Check that muscles and lines fit into their sections, and sections and pump into the body."""
-    within = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
+    across_body = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
         if (body := group.actuator) is None:
             continue
         for name in ("segment_length", "semi_major", "semi_minor"):
-            within += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
-        runs = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
-        runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
+            across_body += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
+        in_section = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
+        in_section += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
         width = 2 * min(body.semi_minor)
         text = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
-        yield from (Check(value < width, key, text, "give it in m, not mm", f"{value:g}") for key, value in runs)
+        yield from (Check(value < width, key, text, "give it in m, not mm", f"{value:g}") for key, value in in_section)
     text = f"must be less than body.length_m = {length:g}: it is inside the body"
-    yield from (Check(value < length, key, text, "give it in m, not mm", f"{value:g}") for key, value in within)
+    yield from (Check(value < length, key, text, "give it in m, not mm", f"{value:g}") for key, value in across_body)

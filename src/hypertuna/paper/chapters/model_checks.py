@@ -54,14 +54,14 @@ def start_finding(model: str, trial: Trial) -> Finding:
     """Return the speed over the last half of a swim from rest through the tank, over the settled speed."""
     swim, facts = trial.start, published()["start"]
     motion, length = swim.trajectory, trial.robot.body.length
-    way = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
-    end = min(int(np.searchsorted(way, facts["tank_m"] - length)), len(way) - 1)
-    half = end // 2
-    speed = float(motion.forward_speed[half:end].mean())
-    at = {"frequency": facts["frequency_hz"], "phase": np.radians(facts["phase_deg"])}
+    distance = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
+    end = min(int(np.searchsorted(distance, facts["tank_m"] - length)), len(distance) - 1)
+    middle = end // 2
+    speed = float(motion.forward_speed[middle:end].mean())
+    point = {"frequency": facts["frequency_hz"], "phase": np.radians(facts["phase_deg"])}
     tank = trial.tank.speed.isel(bias=0, amplitude=list(published()["tank"]["amplitude_deg"]).index(facts["amplitude"]))
-    settled = float(tank.sel(at, method="nearest"))
-    seconds, meters = float(motion.time[end]), way[end]
+    settled = float(tank.sel(point, method="nearest"))
+    seconds, meters = float(motion.time[end]), distance[end]
     note = f"{speed:.3g} of {settled:.3g} m/s in the last half of {seconds:.3g} s, in which it swims {meters:.3g} m"
     return Finding("start/steady", model, "prediction", speed / settled, note)
 
@@ -83,7 +83,7 @@ def _speeds(fits: Mapping[str, Fit], trials: Trials) -> dict[str, list[float]]:
 
 
 def _costs(trials: Trials) -> dict[str, Array]:
-    """Return costs of transport over frequency, over that at the highest, by model [1]."""
+    """Return by model the cost of transport at each frequency over that at the highest frequency [1]."""
     tank = published()["tank"]
     place: dict[str, Any] = {"amplitude": list(tank["amplitude_deg"]).index("large"), "bias": 0}
     place["phase"] = tank["phase_deg"].index(published_value("optimal-phase/fastest"))
