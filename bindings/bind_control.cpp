@@ -93,6 +93,7 @@ static Row sense_row(LiveSensors& senses, const Row& truth, const std::vector<Fa
 
 void bind_control(nb::module_& m) {
     m.attr("MAX_JOINTS") = max_joints;
+    m.attr("MAX_COORDINATES") = max_coordinates;
     m.attr("MAX_SERVOS") = max_servos;
     m.def(
         "fault_kinds", [] { return std::vector<std::string>(std::begin(fault_kinds), std::end(fault_kinds)); },

@@ -169,7 +169,7 @@ void bind_simulation(nb::module_& m) {
             },
             nb::arg("model"), nb::arg("columns"),
             "From the columns of Body, `joints`, `joint.NAME` "
-            "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `spring.NAME` of a hinge.")
+            "(joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `spring.NAME` of the hinges.")
         .def_prop_ro("structure", &structure_of, "Plants with the same one differ in numbers alone.");
     nb::class_<GaitCommand>(m, "GaitCommand", "A command to a controller. Immutable.")
         .def(

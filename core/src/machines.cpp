@@ -61,7 +61,7 @@ class Machines final : public AnyMachines {
         const std::vector<Real> joint = load_row(robots, &PlantNumbers::joint, joints * width),
                                 circuit = load_row(robots, &PlantNumbers::circuit, 2 * joints * circuit_column_count),
                                 battery = load_row(robots, &PlantNumbers::battery, battery_column_count),
-                                hinge = load_row(robots, &PlantNumbers::hinge, spring_numbers);
+                                spring = load_row(robots, &PlantNumbers::spring, D * spring_numbers);
         for (int j = 0; j < joints; ++j) {
             const Real *const row = joint.data() + j * width, *const limits = row + joint_column_count;
             joint_.push_back(read_joint(row, StretchLimits<Real>{limits[0], limits[1], limits[2]}));
@@ -69,6 +69,8 @@ class Machines final : public AnyMachines {
         }
         for (int c = 0; c < 2 * joints; ++c)
             circuit_.push_back(read_circuit<Real>(circuit.data() + c * circuit_column_count));
+        for (int d = 0; d < D; ++d)
+            spring_.push_back(read_row<Spring<Real>, Real>(spring_columns, spring.data() + d * spring_numbers));
         for (int k = 0; k < lanes; ++k) {
             const std::vector<double>& numbers = robots[k]->model->robot;
             for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -80,14 +82,8 @@ class Machines final : public AnyMachines {
                                       robots[0]->clamped,  armature_.data(),
                                       motion_.data(),      shape_.data(),
                                       acceleration_.data()};
-        machine_.plant = {tail,
-                          joints,
-                          joint_.data(),
-                          direct_,
-                          gear_.data(),
-                          circuit_.data(),
-                          unit_rest_.data(),
-                          read_row<Spring<Real>, Real>(spring_columns, hinge.data())};
+        machine_.plant = {tail,         joints,          joint_.data(),     direct_,
+                          gear_.data(), circuit_.data(), unit_rest_.data(), spring_.data()};
         machine_.battery = read_battery<Real>(battery.data());
         machine_.step = Real(tick / steps);
         machine_.steps = steps;
@@ -115,6 +111,7 @@ class Machines final : public AnyMachines {
     std::vector<LinkAcceleration<Real>> acceleration_;
     std::vector<Joint<Real>> joint_;
     std::vector<Circuit<Real>> circuit_;
+    std::vector<Spring<Real>> spring_;
     bool direct_[D] = {};
     Machine<Tail<Real, Law, D>> machine_{};
     MachineState<Real, D> state_{};

@@ -8,6 +8,8 @@ from typing import Annotated, Any, overload
 import numpy
 from numpy.typing import NDArray
 
+IMAGE_VERSION: int = 5
+
 def water_laws() -> list[tuple[str, list[tuple[str, str, bool]]]]:
     """
     The water laws, each with the columns of its coefficients: name, unit, whether one value per link.
@@ -407,6 +409,8 @@ def battery_output(
 
 MAX_JOINTS: int = 12
 
+MAX_COORDINATES: int = 13
+
 MAX_SERVOS: int = 26
 
 def fault_kinds() -> list[str]:
@@ -524,7 +528,7 @@ class Plant(Body):
 
     def __init__(self, model: Model, columns: dict[str, Any]) -> None:
         """
-        From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `spring.NAME` of a hinge.
+        From the columns of Body, `joints`, `joint.NAME` (joints), `circuit.NAME` (2 joints), `battery.NAME`, `idle` [W], and `spring.NAME` of the hinges.
         """
 
     @property

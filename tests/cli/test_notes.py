@@ -94,7 +94,7 @@ def test_a_hinge_is_of_a_link_that_the_robot_has(run: Run, hinged: str) -> None:
 
 
 def test_several_hinges_are_listed_from_nose_to_tail(run: Run, hinged: str) -> None:
-    """They swim, one by one in the record; the twin takes one."""
+    """They swim, one by one in the record, and the twin bends them."""
     rigid = Path(hinged).read_text().partition("[hinge]")[0]
     one, two = (f"\n[[hinges]]\nlink = {link}\nstiffness_n_m_per_rad = 0.5\n" for link in (1, 2))
 
@@ -104,8 +104,8 @@ def test_several_hinges_are_listed_from_nose_to_tail(run: Run, hinged: str) -> N
 
     assert "hinges[1].link must be behind link 2, and at most 2, but is 1" in checked(two + one)
     assert "hinges must not stand beside [hinge], but is given" in checked(one + two.replace("[[hinges]]", "[hinge]"))
-    assert "has no twin: it has 2 hinges, and the twin takes one" in checked(one + two)
-    assert "hinges must be a single hinge in the twin, but is 2" in run("twin", "--robot", "two.toml", *GAIT)[2]
+    assert "no twin" not in checked(one + two)
+    assert run("twin", "--robot", "two.toml", *GAIT, "--duration", "1", "--json")[::2] == (0, "")
     code, output, errors = run("swim", "--robot", "two.toml", *GAIT, "--json")
     record = json.loads(output)
     assert (code, errors) == (0, "")

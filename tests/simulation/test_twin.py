@@ -20,6 +20,8 @@ from hypertuna.simulation.twin import twin, twins
 
 ROBOT = ht.load("hypertuna")
 LONG = parse(new_robot("eel", links=15, length=0.9))
+SPRINGS = [{"link": link, "stiffness_n_m_per_rad": 0.5} for link in (11, 12)]
+SUPPLE = parse(new_robot("eel", links=13, length=0.9) | {"hinges": SPRINGS})
 SMALL = ht.Gait.from_degrees(frequency=2, amplitude=(6, 9), phase=(0, 30))
 
 
@@ -88,7 +90,7 @@ def test_a_hinge_that_hardly_gives_is_a_stiff_plant_too() -> None:
 def test_a_seed_repeats_to_the_last_bit_whoever_runs_it() -> None:
     options = [{"robot": ROBOT, "gait": SMALL, "duration": 1.0, "seed": seed} for seed in (0, 1, 0)]
     runs = twins(options, measure=lambda run: run, threads=2)
-    for name in VARIABLES:
+    for name in runs[0].data:
         assert (runs[0].data[name] == runs[2].data[name]).all(), name
     assert (runs[0].data["angle_measured"] != runs[1].data["angle_measured"]).any()
     alone = twins(options[:1], measure=lambda run: run.data["angle"])
@@ -119,6 +121,8 @@ def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
     hinged = changed("hinge", link=7, stiffness_n_m_per_rad=0.5, damping_n_m_s_per_rad=0.002)
     robots = [ROBOT, parse(wild), other_lines(compliance_m3_pa=4e-12), ROBOT.using(water="strip"), hinged]
     robots.append(changed("hinge", **SPRUNG))
+    two = [{"link": link, "stiffness_n_m_per_rad": 0.7, "damping_n_m_s_per_rad": 0.002} for link in (6, 7)]
+    robots.append(parse(ROBOT.document() | {"hinges": two}))
     fast = ht.named_gait(ROBOT, "unoptimised-max")
     runs = [
         {"robot": robot, "gait": gait, "duration": duration, "seed": seed, "medium": medium, "faults": faults}
@@ -265,6 +269,28 @@ def test_hinge_softens_the_fin() -> None:
     assert abs(soft.speed / plain.speed - 1) > 0.05
 
 
+def test_several_hinges_bend_in_series() -> None:
+    """One that hardly gives before another is none; soft ones both bend, and datasets name the links behind them."""
+
+    def with_hinges(*stiffness: float) -> ht.Robot:
+        tables = [
+            {"link": link, "stiffness_n_m_per_rad": k, "damping_n_m_s_per_rad": 0.002}
+            for link, k in zip((6, 7), stiffness, strict=True)
+        ]
+        return parse(ROBOT.document() | {"hinges": tables}, file=ROBOT.file)
+
+    one = changed("hinge", link=7, stiffness_n_m_per_rad=0.3, damping_n_m_s_per_rad=0.002)
+    alone, stiff, soft = (twin(robot, SMALL, duration=5) for robot in (one, with_hinges(50, 0.3), with_hinges(1, 0.3)))
+    assert stiff.speed == pytest.approx(alone.speed, rel=0.02)
+    assert np.ptp(stiff.data["hinge_angle"][:, 1]) == pytest.approx(np.ptp(alone.data["hinge_angle"]), rel=0.05)
+    assert np.degrees(np.ptp(soft.data["hinge_angle"], axis=0)).min() > 5
+    bends = soft.dataset().hinge_angle
+    assert bends.hinge.values.tolist() == [ROBOT.links.name[link] for link in (6, 7)]
+    spring = -np.array([1, 0.3]) * soft.data["hinge_angle"] - 0.002 * soft.data["hinge_rate"]
+    np.testing.assert_allclose(soft.data["hinge_moment"], spring, rtol=1e-9, atol=1e-12)
+    assert "hinge_angle" not in twin(ROBOT, SMALL, duration=0.1).dataset()
+
+
 def test_believing_in_another_robot_shows() -> None:
     """A controller that takes the lines for wider than they are pumps the same volumes, and sees other pressures."""
     narrow = other_lines(bore_m=0.003)
@@ -344,6 +370,7 @@ def test_a_command_at_the_controllers_bounds_is_taken() -> None:
         ),
         ({"gait": ht.Gait(1.0, (0.1,), (0.0,))}, "amplitude must be 2 long"),
         ({"robot": LONG, "gait": ht.Gait(1.0, (0.1,) * 14, (0.0,) * 14)}, "joints must be at most 12 groups"),
+        ({"robot": SUPPLE, "gait": ht.Gait(1.0, (0.1,) * 12, (0.0,) * 12)}, "hinges must be at most 1 in the twin"),
         ({"robot": ht.load("rexeel"), "gait": ht.Gait(1.0, (0.1,) * 5, (0.0,) * 5)}, "controller is missing"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.description.pose import coordinate_shares
 from hypertuna.description.robot import Robot, parse
 from hypertuna.swimming.model import core_model
 from oracles import mujoco_chain
@@ -43,33 +44,32 @@ def swing(t: float) -> tuple[float, float, float]:
 
 
 def twin_rate(robot: Robot, t: float, y: Real) -> Real:
-    """Rate of (x, y, heading, u, v, r, hinge's angle and rate): the twin's dynamics under the moment that drives."""
-    hinge, (angle, rate, wanted) = robot.hinge, swing(t)
-    assert hinge is not None
-    share = np.zeros((3, 2))
-    share[1, 0] = share[HINGE, 1] = 1.0
-    spring = spring_moment(hinge, y[6], y[7])
+    """Rate of (x, y, heading, u, v, r, hinges' angles and rates): the twin's dynamics under the moment that drives."""
+    (angle, rate, wanted), count = swing(t), len(robot.hinges)
+    angles, rates = y[6 : 6 + count], y[6 + count :]
+    springs = [spring_moment(*one) for one in zip(robot.hinges, angles, rates, strict=True)]
     twist = np.array([y[3], y[4], 0, 0, 0, y[5]])
-    bend = np.array([[angle, y[6]], [rate, y[7]]])
-    none, unit = _core.Body(core_model(robot), {"share": share}).accelerations(
+    bend = np.array([[angle, *angles], [rate, *rates]])
+    none, unit = _core.Body(core_model(robot), {"share": coordinate_shares(robot)}).accelerations(
         _core.World({"clamped": False}),
         bend=np.stack([bend, bend]),
         twist=np.stack([twist, twist]),
         pose=np.zeros((2, 9)),
-        moment=np.array([[0.0, spring], [1.0, spring]]),
+        moment=np.array([[0.0, *springs], [1.0, *springs]]),
     )
     found = none + (wanted - none[6]) / (unit[6] - none[6]) * (unit - none)  # linear in the moment
     cosine, sine = math.cos(y[2]), math.sin(y[2])
     path = [cosine * y[3] - sine * y[4], sine * y[3] + cosine * y[4], y[5]]
-    return np.array([*path, found[0], found[1], found[5], y[7], found[7]])
+    return np.array([*path, found[0], found[1], found[5], *rates, *found[7:]])
 
 
 def settled(robot: Robot) -> tuple[ht.Swim, Real]:
-    """The settled beat and its start (x, y, heading, u, v, r, hinge's angle and rate)."""
+    """The settled beat and its start (x, y, heading, u, v, r, hinges' angles and rates)."""
     beat = ht.swim(robot, GAIT, steps=STEPS)
     first = beat.trajectory.isel(time=0)
     body = [float(first[name]) for name in ("x", "y", "heading", "u", "v", "r")]
-    return beat, np.array([*body, float(first.joint_angle[HINGE]), float(first.joint_rate[HINGE])])
+    at = [hinge.link for hinge in robot.hinges]
+    return beat, np.array([*body, *first.joint_angle[at].values, *first.joint_rate[at].values])
 
 
 def beaten(robot: Robot, start: Real) -> Real:
@@ -93,6 +93,15 @@ def test_the_twin_under_the_same_joint_swims_the_settled_beat(law: str) -> None:
     y = beaten(robot, start)
     assert math.hypot(*(y[:2] - start[:2])) * GAIT.frequency == pytest.approx(beat.speed, rel=1e-8)
     np.testing.assert_allclose(y[3:7], start[3:7], atol=1e-8)
+
+
+@pytest.mark.parametrize("hinges", [2, 3])
+def test_the_twin_with_several_hinges_swims_the_settled_beat(hinges: int) -> None:
+    robot = hinged(1.6, hinges=hinges)
+    beat, start = settled(robot)
+    y = beaten(robot, start)
+    assert math.hypot(*(y[:2] - start[:2])) * GAIT.frequency == pytest.approx(beat.speed, rel=1e-8)
+    np.testing.assert_allclose(y[3:], start[3:], atol=1e-7)
 
 
 @pytest.mark.parametrize("keys", [{"rest_deg": 12.0, "cubic": 5.0}])

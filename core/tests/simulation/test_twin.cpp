@@ -42,6 +42,7 @@ struct Robot {
     double armature[D] = {};
     bool direct[2] = {};
     double gear[2] = {1, 1};
+    Spring<double> spring[1] = {{0.5, 0.002, 0, 2, 0.05, 5, 0.02}};
     double filled = taut_load(joint[0], 0.0, 0.0).volume[0], rest[4] = {filled, filled, filled, filled};
     Twin<Tail<double, Law, D>> twin{{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
                                       2,
@@ -50,7 +51,7 @@ struct Robot {
                                       gear,
                                       circuit,
                                       rest,
-                                      {0.5, 0.002, 0, 2, 0.05, 5, 0.02}},
+                                      spring},
                                      {1e4, 16, 14, 0.1, 7.4, 0.9, 0},
                                      1.0,
                                      5e-4,
@@ -139,8 +140,8 @@ static void work_of_the_oil() {
             const double thrust = joint_thrust(load);
             f.out += thrust * thrust / plant.joint[j].axial_viscosity + joint_friction(load) * sliding(w) * w;
         }
-        f.energy += stored(plant.hinge, at.bend.angle[2]);
-        f.out += plant.hinge.drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
+        f.energy += stored(plant.spring[0], at.bend.angle[2]);
+        f.out += plant.spring[0].drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
         return f;
     };
     double target[6] = {}, work = 0, most = 0;
@@ -190,8 +191,8 @@ static void work_of_the_servos() {
             f.out += servo.friction * rubbing(w) * w;
             f.out -= axle_drive(servo, state.targets.supply, state.targets.angle[2 * j], angle, w).torque * w;
         }
-        f.energy += stored(plant.hinge, at.bend.angle[2]);
-        f.out += plant.hinge.drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
+        f.energy += stored(plant.spring[0], at.bend.angle[2]);
+        f.out += plant.spring[0].drag(at.bend.angle[2]) * at.bend.rate[2] * at.bend.rate[2];
         return f;
     };
     const double start = look(state.plant).energy, h = 1e-5;

@@ -26,3 +26,11 @@ def group_shares(robot: Robot) -> Array:
     for g, group in enumerate(robot.joints):
         share[list(group.links), g] = group.share
     return share
+
+
+def coordinate_shares(robot: Robot) -> Array:
+    """Share of each coordinate, joint groups and then hinges, in the bend at each link's front joint (links, D) [1]."""
+    hinges = np.zeros((len(robot.links.name), len(robot.hinges)))
+    for d, hinge in enumerate(robot.hinges):
+        hinges[hinge.link, d] = 1.0
+    return np.hstack([group_shares(robot), hinges])

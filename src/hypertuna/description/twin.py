@@ -13,15 +13,15 @@ from hypertuna.errors import InputError
 
 # Joint groups of a robot with firmware: its messages have room for no more, and a Teensy 4.1 no more pins for oil.
 ON_BOARD = {"servo": _core.BOARD_JOINTS, "hydraulic": 3}
-MAX_HINGES = 1  # that a twin bends
 
 
 def why_no_twin(robot: Robot) -> str:
     """Return why a robot has no twin, as the end of a sentence; empty if it has one."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
-    if len(robot.hinges) > MAX_HINGES:
-        return f"it has {len(robot.hinges)} hinges, and the twin takes one"
+    if len(robot.joints) + len(robot.hinges) > _core.MAX_COORDINATES:
+        both = f"{len(robot.joints)} joint groups and {len(robot.hinges)} hinges"
+        return f"it has {both}, and the twin takes at most {_core.MAX_COORDINATES} of both"
     if hinge := _hinge_on_oil(robot):
         return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
     return "" if robot.controller is not None else "its file has no controller"
@@ -29,7 +29,9 @@ def why_no_twin(robot: Robot) -> str:
 
 def twin_note(robot: Robot) -> str:
     """Return a sentence on a robot with joints that a twin does not take; empty for all others."""
-    if len(robot.joints) <= _core.MAX_JOINTS and len(robot.hinges) <= MAX_HINGES and _hinge_on_oil(robot) is None:
+    coordinates = len(robot.joints) + len(robot.hinges)
+    few = len(robot.joints) <= _core.MAX_JOINTS and coordinates <= _core.MAX_COORDINATES
+    if few and _hinge_on_oil(robot) is None:
         return ""
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
 
@@ -41,8 +43,9 @@ def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> N
         rule, file = f"must be at most {most} groups for the {'firmware' if board else 'twin'}", robot.file or None
         fix = f"let joints share a group, as in the file that `{new_command(robot, sea=sea, board=board)}` writes"
         raise InputError(rule, file=file, key="joints", value=f"{count}", fix=fix)
-    if len(robot.hinges) > MAX_HINGES:
-        rule, fix = "must be a single hinge in the twin", "leave the others out; `swim` and `sweep` bend them all"
+    if count + len(robot.hinges) > _core.MAX_COORDINATES:
+        rule = f"must be at most {_core.MAX_COORDINATES - count} in the twin, beside {count} joint groups"
+        fix = "leave the others out; `swim` and `sweep` bend them all"
         raise InputError(rule, file=robot.file or None, key="hinges", value=f"{len(robot.hinges)}", fix=fix)
 
 
@@ -51,9 +54,8 @@ def require_mass_at_hinge(robot: Robot) -> None:
     if hinge := _hinge_on_oil(robot):
         rule = "must not be the only link of a joint group that oil bends, in the twin"
         fix = "put the hinge on another link"
-        raise InputError(
-            rule, file=robot.file or None, key=f"{robot.hinge_keys[0]}.link", value=f"{hinge.link}", fix=fix
-        )
+        key = f"{robot.hinge_keys[robot.hinges.index(hinge)]}.link"
+        raise InputError(rule, file=robot.file or None, key=key, value=f"{hinge.link}", fix=fix)
 
 
 def require_controller(robot: Robot) -> Controller:

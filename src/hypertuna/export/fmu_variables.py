@@ -142,6 +142,7 @@ def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
     drives, oil = drive_names(robot), [group.drive.oil for group in robot.joints]
     places: dict[str, Any] = LABELS | {
         "joint": [group.name for group in robot.joints],
+        "hinge": [robot.links.name[hinge.link] for hinge in robot.hinges],
         "circuit": drive_names(robot, oil=True),
         "drive": drives,
         "servo": [*drives, *(f"fin-{side}" for side in LABELS["side"] if sea)],
@@ -153,6 +154,8 @@ def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
             if (dim and not label) or (name == "angle_measured" and not oil[place]):
                 continue
             column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
+            if dim == "hinge":  # recorded behind the joint groups
+                column, place = name.removeprefix("hinge_"), place + len(robot.joints)
             yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, place, factor)
     if sea:
         yield _output("speed", "m/s", "velocity of the nose through the water, ahead", "velocity", 0, -1.0)

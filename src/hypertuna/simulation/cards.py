@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.description.pose import body_points, group_shares
+from hypertuna.description.pose import body_points, coordinate_shares
 from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
 from hypertuna.frames import rotation_of
 from hypertuna.io.quantity import ZERO_CELSIUS, listed, quantity
@@ -276,16 +276,16 @@ def last_beats(run: TwinRun | SeaRun) -> str:
     begin = max(time[0], time[-1] - BEATS / frequency)
     seconds = time[-1] - begin
     instants = np.linspace(begin, time[-1], round(FRAMES * seconds * frequency) + 1)
-    columns = np.column_stack([_pose(run), run.data["angle"]])
+    hinges = [run.data["hinge_angle"]] if run.robot.hinges else []
+    columns = np.column_stack([_pose(run), run.data["angle"], *hinges])
     rows = np.stack([np.interp(instants, time, column) for column in columns.T], axis=1)
     pose, bends = rows[:, :3], rows[:, 3:]
-    midlines = body_points(run.robot, pose, bends @ group_shares(run.robot).T)
+    midlines = body_points(run.robot, pose, bends @ coordinate_shares(run.robot).T)
     shapes = bodies(run.robot, followed(midlines, pose[:, 2]))
     step = water_step(run.robot, midlines[:, 0], pose[:, 2]) / (seconds * frequency)
     film = film_svg(shapes, step, 1 / frequency, seconds, f"{run.robot.name} from above")
     span = f"{number(begin)} to {number(time[-1], 's')}"
-    note = "; its passive hinge is drawn straight" if run.robot.hinges else ""
-    return captioned(film, f"The last {seconds * frequency:.2g} beats from above, {span}, in real time{note}.")
+    return captioned(film, f"The last {seconds * frequency:.2g} beats from above, {span}, in real time.")
 
 
 def _pose(run: TwinRun | SeaRun) -> Array:

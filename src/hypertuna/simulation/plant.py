@@ -16,7 +16,7 @@ from hypertuna.control.controller import controller_columns
 from hypertuna.control.guidance import settled_speed
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
-from hypertuna.description.pose import group_shares
+from hypertuna.description.pose import coordinate_shares
 from hypertuna.description.robot import Robot, cached, joint_key
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
@@ -27,7 +27,7 @@ from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.yielding import key_of, spring_of, steepest
+from hypertuna.swimming.yielding import SPRING, key_of, spring_of, steepest
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
 STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
@@ -78,7 +78,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
     require_mass_at_hinge(robot)
     fin_servos = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
-        "share": _shares(robot),
+        "share": coordinate_shares(robot),
         "joints": len(models),
         **{f"joint.{name}": [model[name] for model in models] for name in _core.joint_columns()},
         **{f"circuit.{name}": oil.column(name) for name in oil.columns},
@@ -87,8 +87,9 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
         "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in fin_servos),
     }
-    for hinge in robot.hinges:
-        columns |= {f"spring.{name}": value for name, value in spring_of(hinge).items()}
+    if robot.hinges:
+        springs = [spring_of(hinge) for hinge in robot.hinges]
+        columns |= {f"spring.{name}": [spring[name] for spring in springs] for name in SPRING}
     if robot.spatial is not None and robot.fins is not None:
         columns |= space_columns(robot)
     return columns
@@ -102,16 +103,6 @@ def _viscous(robot: Robot) -> tuple[JointModel, ...]:
         key, fix = f"materials.{drive_unit(robot).matrix}.relaxation_s", "give 0.005, an estimate for silicone"
         raise InputError("must be positive in the twin", file=robot.file or None, key=key, value="0", fix=fix)
     return models
-
-
-def _shares(robot: Robot) -> Array:
-    """Share of each coordinate, joint groups and then hinges, in the bend at each link's front joint (links, D) [1]."""
-    links, groups = len(robot.links.name), len(robot.joints)
-    share = np.zeros((links, groups + len(robot.hinges)))
-    share[:, :groups] = group_shares(robot)
-    for d, hinge in enumerate(robot.hinges, groups):
-        share[hinge.link, d] = 1.0
-    return share
 
 
 def _armature(robot: Robot) -> list[float]:
@@ -147,11 +138,11 @@ def _fastest(
             rates[key] = _core.axle_stiffness(pair[0], group.turns**2 * float(mobility[j]))
         else:
             rates |= _oil_rates(robot, model, dict(zip(oil.columns, pair.T, strict=True)), pair, float(mobility[j]))
-    for hinge, free in zip(robot.hinges, mobility[len(models) :].tolist(), strict=True):
+    for place, hinge, free in zip(robot.hinge_keys, robot.hinges, mobility[len(models) :].tolist(), strict=True):
         parts = steepest(hinge)
         steep = key_of(max(parts, key=lambda part: parts[part]))
-        rates[f"hinge.{steep}", "a softer hinge, or none"] = math.sqrt(sum(parts.values()) * free)
-        rates["hinge.damping_n_m_s_per_rad", "less damping"] = hinge.damping * free
+        rates[f"{place}.{steep}", "a softer hinge, or none"] = math.sqrt(sum(parts.values()) * free)
+        rates[f"{place}.damping_n_m_s_per_rad", "less damping"] = hinge.damping * free
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
 
@@ -311,7 +302,7 @@ def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array
         data["speed"] = -data.pop("surge")
     for name in ("angle", "rate", "moment"):
         if data[name].shape[1] > joints:
-            data[f"hinge_{name}"], data[name] = data[name][:, joints], data[name][:, :joints]
+            data[f"hinge_{name}"], data[name] = data[name][:, joints:], data[name][:, :joints]
     return data
 
 

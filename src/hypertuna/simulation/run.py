@@ -54,6 +54,11 @@ class Run(Tabular, data=lambda run: run.dataset()):
         return tuple(group.name for group in self.robot.joints)
 
     @property
+    def hinges(self) -> tuple[str, ...]:
+        """Names of the links behind the passive hinges, nose to tail."""
+        return tuple(self.robot.links.name[hinge.link] for hinge in self.robot.hinges)
+
+    @property
     def circuits(self) -> tuple[str, ...]:
         """Names of the oil circuits: I-left, I-right, ..."""
         return tuple(name for name in drive_names(self.robot, oil=True) if name)
@@ -113,8 +118,10 @@ class Run(Tabular, data=lambda run: run.dataset()):
         variables = {
             NAMES.get(name, name): (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
+            if dim != "hinge" or self.hinges
         }
-        places = {dim: getattr(self, f"{dim}s") for dim in ("joint", "circuit", "drive", "servo")} | dict(coordinates)
+        own = ("joint", *["hinge"] * bool(self.hinges), "circuit", "drive", "servo")
+        places = {dim: getattr(self, f"{dim}s") for dim in own} | dict(coordinates)
         time = ("time", self.time, "s", "start of the control tick")
         labels = {name: (name, np.array(list(texts), dtype=str)) for name, texts in places.items()}
         data = dataset(variables, {"time": time} | labels, provenance(self.robot) | attributes)

@@ -30,7 +30,7 @@ struct PlantNumbers {
     const double* joint;      // joints x (joint_columns, and the stretch limits)
     const double* circuit;    // 2 joints x circuit_columns
     const double* unit_rest;  // 2 joints
-    const double* hinge;      // spring_numbers
+    const double* spring;     // max_coordinates x spring_numbers, those of the hinges first
     const double* battery;    // battery_columns
     double idle;
 };

@@ -18,26 +18,25 @@ struct PlantData : BodyData {
     std::vector<double> gear;              // joints: turns of that servo over the bend, 1 on the axle
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Spring<double> hinge;
+    std::vector<Spring<double>> spring;    // of the hinges, and beyond them of coordinates that rest: max_coordinates
     Battery<double> battery;
     double idle;  // W of what draws power beside the pumps' servos
 
     /// Not inlined: GCC 12 would take what an empty optional does not hold for read.
     HYPERTUNA_NOINLINE explicit PlantData(BodyData&& body)
-        : BodyData(std::move(body)), joints(0), direct{}, hinge{}, battery{}, idle(0) {}
+        : BodyData(std::move(body)), joints(0), direct{}, spring(max_coordinates), battery{}, idle(0) {}
     PlantData(PlantData&&) = default;
     PlantData(const PlantData&) = delete;
 };
 
 /// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
 /// `direct` (joints: turns over the bend of the servo of the left circuit, 1 on the axle, 0 with oil) where any is,
-/// `battery.NAME`, `idle`, and `spring.NAME` of a hinge where there is a coordinate more than joints.
+/// `battery.NAME`, `idle`, and `spring.NAME` of the hinges where there are more coordinates than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
     plant.joints = in.whole("joints", 1, max_joints);
-    if (plant.own != plant.joints && plant.own != plant.joints + 1)
-        in.refuse("share: must have one coordinate per joint, and perhaps one for a hinge");
+    if (plant.own < plant.joints) in.refuse("share: must have one coordinate per joint, and one per hinge");
     for (int j = 0; j < plant.joints && in.fault().empty(); ++j) {
         std::vector<double> row = in.row("joint", joint_columns, j);
         plant.joint.push_back(read_joint<double>(row.data()));
@@ -53,8 +52,8 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
-    if (plant.own > plant.joints)
-        plant.hinge = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns).data());
+    for (int k = 0; k < plant.own - plant.joints && in.fault().empty(); ++k)
+        plant.spring[k] = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns, k).data());
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));
@@ -82,7 +81,7 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.joint_numbers.data(),
             reinterpret_cast<const double*>(plant.circuit.data()),
             plant.unit_rest.data(),
-            reinterpret_cast<const double*>(&plant.hinge),
+            reinterpret_cast<const double*>(plant.spring.data()),
             reinterpret_cast<const double*>(&plant.battery),
             plant.idle};
 }
@@ -90,7 +89,7 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
 /// State in which a plant in the plane rests.
 template <int D>
 PlantState<double, D> state_at_rest(const PlantData& plant) {
-    return at_rest<double, D, InPlane>(plant.joints, plant.hinge);
+    return at_rest<double, D, InPlane>(plant.joints, plant.spring.data());
 }
 
 /// A twin of a plant whose body has its memory, without a controller.
@@ -104,7 +103,7 @@ Twin<Body> make_twin(const PlantData& plant, const Body& body, double tick, int 
                   plant.gear.data(),
                   plant.circuit.data(),
                   plant.unit_rest.data(),
-                  plant.hinge};
+                  plant.spring.data()};
     twin.battery = plant.battery;
     twin.idle = plant.idle;
     twin.step = tick / steps;

@@ -22,13 +22,13 @@ struct Plant {
     using S = typename Body::Scalar;
 
     Body body;
-    int joints;                 // coordinates that circuits bend; a hinge is one more
+    int joints;                 // coordinates that circuits bend; the others are passive hinges
     const Joint<S>* joint;      // joints
     const bool* direct;         // joints: whether a servo moves it, not oil
     const S* gear;              // joints: turns of that servo over the bend, 1 on the axle
     const Circuit<S>* circuit;  // 2 joints
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    Spring<S> hinge;
+    const Spring<S>* spring;    // of each hinge
 };
 
 template <class S, int D, class Space = InPlane>
@@ -177,16 +177,16 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     return gear * moment;
 }
 
-/// At rest, a hinge where its spring rests.
+/// At rest, hinges where their springs rest.
 template <class S, int D, class Space>
-PlantState<S, D, Space> at_rest(int joints, const Spring<S>& hinge) {
+PlantState<S, D, Space> at_rest(int joints, const Spring<S>* spring) {
     PlantState<S, D, Space> state{};
-    for (int d = joints; d < D; ++d) state.bend.angle[d] = hinge.rest;
+    for (int d = joints; d < D; ++d) state.bend.angle[d] = spring[d - joints].rest;
     return state;
 }
 template <class Body>
 PlantStateOf<Body> at_rest(const Plant<Body>& plant) {
-    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(plant.joints, plant.hinge);
+    return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(plant.joints, plant.spring);
 }
 
 /// How the plant changes. `seen` receives the output of the instant.
@@ -208,10 +208,11 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
             rate.energy[c] = S(0);
         }
         rate.strain[d] = S(0);
-        const S angle = at.bend.angle[d] - plant.hinge.rest, spring = plant.hinge.elastic(angle),
-                damper = plant.hinge.drag(angle) * at.bend.rate[d];
-        moment[d] = spring - damper;
-        seen->losses.elastic -= spring * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
+        const Spring<S>& spring = plant.spring[d - plant.joints];
+        const S angle = at.bend.angle[d] - spring.rest, elastic = spring.elastic(angle),
+                damper = spring.drag(angle) * at.bend.rate[d];
+        moment[d] = elastic - damper;
+        seen->losses.elastic -= elastic * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;

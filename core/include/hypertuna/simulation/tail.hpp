@@ -1,6 +1,6 @@
 /// The tail: a swimmer whose joints are moved by moments, not by a prescribed motion.
 ///
-/// D coordinates q bend it, one for each joint group and one for a passive hinge. The joint in front of link i stands
+/// D coordinates q bend it, one for each joint group and one for each passive hinge. The joint in front of link i stands
 /// at share[i] . q, so that link i moves with the twist xi + sum_d screw_id q'_d. Inverse dynamics at zero acceleration
 /// gives the bias h of
 ///     M (xi', q'') = (0, moment) - h,
@@ -40,7 +40,7 @@ struct Tail {
     LinkAcceleration<S>* acceleration;
 };
 
-/// Coordinates of the tail: bend of every joint group, then the hinge.
+/// Coordinates of the tail: bend of every joint group, then of every hinge.
 template <class S, int D>
 struct Bend {
     S angle[D];  // rad
