@@ -253,11 +253,10 @@ def test_sizes_without_numbers_take_no_memory(host: Host) -> None:
 
 def test_other_versions_are_named(host: Host) -> None:
     image = robot_image(ht.load("rexeel"))
-    for other in (_core.IMAGE_VERSION - 1, _core.IMAGE_VERSION + 1):
+    version, fix = _core.IMAGE_VERSION, "write it with this version of hypertuna"
+    for other in (version - 1, version + 1):
         sentence = Robot.read(image[:8] + struct.pack("<I", other) + image[12:], host)
-        assert sentence == (
-            f"image: has version {other}, but must have version {_core.IMAGE_VERSION}; write it with this version of hypertuna"
-        )
+        assert sentence == f"image: has version {other}, but must have version {version}; {fix}"
     assert (
         Robot.read(b"PK\3\4" + image[4:], host) == "image: is not a robot image; write one with `hypertuna robot image`"
     )

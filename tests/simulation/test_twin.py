@@ -14,7 +14,6 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
-from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin, twins
 

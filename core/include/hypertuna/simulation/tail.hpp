@@ -1,8 +1,8 @@
 /// The tail: a swimmer whose joints are moved by moments, not by a prescribed motion.
 ///
-/// D coordinates q bend it, one for each joint group and one for each passive hinge. The joint in front of link i stands
-/// at share[i] . q, so that link i moves with the twist xi + sum_d screw_id q'_d. Inverse dynamics at zero acceleration
-/// gives the bias h of
+/// D coordinates q bend it, one for each joint group and one for each passive hinge. The joint in front of link i
+/// stands at share[i] . q, so that link i moves with the twist xi + sum_d screw_id q'_d. Inverse dynamics at zero
+/// acceleration gives the bias h of
 ///     M (xi', q'') = (0, moment) - h,
 /// and M is the kinetic energy's matrix, summed up over the links.
 #pragma once
