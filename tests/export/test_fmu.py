@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,9 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from fmu_unit import TICK, Unit
+from hypertuna.actuation.new import first_robot
 from hypertuna.cli.main import app
+from hypertuna.description.robot import parse
 from hypertuna.export import fmu as module
 
 GAIT = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 40))
@@ -334,6 +337,21 @@ def test_robots_with_servos_on_their_axles_have_one_pulse_a_joint(tmp_path: Path
     inputs = [name for name, one in unit.variables.items() if one.causality == "input"]
     assert inputs == [f"pulse_command_{group.name}" for group in fish.joints]
     unit.close()
+
+
+@pytest.mark.parametrize("tail", ["passive", "flexible"])
+def test_a_twin_tells_how_its_hinges_bend(tail: str, tmp_path: Path) -> None:
+    fish, path = parse(tomllib.loads(first_robot("x", tail=tail, actuation="servo"))), tmp_path / "twin.fmu"
+    path.write_bytes(ht.fmu(fish))
+    run = ht.twin(fish, ht.Gait(1.0, (0.3,), (0.0,)), duration=1, seed=5)
+    unit = Unit(path, frequency=1.0, amplitude_J1=0.3, phase_J1=0.0, bias_J1=0.0, armed=True, seed=5)
+    for k in range(len(run.time)):
+        for d, name in enumerate(run.hinges):
+            shown = unit.get(*(f"hinge_{what}_{name.replace(' ', '_')}" for what in ("angle", "rate")))
+            assert list(shown) == [run.data["hinge_angle"][k, d], run.data["hinge_rate"][k, d]]
+        unit.step()
+    unit.close()
+    assert np.degrees(np.ptp(run.data["hinge_angle"], axis=0)).min() > 2
 
 
 def test_units_are_products_of_base_units() -> None:
