@@ -81,8 +81,8 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
     It stands at the head's center of mass, at the upper end of what is highest.
     """
     links = robot.links
-    head = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
-    return links.com[0], float(robot.body.height or head) / 2
+    head_height = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
+    return links.com[0], float(robot.body.height or head_height) / 2
 
 
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
@@ -158,9 +158,9 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
     """Return the table ``[fins]``: HyperTuna's, with sizes and places for this shape and a length of the head [m]."""
     span = 0.118 * shape.length
-    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
-    own |= {"span_m": span, "chord_m": 0.8 * span}
-    return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
+    changed = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
+    changed |= {"span_m": span, "chord_m": 0.8 * span}
+    return {**tuna} | {key: float(f"{value:.3g}") for key, value in changed.items()}
 
 
 def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:

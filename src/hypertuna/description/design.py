@@ -64,14 +64,14 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if name.startswith("fin."):
         return _checked(robot, _fin_variable(robot, name, low, high))
     leaves = list(_leaves(robot, robot.model_dump(mode="json", by_alias=True, exclude_none=True), "", "", ()))
-    known = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
-    if name not in known:
-        lists = [alias for alias in known if alias.startswith(f"{name}[")]
+    by_alias = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
+    if name not in by_alias:
+        lists = [alias for alias in by_alias if alias.startswith(f"{name}[")]
         rule = "is a list of values" if lists else "must be a number in the robot's file"
-        names = [*known, *(f"fin.{kind}" for kind in FIN)]
+        names = [*by_alias, *(f"fin.{kind}" for kind in FIN)]
         fix = f"choose one with its index: {lists[0]}" if lists else did_you_mean(name, names)
         raise InputError(rule, key="design", value="" if lists else shown(name), file=robot.file or None, fix=fix)
-    leaf = known[name]
+    leaf = by_alias[name]
     if isinstance(leaf.value, bool | str) or not isinstance(leaf.value, int | float):
         fix = "choose a key that holds a number"
         raise InputError("must be a number to design", key=leaf.name, value=shown(leaf.value), fix=fix)
@@ -106,25 +106,25 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
     """
     document = robot.document()
-    whole = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
-    before = copy.deepcopy(document)
+    full = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
+    old_document = copy.deepcopy(document)
     if not made_by:
         document = {name: part for name, part in document.items() if name not in ("sources", "uncertainty")}
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _follow(document, one, value)
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _put(document, whole, one.place, float(value))
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _follow(document, var, value)
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _put(document, full, var.place, float(value))
     span, chord = (
-        math.prod(value ** FIN[one.name[4:]][k] for one, value in zip(design, values, strict=True) if not one.place)
+        math.prod(value ** FIN[var.name[4:]][k] for var, value in zip(design, values, strict=True) if not var.place)
         for k in (0, 1)
     )
     if (span, chord) != (1.0, 1.0):
-        _shape_fin(document, whole, span, chord)
+        _shape_fin(document, full, span, chord)
     if made_by:
         sources = document.setdefault("sources", {})
-        for key in [*_changes(before, document)]:
+        for key in [*_changes(old_document, document)]:
             source = robot.source(key)  # an estimate stays one
             sources[key] = f"{source}; {made_by}" if source else made_by
     return parse(document, file=robot.file)

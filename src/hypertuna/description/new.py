@@ -210,7 +210,7 @@ def shape_of(
     if lengths:
         links, length = (
             len(lengths),
-            math.fsum(Range(above=0).check(one, "--lengths", "give the length of each link in m") for one in lengths),
+            math.fsum(Range(above=0).check(x, "--lengths", "give the length of each link in m") for x in lengths),
         )
     LINKS.check(links, key or "--links", "a head, and one link behind each joint")
     LENGTH.check(
@@ -260,8 +260,8 @@ def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
     if len(names) > count or len(set(names)) < len(names) or not all(names):
         rule, value = f"must be at most {count} different names, a joint for each link behind the head", ",".join(names)
         raise InputError(rule, key="--joints", value=value, fix="give fewer names, or more links")
-    ends = [round(count * g / len(names)) for g in range(len(names) + 1)]
-    return {name: list(range(ends[g] + 1, ends[g + 1] + 1)) for g, name in enumerate(names)}
+    bounds = [round(count * g / len(names)) for g in range(len(names) + 1)]
+    return {name: list(range(bounds[g] + 1, bounds[g + 1] + 1)) for g, name in enumerate(names)}
 
 
 def _wave(groups: int) -> dict[str, list[float]]:
@@ -301,10 +301,10 @@ def _like(
 ) -> dict[str, Any]:
     """Return a first robot of the length and the mass of a document, as far as these make a fish."""
     body = document.get("body")
-    known: dict[str, Any] = body if isinstance(body, dict) else {}
+    body_table: dict[str, Any] = body if isinstance(body, dict) else {}
     lengths = _positive(columns.get("length_m"))
-    length = sum(lengths) or sum(_positive(known.get("length_m")))
-    mass = sum(_positive(known.get("mass_kg"))) or sum(_positive(columns.get("mass_kg")))
+    length = sum(lengths) or sum(_positive(body_table.get("length_m")))
+    mass = sum(_positive(body_table.get("mass_kg"))) or sum(_positive(columns.get("mass_kg")))
     usable = lengths if len(lengths) == links else []
     for total, kg in ((length, mass), (length, 0.0), (0.3, 0.0)):
         try:

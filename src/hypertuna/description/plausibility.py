@@ -49,12 +49,12 @@ def implausible(robot: Robot) -> list[str]:
 
 def _unit_of_lengths(robot: Robot) -> str | None:
     """Return a sentence on links that are too long for the mass, if another unit explains it."""
-    whole, mass = math.fsum(robot.links.length), robot.body.mass
-    for unit, factor in SLIPS["m"].items() if mass / whole**3 < BULK[0] else ():
-        if BULK[0] <= mass / (factor * whole) ** 3 <= BULK[1]:
+    total, mass = math.fsum(robot.links.length), robot.body.mass
+    for unit, factor in SLIPS["m"].items() if mass / total**3 < BULK[0] else ():
+        if BULK[0] <= mass / (factor * total) ** 3 <= BULK[1]:
             lengths = ", ".join(f"{factor * length:.6g}" for length in robot.links.length)
             return (
-                f"links.length_m adds up to {whole:g} m, in a robot of {mass:g} kg: is it in {unit}? "
+                f"links.length_m adds up to {total:g} m, in a robot of {mass:g} kg: is it in {unit}? "
                 f"Then write [{lengths}]."
             )
     return None
@@ -120,7 +120,7 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
 
 def _unlikely_sizes(robot: Robot) -> Iterator[str]:
     """Compare fins and sections with the length of the robot."""
-    whole, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
+    length, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
     sizes = {
         "body.height_m": robot.body.height or 0.0,
         "fins.span_m": fins.span if fins else 0.0,
@@ -130,20 +130,20 @@ def _unlikely_sizes(robot: Robot) -> Iterator[str]:
         "spatial.width_m": max(spatial.width) if spatial else 0.0,
     }
     for key, size in sizes.items():
-        if size > HIGH * whole or (0 < size < LOW * whole and key.startswith("water")):
-            slip = _slip(size, "m", (0.05 * whole, HIGH * whole))
-            yield f"{key} has {size:g} m, in a robot {whole:g} m long: {slip}."
+        if size > HIGH * length or (0 < size < LOW * length and key.startswith("water")):
+            slip = _slip(size, "m", (0.05 * length, HIGH * length))
+            yield f"{key} has {size:g} m, in a robot {length:g} m long: {slip}."
     area = max(strip.blunt_area) if strip else 0.0
-    if area and not BLUNT[0] <= area / whole**2 <= BLUNT[1]:
-        slip = _slip(area, "m^2", (BLUNT[0] * whole**2, BLUNT[1] * whole**2))
-        yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {whole:g} m long: {slip}."
+    if area and not BLUNT[0] <= area / length**2 <= BLUNT[1]:
+        slip = _slip(area, "m^2", (BLUNT[0] * length**2, BLUNT[1] * length**2))
+        yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {length:g} m long: {slip}."
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:
     """Compare given speeds with the length of the robot."""
-    given = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
-    given["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
-    for key, speeds in given.items():
+    speeds_by_key = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
+    speeds_by_key["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
+    for key, speeds in speeds_by_key.items():
         fastest = max(speeds, default=0.0) / robot.body.length
         if fastest and not SWIMMING[0] <= fastest <= SWIMMING[1]:
             slip = _slip(max(speeds), "m/s", (SWIMMING[0] * robot.body.length, SWIMMING[1] * robot.body.length))

@@ -32,7 +32,7 @@ class Key(NamedTuple):
 
 def keys() -> list[Key]:
     """List all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
-    schema, found = json_schema(), []
+    schema, result = json_schema(), []
     typical = _typical()
     for heading, table in _tables(schema, schema["$defs"], ""):
         path = heading.strip("[]`")
@@ -40,12 +40,12 @@ def keys() -> list[Key]:
             value = _value_in_words(rule)
             if not value.endswith(("table", "tables", "tables by name")):
                 key = f"{path}.{name}".lstrip(".")
-                bare = key.replace(".NAME", "")
+                plain_key = key.replace(".NAME", "")
                 default = "" if name in table.get("required", []) else _default(rule)
                 meaning = re.sub(r" \(default: .*\)$", "", rule["description"])
-                how = declared(Robot)[bare].how
-                found.append(Key(key, rule.get("unit", ""), value, default, typical.get(bare, ""), how, meaning))
-    return found
+                how = declared(Robot)[plain_key].how
+                result.append(Key(key, rule.get("unit", ""), value, default, typical.get(plain_key, ""), how, meaning))
+    return result
 
 
 def _default(rule: Mapping[str, Any]) -> str:
@@ -162,6 +162,6 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
         return f"{_value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
     # a limit that only keeps slips out needs no word
-    known = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
-    limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in known.items())
+    present = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
+    limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in present.items())
     return f"{noun} {' and '.join(limits)}".strip()

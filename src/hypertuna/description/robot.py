@@ -210,11 +210,11 @@ class Robot(Part, Plotted, Tabular):
         """
         texts = {"format", "name", "description", "uncertainty", "sources"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
-        given = {written(place) for place, _ in values(self.document())}
+        given_keys = {written(place) for place, _ in values(self.document())}
         entries = []
         for place, value in values(content):
             key, (_, field) = written(place), field_at(type(self), place)
-            default, source = key not in given, self.source(key)
+            default, source = key not in given_keys, self.source(key)
             if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
                 rule = re.search(r"\((default: .*)\)$", (field and field.description) or "")
                 source = rule[1] if rule else "default"

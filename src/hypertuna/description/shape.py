@@ -141,9 +141,9 @@ def _section(height: float | None, width: float | None, area: float | None) -> t
 
 def link_lengths(count: int, length: float) -> tuple[float, ...]:
     """Return the lengths of the links [m]: the head is half of the fish, seven tenths before a single joint."""
-    head = round(length * (0.7 if count == 2 else 0.5), 4)
-    link = round((length - head) / (count - 1), 4)
-    return (head, *[link] * (count - 2), round(length - head - link * (count - 2), 10))
+    head_length = round(length * (0.7 if count == 2 else 0.5), 4)
+    link = round((length - head_length) / (count - 1), 4)
+    return (head_length, *[link] * (count - 2), round(length - head_length - link * (count - 2), 10))
 
 
 def link_columns(
@@ -158,8 +158,8 @@ def link_columns(
     for row in rows:
         row |= {"drag_tangential": friction, "drag_beating": beating * row.pop("fin_share")}
     links, strip = ({key: [float(f"{row[key]:.4g}") for row in rows] for key in keys} for keys in (LINKS, STRIP))
-    head = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
-    strip["added_mass_tangential"] = [float(f"{head:.3g}")] + [0.0] * (len(lengths) - 1)
+    ahead = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
+    strip["added_mass_tangential"] = [float(f"{ahead:.3g}")] + [0.0] * (len(lengths) - 1)
     links["mass_kg"] = [float(f"{m * shape.mass / sum(links['mass_kg']):.4g}") for m in links["mass_kg"]]
     links["mass_kg"][0] = float(f"{links['mass_kg'][0] + shape.mass - sum(links['mass_kg']):.10g}")  # exact in all
     return links, strip

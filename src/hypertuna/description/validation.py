@@ -57,8 +57,8 @@ def plain(key: str) -> str:
 
 def entry_of(table: Mapping[str, T], key: str) -> T | None:
     """Return the entry of a table whose name is the longest prefix of a key, None if there is none."""
-    bare = re.sub(r"\[\d+\]", "", key)
-    starts = [start for start in table if bare == start or bare.startswith(f"{start}.")]
+    without_index = re.sub(r"\[\d+\]", "", key)
+    starts = [start for start in table if without_index == start or without_index.startswith(f"{start}.")]
     return table[max(starts, key=len)] if starts else None
 
 
@@ -72,7 +72,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
         if named or model is None:
             named = False
             continue
-        field = next((known for known in model.model_fields.values() if known.alias == part), None)
+        field = next((candidate for candidate in model.model_fields.values() if candidate.alias == part), None)
         if field is None:
             return None, None
         model, named = nested_model(field.annotation), is_table(field.annotation)

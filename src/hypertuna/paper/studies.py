@@ -108,8 +108,8 @@ def lakes(robot: Robot, seed: int) -> dict[str, float]:
         _check(run)
         beats = round(LAKE / 2 * run.gait.frequency) / run.gait.frequency
         first = int(np.searchsorted(run.time, run.time[-1] - beats))
-        way = run.position[-1, :2] - run.position[first, :2]
-        numbers[f"{name} speed"] = float(np.hypot(*way) / (run.time[-1] - run.time[first]))
+        path = run.position[-1, :2] - run.position[first, :2]
+        numbers[f"{name} speed"] = float(np.hypot(*path) / (run.time[-1] - run.time[first]))
         numbers[f"{name} power"] = float(run.data["power"][first:].mean())
     return numbers
 

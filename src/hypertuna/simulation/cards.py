@@ -239,9 +239,9 @@ def _settles(held: Held) -> str:
 def posture_card(test: PostureTest) -> Card:
     """Show a test, a row for each frequency and joint."""
     parts: list[Part] = [posture_table(test), *((text, "dim") for text in limit_sentences(test))]
-    unsettled = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in test.held if one.settling is None)
+    unsettled = ", ".join(f"{held.name} at {held.frequency:g} Hz" for held in test.held if held.settling is None)
     within = f"within {math.degrees(CLOSE):g} deg"
-    slowest = max((one.settling for one in test.held if one.settling is not None), default=0.0)
+    slowest = max((held.settling for held in test.held if held.settling is not None), default=0.0)
     if unsettled:
         parts.append((f"Not {within} at the end: {unsettled}.", "bold red"))
     else:

@@ -18,12 +18,12 @@ def spreads(robot: Robot) -> dict[str, Spread]:
     By the factor in its ``[uncertainty]``, else as declared with the key; a default is an estimate.
     """
     document, ranges = robot.document(), {}
-    for key, one in declared(Robot).items():
-        tables, name = _tables(document, key, one)
-        given = any(name in table for table in tables)
-        if one.spread is not None and tables and (is_estimate(robot, key) or not given):
+    for key, k in declared(Robot).items():
+        tables, name = _tables(document, key, k)
+        has_value = any(name in table for table in tables)
+        if k.spread is not None and tables and (is_estimate(robot, key) or not has_value):
             factor = factor_of(robot, key)
-            ranges[key] = one.spread if factor == 1 else one.spread._replace(low=1 / factor, high=factor, added=False)
+            ranges[key] = k.spread if factor == 1 else k.spread._replace(low=1 / factor, high=factor, added=False)
     return dict(sorted(ranges.items(), key=lambda item: item[1].place))
 
 

@@ -62,8 +62,8 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return the columns of a robot's models in water."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
-        named = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
-        columns |= {f"models.{k}.{name}": value for name, value in named.items()}
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
+        columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
 
 

@@ -90,8 +90,8 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
             By the keys of the JSON record.
         """
         places = {f"{place}_w": Quantity(self.at(place), "W", place) for place in PLACES}
-        each = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
-        return {"power_w": Quantity(self.power, "W", "power of the cells")} | places | each
+        losses = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
+        return {"power_w": Quantity(self.power, "W", "power of the cells")} | places | losses
 
 
 def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:

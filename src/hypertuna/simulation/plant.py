@@ -129,16 +129,16 @@ def _fastest(
     of what makes it, and what to do about it.
     """
     coordinates = len(models) + len(robot.hinges)
-    whole = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
+    response = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
         _core.World({"clamped": float(clamped)}),
         bend=np.zeros((coordinates, 2, coordinates)),
         twist=np.zeros((coordinates, 6)),
         pose=np.zeros((coordinates, 9)),
         moment=np.eye(coordinates),
     )[:, 6:]
-    mobility = whole.diagonal()
+    mobility = response.diagonal()
     root = np.sqrt([m["viscosity"] if group.drive.oil else 0.0 for m, group in zip(models, robot.joints, strict=True)])
-    viscous = np.linalg.eigvalsh(np.outer(root, root) * whole[: len(models), : len(models)])[-1]
+    viscous = np.linalg.eigvalsh(np.outer(root, root) * response[: len(models), : len(models)])[-1]
     rates = {("joints", "fewer joint groups, or longer links"): float(viscous)}
     for j, (group, model) in enumerate(zip(robot.joints, models, strict=True)):
         pair = oil.values[2 * j : 2 * j + 2]

@@ -41,8 +41,8 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
     figure = Figure(figsize=(width, 2.05 * rows + 0.5), layout="constrained")
     grid: GridSpec = figure.add_gridspec(rows, 2 if two_columns else 1)
     for k, draw in enumerate(kinds):
-        alone = two_columns and k == len(kinds) - 1 and k % 2 == 0
-        place: Any = grid[k // 2, slice(None) if alone else k % 2] if two_columns else grid[k, 0]
+        fills_row = two_columns and k == len(kinds) - 1 and k % 2 == 0
+        place: Any = grid[k // 2, slice(None) if fills_row else k % 2] if two_columns else grid[k, 0]
         draw(figure.add_subplot(place), run)
     gait = run.gait
     angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
@@ -277,11 +277,11 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
         look = {"color": FAINT, "fontsize": 8.5, "ha": "left" if side > 0 else "right"}
         depth.annotate(text, (middle, place), (side, 8), textcoords="offset points", **look)
     swings = ((pitch, np.degrees(run.pitch), "pitch, nose up\n[deg]"), (speed, run.speed, "speed ahead\n[m/s]"))
-    half = 0.5 / run.gait.frequency  # at the ends there is no whole beat to average over
-    whole = (run.time >= half) & (run.time <= run.duration - half)
+    half_beat = 0.5 / run.gait.frequency  # at the ends there is no whole beat to average over
+    averaged = (run.time >= half_beat) & (run.time <= run.duration - half_beat)
     for axes, values, name in swings:
         axes.plot(run.time, values, color=COLORS[0], lw=0.5, alpha=0.35, label="within the beat")
-        axes.plot(run.time[whole], run.averaged(values)[whole], color=COLORS[0], label="mean of the beat")
+        axes.plot(run.time[averaged], run.averaged(values)[averaged], color=COLORS[0], label="mean of the beat")
         axes.set(ylabel=name)
     for side, (name, style) in enumerate((("port", "-"), ("starboard", (0, (4, 2))))):
         angle = np.degrees(run.data["fin"][:, side])

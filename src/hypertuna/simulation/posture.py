@@ -105,25 +105,25 @@ class PostureTest(Plotted, Tabular):
     @property
     def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:
         """Each joint and frequency: the run at the set angle, the largest amplitude held, and the run just below it."""
-        reach = {(one.joint, one.frequency): one for one in self.reach}
-        eased = {(one.joint, one.frequency): one for one in self.eased}
-        keys = [(one.joint, one.frequency) for one in self.held]
-        return [(one, reach.get(key), eased.get(key)) for one, key in zip(self.held, keys, strict=True)]
+        reach = {(held.joint, held.frequency): held for held in self.reach}
+        eased = {(held.joint, held.frequency): held for held in self.eased}
+        keys = [(held.joint, held.frequency) for held in self.held]
+        return [(held, reach.get(key), eased.get(key)) for held, key in zip(self.held, keys, strict=True)]
 
     def dataset(self) -> xr.Dataset:
         """Label the result: dimensions frequency, joint, beat and side."""
-        frequencies = list(dict.fromkeys(one.frequency for one in self.held))
-        joints = list(dict.fromkeys(one.joint for one in self.held))
-        shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
+        frequencies = list(dict.fromkeys(held.frequency for held in self.held))
+        joints = list(dict.fromkeys(held.joint for held in self.held))
+        shape = (len(frequencies), len(joints), max(len(held.time) for held in self.held))
         time, settling, largest = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
         peaks, measured = (np.full((*shape, 2), np.nan) for _ in range(2))
-        for one in self.held:
-            cell = (frequencies.index(one.frequency), joints.index(one.joint))
-            beats = len(one.time)
-            time[cell][:beats], peaks[cell][:beats], measured[cell][:beats] = one.time, one.peaks, one.measured
-            settling[cell] = np.nan if one.settling is None else one.settling
-        for far in self.reach:
-            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude_max
+        for held in self.held:
+            cell = (frequencies.index(held.frequency), joints.index(held.joint))
+            beats = len(held.time)
+            time[cell][:beats], peaks[cell][:beats], measured[cell][:beats] = held.time, held.peaks, held.measured
+            settling[cell] = np.nan if held.settling is None else held.settling
+        for limit in self.reach:
+            largest[frequencies.index(limit.frequency), joints.index(limit.joint)] = limit.amplitude_max
         grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
         variables = {
             "time": (beat, time, "s", "end of the beat"),
@@ -256,8 +256,8 @@ def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, 
     limits: tuple[str, ...] = ()
     while high - low > RESOLUTION and trial > RESOLUTION:
         held = yield trial
-        late = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
-        reached = float(held.peaks[late].mean()) if late.any() else math.nan
+        settled_beats = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
+        reached = float(held.peaks[settled_beats].mean()) if settled_beats.any() else math.nan
         if held.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
             if math.isinf(high):
@@ -319,17 +319,17 @@ def _top(values: Array, k: int) -> float:
     """Top of the parabola through the largest sample and its neighbors; the sample itself if it is no local maximum."""
     if not 0 < k < len(values) - 1:
         return float(values[k])
-    before, at, after = values[k - 1 : k + 2]
-    curve = before - 2 * at + after
-    if not (curve < 0 and at >= before and at >= after):
-        return float(at)
-    return float(at - (before - after) ** 2 / (8 * curve))
+    left, center, right = values[k - 1 : k + 2]
+    curve = left - 2 * center + right
+    if not (curve < 0 and center >= left and center >= right):
+        return float(center)
+    return float(center - (left - right) ** 2 / (8 * curve))
 
 
 def _settling(time: Array, error: Array) -> float | None:
     """Time after the last beat with too large an error, at its end [s]; None if that is the last beat of all."""
-    late = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
-    first = late[-1] + 1 if late.size else 0
+    too_large = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
+    first = too_large[-1] + 1 if too_large.size else 0
     return None if first == len(time) else float(time[first])
 
 

@@ -135,12 +135,12 @@ class TwinRun(Run, Plotted):
         """Speed of each of the last beats, displacement of the nose over the period, negative backward [m/s]."""
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
-        ends = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
+        instants = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
         cosine, sine = np.cos(self.data["heading"]), np.sin(self.data["heading"])
         surge, sway = -self.data["speed"], self.data["sway"]
-        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, ends)
-        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, ends)
-        heading = _between(self.time, self.data["heading"], self.data["yaw"], ends)
+        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, instants)
+        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, instants)
+        heading = _between(self.time, self.data["heading"], self.data["yaw"], instants)
         dx, dy = np.diff(x), np.diff(y)
         ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
         result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency

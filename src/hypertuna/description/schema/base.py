@@ -193,9 +193,9 @@ class Part(BaseModel):
         for name, (kind, key) in (keys or {}).items():
             cls.__annotations__[name] = kind
             setattr(cls, name, key)
-        own = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
-        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
-        for name, key in own.items():
+        declared = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
+        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in declared.items()}}
+        for name, key in declared.items():
             setattr(cls, name, key.field(name))
 
     @classmethod

@@ -117,9 +117,9 @@ class Links(Part, table="links"):
     def _checks(self) -> Iterator[Check]:
         counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
         count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
-        odd = count != len(self.length)
+        differs = count != len(self.length)
         yield from same_length(
-            self, "links", count, "link, as in the other columns" if odd else "link in links.length_m"
+            self, "links", count, "link, as in the other columns" if differs else "link in links.length_m"
         )
         yield from unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
@@ -314,8 +314,8 @@ class JointGroup(Part):
         """Check that a joint with a servo or tendons has no muscles, and that tendons alone share its bend."""
         fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
         for name in ("drive_units", "actuator", "line"):
-            alone = self.servo is None or getattr(self, name) is None
-            yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
+            one_kind = self.servo is None or getattr(self, name) is None
+            yield Check(one_kind, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
         if (tendons := self.tendons) is None:
             return
         fix = "remove it: the levers of the tendons share the bend"

@@ -183,8 +183,8 @@ def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None, *maps: 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
     """Compute every stored result again, where the extra `fe` is installed."""
     solved = {}
-    for joint, one in stored.solved.items():
-        solved[joint] = _solved(one)
+    for joint, solution in stored.solved.items():
+        solved[joint] = _solved(solution)
         progress()
     return Elements(solved, stored.pictures)
 
@@ -209,13 +209,13 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
 
 def findings(elements: Elements) -> Iterator[Finding]:
     """Yield the bend of each joint at the largest pressure, and how straight its curve is."""
-    for joint, one in elements.solved.items():
-        angle = None if one.record is None else float(np.degrees(one.angle[-1]))
-        yield Finding(f"fe/bending-{joint}", FE, "calibrated", angle, _note(one))
-        if one.record is None:
-            yield from (Finding(f"{key}-{joint}", FE, "prediction", None, one.reason) for key in LINES)
+    for joint, solution in elements.solved.items():
+        angle = None if solution.record is None else float(np.degrees(solution.angle[-1]))
+        yield Finding(f"fe/bending-{joint}", FE, "calibrated", angle, _note(solution))
+        if solution.record is None:
+            yield from (Finding(f"{key}-{joint}", FE, "prediction", None, solution.reason) for key in LINES)
         else:
-            yield from line_findings(joint, FE, one.pressure, one.angle)
+            yield from line_findings(joint, FE, solution.pressure, solution.angle)
 
 
 def sections(elements: Elements) -> list[Section]:

@@ -21,7 +21,7 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
     """Show Fig. 12, from the fits of the nine coefficients by model."""
     from hypertuna.paper.figures import plot_against, plot_normalized, plot_paths, plot_start
 
-    fit, rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
+    fit, from_rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
     lake_cost = cost_of_transport(lake["energy_wh"] * 3600 / lake["distance_m"], trials[OURS].robot.body.mass, 1.0)
     truth = [published_value(f"speed/{name}") for name in SPEEDS]
     points = [
@@ -41,9 +41,9 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
         start="the paper's start values" if len(fit.costs) == 1 else "the best of several starts",
         rounds=" and ".join(f"{len(fit.path) - 1} with {model}" for model, fit in fits.items()),
         published_rounds=published()["identification"]["rounds"],
-        rest=rest,
-        angles=",".join(f"{angle:g}" for angle in np.degrees(rest.gait.amplitude).round(6)),
-        phase=np.degrees(rest.gait.phase[-1]),
+        rest=from_rest,
+        angles=",".join(f"{angle:g}" for angle in np.degrees(from_rest.gait.amplitude).round(6)),
+        phase=np.degrees(from_rest.gait.phase[-1]),
         cost=published_value(COST),
         lake=lake,
         lake_cost=float(lake_cost),

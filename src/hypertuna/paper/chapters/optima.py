@@ -48,7 +48,7 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Optima:
             step()
         for method in METHODS:
             optima = table_iv(trials[model].robot, method)
-            best |= {(model, target, method): one for target, one in optima.items()}
+            best |= {(model, target, method): optimum for target, optimum in optima.items()}
     return Optima(trials, best)
 
 
@@ -147,16 +147,16 @@ def _facts(optima: Optima) -> dict[str, Any]:
     best = {model: optima.gradient(model, "max") for model in (PAPER, OURS)}
     gaits = optima.trials[OURS].gaits
     phase = published_value("optimum/max/phase")
-    phases = {model: _numbers(one.gait)["phase"] for model, one in best.items()}
+    phases = {model: _numbers(optimum.gait)["phase"] for model, optimum in best.items()}
     near = [model for model, value in phases.items() if abs(value - phase) <= FLAT]
     texts = {0: "with neither joint model", 1: f"only with {near[0] if near else ''}", 2: "with either joint model"}
-    losses = {model: 100 * (1 - _speed_at(one, phase) / one.speed) for model, one in best.items()}
+    losses = {model: 100 * (1 - _speed_at(optimum, phase) / optimum.speed) for model, optimum in best.items()}
     cheapest = [_numbers(optima.gradient(OURS, target).gait) for target in COSTS]
     return {
         "weight": optima.gradient(OURS, COSTS[0]).objective.terms[0][1],
         "gap_ideal": _largest_gap(optima, PAPER),
         "gap": _largest_gap(optima, OURS),
-        "on_bounds": all(set(one.bounds) >= BOUNDED for one in best.values()),
+        "on_bounds": all(set(optimum.bounds) >= BOUNDED for optimum in best.values()),
         "tolerance": FLAT,
         "near": texts[len(near)],
         "phases": " and ".join(f"{value:.1f} deg with {model}" for model, value in phases.items()),

@@ -128,8 +128,8 @@ def _settling(model: str, stored: Stored) -> Iterator[Finding]:
         for hertz, time in zip(facts["frequency_hz"], times, strict=True):
             yield stored.finding(f"control/settling-{hertz:g}hz", name, "calibrated", time, note)
         medians = ", ".join(f"{np.median(time):.2g}" for time in times)
-        words = f"medians of {medians} s from {facts['frequency_hz'][0]:g} Hz on"
-        yield stored.finding("control/settling-ratio", name, "in sight", times[-1] / times[0], words)
+        sentence = f"medians of {medians} s from {facts['frequency_hz'][0]:g} Hz on"
+        yield stored.finding("control/settling-ratio", name, "in sight", times[-1] / times[0], sentence)
 
 
 def _lake(model: str, stored: Stored) -> Iterator[Finding]:
@@ -154,9 +154,9 @@ def _dive(model: str, stored: Stored) -> Iterator[Finding]:
         f"changes by at most {wander:.1g} deg in the last half of a leg"
     )
     yield stored.finding("diving/depth-rate", model, "not judged", n["down rate"], note)
-    ends = [n[f"{leg} pitch"] + sign * n[f"{leg} pitch range"] / 2 for leg in ("down", "up") for sign in (-1, 1)]
+    extremes = [n[f"{leg} pitch"] + sign * n[f"{leg} pitch range"] / 2 for leg in ("down", "up") for sign in (-1, 1)]
     note = f"from {down} on the way down to {up} on the way up; in the last half of a leg {wander:.1g} deg at most"
-    yield stored.finding("diving/pitch-span", model, "prediction", np.ptp(ends, axis=0), note)
+    yield stored.finding("diving/pitch-span", model, "prediction", np.ptp(extremes, axis=0), note)
 
 
 def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
@@ -232,9 +232,9 @@ def _reached(stored: Stored, name: str) -> str:
 
 def sections(studies: Studies) -> list[Section]:
     """Show the seeds."""
-    entries = [judge(published(), found) for found in findings(studies)]
-    speeds = [one for one in entries if one.model == TWIN and one.id.startswith("speed/") and one.unit == "m/s"]
-    rms = float(np.sqrt(np.mean([(one.relative_error or 0.0) ** 2 for one in speeds])))
+    entries = [judge(published(), finding) for finding in findings(studies)]
+    speeds = [e for e in entries if e.model == TWIN and e.id.startswith("speed/") and e.unit == "m/s"]
+    rms = float(np.sqrt(np.mean([(e.relative_error or 0.0) ** 2 for e in speeds])))
     return compose("seeds", {"seeds": seed_table(entries)}, rms=rms, count=len(SEEDS))
 
 

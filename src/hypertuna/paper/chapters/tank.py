@@ -45,8 +45,8 @@ def sections(trials: Trials) -> list[Section]:
     from hypertuna.paper.figures import plot_map
 
     levels = {
-        f"{level}\n{one:g}°, {two:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
-        for level, (one, two) in published()["tank"]["amplitude_deg"].items()
+        f"{level}\n{a:g}°, {b:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
+        for level, (a, b) in published()["tank"]["amplitude_deg"].items()
     }
     tank = trials[OURS].tank
     figures = {
@@ -71,7 +71,7 @@ def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], cla
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
     commonest = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
     rows = zip(hertz, best, speed, strict=True)
-    phases = ", ".join(f"{one:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for one, phase, row in rows)
+    phases = ", ".join(f"{f:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for f, phase, row in rows)
     return Finding(f"optimal-phase/{level}", model, class_, commonest, f"best, and its lead over the next, at {phases}")
 
 
