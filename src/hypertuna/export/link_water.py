@@ -17,7 +17,7 @@ PER_GROUP = ("bandwidth", "phase_offset")
 
 @dataclass(frozen=True)
 class LinkWater:
-    """A straight link alone in still water: no beating, no wake."""
+    """Inertia and drag of a straight link alone in still water: no beating, no wake."""
 
     inertia: Array  # (3, 3) along it, across it, turn, at its center of mass, with the link's own [kg, kg m, kg m^2]
     along: float  # kg/m: force along it per speed squared
@@ -67,7 +67,7 @@ def lost_drag(robot: Robot) -> list[str]:
 
 
 def balanced(moments: Sequence[float]) -> tuple[Array, Array]:
-    """Return moments of inertia (3,) that a rigid body can have, and the rest of `moments` [kg m^2].
+    """Return moments of inertia (3,) that a rigid body can have, and what `moments` have beyond them [kg m^2].
 
     No moment of a body exceeds the sum of the two others; a rod's about z beside an ellipsoid's about x and y may.
     """

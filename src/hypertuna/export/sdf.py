@@ -90,7 +90,7 @@ def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
 
 
 def _raised(matrix: Array, height: float) -> Array:
-    """Return an inertia about a point so much below that of `matrix` [m]: momenta of what moves there."""
+    """Return the inertia (6, 6) about a point that lies `height` [m] below that of the inertia `matrix`."""
     shift = np.eye(6)
     shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
     raised: Array = shift.T @ matrix @ shift
@@ -228,9 +228,9 @@ def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
     add(plugin, "nRabsR", -water.turn)
     if robot.spatial is not None:
         spatial, length = robot.spatial, robot.links.length[i]
-        half = robot.water.density / 2
-        add(plugin, "zWabsW", -half * spatial.drag_vertical[i] * length * spatial.width[i])
-        add(plugin, "kPabsP", -half * spatial.drag_roll[i] * length * spatial.height[i] ** 4 / 32)
+        half_density = robot.water.density / 2
+        add(plugin, "zWabsW", -half_density * spatial.drag_vertical[i] * length * spatial.width[i])
+        add(plugin, "kPabsP", -half_density * spatial.drag_roll[i] * length * spatial.height[i] ** 4 / 32)
 
 
 def _plugin(model: Element, file: str, name: str) -> Element:

@@ -225,7 +225,7 @@ class Loop:
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
-        """Make a tick of what the sensors show and of the height of the antenna [m]; return servo pulses [s]."""
+        """Run a tick with the sensors' readings and the height of the antenna [m]; return servo pulses [s]."""
         tick, failures = self.tick_count, self.failures
         self.tick_count += 1
         if self.relay is not None:

@@ -53,7 +53,7 @@ class Experiment:
 
     @property
     def without_intervals(self) -> bool:
-        """Whether there are too few measurements to estimate an interval: as many coefficients, or more."""
+        """Whether there are too few measurements to estimate intervals: no more than coefficients."""
         without_prior = sum(f.prior is None for f in self.free)
         samples = len(self.kind)
         return samples <= len(self.free) and (samples <= without_prior or bool(self.unknown_kinds))
@@ -83,7 +83,7 @@ class Experiment:
 
 
 def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **options: Any) -> Experiment:
-    """Lay out trials for a fit; options: loss, steps and threads of the `Experiment`.
+    """Return trials laid out for a fit; options: loss, steps and threads of the `Experiment`.
 
     Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
     """

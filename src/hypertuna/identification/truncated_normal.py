@@ -20,10 +20,10 @@ def truncated_normal(
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))
-    kept = spread > ZERO * max(spread.max(), 0.0)
-    root = axes[:, kept] * np.sqrt(spread[kept])  # (x - mean) / width = root y with y standard normal
+    nonzero = spread > ZERO * max(spread.max(), 0.0)
+    root = axes[:, nonzero] * np.sqrt(spread[nonzero])  # (x - mean) / width = root y with y standard normal
     center = np.clip((mean - lower) / width, INSIDE, 1 - INSIDE)
-    if not kept.any():
+    if not nonzero.any():
         return np.tile(lower + width * center, (count, 1))
     # Every wall is normal . y + gap >= 0.
     normals, gaps = np.vstack([root, -root]), np.concatenate([center, 1 - center])
