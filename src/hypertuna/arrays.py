@@ -26,7 +26,7 @@ def rounded_number(value: float) -> float:
 
 
 def rounded_parts(values: Array) -> Array:
-    """Return numbers of a scale of 1 with steps of 2^-`BITS`: what cancels to nothing becomes 0."""
+    """Return numbers of magnitude 1, rounded to multiples of 2^-`BITS`: sums that cancel become 0."""
     return np.asarray(np.rint(values * 2.0**BITS) / 2.0**BITS, dtype=np.float64)
 
 

@@ -364,10 +364,10 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / squares)
-        first, unit = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
+        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
         for joint, part in zip(joints, group.share, strict=True):
-            if joint != first:
-                add(equality, "joint", joint1=joint, joint2=first, polycoef=(0, part / unit, 0, 0, 0))
+            if joint != lead:
+                add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))
         lag = {}
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
             lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}

@@ -12,7 +12,7 @@ Element = ElementTree.Element
 
 
 def add(parent: Element, tag: str, content: Any = None, **attributes: Any) -> Element:
-    """Add an element with attributes and maybe a content."""
+    """Add an element to a parent, with attributes and maybe a text, and return it."""
     element = ElementTree.SubElement(parent, tag, {name: written(value) for name, value in attributes.items()})
     element.text = None if content is None else written(content)
     return element

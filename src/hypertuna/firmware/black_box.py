@@ -166,7 +166,7 @@ def _boot_header(words: Ticks, file: str) -> tuple[int, int]:
 
 
 def _joints_of(table: Ticks, kind: int) -> int:
-    """Return the number of joints of records of ticks by their size; 0 of other records."""
+    """Return the number of joints of tick records, by their size; 0 for other records."""
     tick_bytes = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
     return next((n for n in range(1, _core.BOARD_JOINTS + 1) if record_dtype(n).itemsize == tick_bytes), 0)
 

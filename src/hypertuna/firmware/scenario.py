@@ -124,13 +124,13 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
-    rest = _at_rest(counts)
+    at_rest = _at_rest(counts)
     clock = np.arange(ticks)[:, None]
-    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
-    samples = rest + swing + random.normal(0, 30, (ticks, len(rest))) + _added_events(counts, clock[:, 0])
+    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(at_rest)))
+    samples = at_rest + swing + random.normal(0, 30, (ticks, len(at_rest))) + _added_events(counts, clock[:, 0])
     # A sensor fails for a while: silent, stuck, or random.
     for _ in range(ticks // 400):
-        first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
+        first, channel = int(random.integers(ticks)), int(random.integers(len(at_rest)))
         last = first + int(random.integers(1, 400))
         kind = random.integers(3)
         length = len(samples[first:last])

@@ -62,13 +62,11 @@ class Experiment:
     def sizes(self) -> dict[str, float]:
         """Scale of errors by quantity: 1 for relative errors, else the rms of the measured values [m or rad]."""
         kinds, rms = self.kind[self.sample], {}
-        for k, (name, one) in enumerate(QUANTITIES.items()):
-            alike = [
-                j for j, other in enumerate(QUANTITIES.values()) if j == k or (one.path and other.path == one.path)
-            ]
+        for k, (name, q) in enumerate(QUANTITIES.items()):
+            alike = [j for j, other in enumerate(QUANTITIES.values()) if j == k or (q.path and other.path == q.path)]
             values = self.measured[np.isin(kinds, alike)]
             if len(values):
-                rms[name] = 1.0 if one.relative else float(np.sqrt(np.mean(values**2) * len(alike)))
+                rms[name] = 1.0 if q.relative else float(np.sqrt(np.mean(values**2) * len(alike)))
         return rms
 
     @property

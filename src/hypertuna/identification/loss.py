@@ -61,5 +61,5 @@ def interval_factor(z: Array, loss: str, scale: float, count: NDArray[np.intp], 
     factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s.
     """
     scaled = z / scale**2  # outliers are judged by the actual noise
-    first = loss_terms(loss, scaled)[1]
-    return max(1.0, scale * math.sqrt(float(np.sum(scaled * first**2)) / freedom) / curvature(scaled, loss, count))
+    slope = loss_terms(loss, scaled)[1]
+    return max(1.0, scale * math.sqrt(float(np.sum(scaled * slope**2)) / freedom) / curvature(scaled, loss, count))

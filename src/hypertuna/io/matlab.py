@@ -41,12 +41,12 @@ def read_matlab(path: str | Path) -> MatFile:
     try:
         if content[126:128] not in (b"IM", b"MI"):
             raise ValueError
-        room = LARGEST
+        bytes_left = LARGEST
         for kind, data in _elements(content[HEADER:], mat.order):
             if kind == COMPRESSED:
-                unpacked = zlib.decompressobj().decompress(data, room + 1)
-                room -= len(unpacked)
-                if room < 0:
+                unpacked = zlib.decompressobj().decompress(data, bytes_left + 1)
+                bytes_left -= len(unpacked)
+                if bytes_left < 0:
                     rule, fix = f"must unpack to at most {LARGEST // MB} MB", "save the arrays of the points alone"
                     raise InputError(rule, file=mat.file, value="more", fix=fix)
                 kind, data = next(iter(_elements(unpacked, mat.order)))

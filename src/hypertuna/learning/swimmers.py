@@ -84,8 +84,8 @@ class Swimmers:
             self.current[k] = speed * math.cos(toward), speed * math.sin(toward)
             self.action[k], self.steps[k], self._drift[k], self._before[k] = self.rest, 0, 0.0, 0.0
         self._columns = self._batch.columns()
-        looked = self._look(self._columns["x"], self._columns["y"])
-        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, looked, strict=True)))
+        seen = self._look(self._columns["x"], self._columns["y"])
+        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, seen, strict=True)))
 
     def act(self, action: Array) -> Outcome:
         """Make a step of all swimmers; return their rewards, ends and successes."""

@@ -37,7 +37,7 @@ STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % o
 
 @dataclass(frozen=True)
 class Problem:
-    """Objectives and limits over a design space; every gait must also swim forward, by a robot that its file may be."""
+    """Objectives and limits over a design space; every gait must also swim forward, every design be valid."""
 
     robot: Robot
     space: DesignSpace
@@ -198,7 +198,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
-    """Return the evaluation of points over several robots, from those by each of them.
+    """Return one evaluation of points over several robots, from an evaluation by each robot.
 
     Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
     Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.

@@ -37,7 +37,7 @@ Calibrated = tuple[tuple[Calibration, ...], Known]
 
 
 class Operator(Protocol):
-    """The person at the robot. While a question is open, the robot is listened to: no old reading is left over."""
+    """The person at the robot. While a question is open, messages are received, so that no old one is left over."""
 
     def ask(self, robot: Client, question: str) -> str:
         """Ask the operator a question, and return the answer."""
