@@ -169,7 +169,7 @@ ANGLES = {
 
 
 def _joined(name: str, label: str, by: str = "_") -> str:
-    """Return a name with the label of a place."""
+    """Return a name joined with the label of one of its values, if that has one."""
     return f"{name}{by}{_word(label)}" if label else name
 
 

@@ -51,7 +51,7 @@ ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())  # of `give`, by 
 
 
 def give(name: str) -> Any:
-    """Return a message with an order of the table of states (firmware/app/vehicle/states.hpp)."""
+    """Return a message that gives an order of the firmware's table of states (firmware/app/vehicle/states.hpp)."""
     return order("give", which=ORDERS_GIVEN.index(name))
 
 

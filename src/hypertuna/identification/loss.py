@@ -50,7 +50,7 @@ def residual_scale(
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
-    """Return the mean of psi' at squared residuals z (samples,), across the residual of samples of several elements."""
+    """Return the mean of psi' at squared residuals z (samples,); for samples of several elements, across them."""
     _, first, second = loss_terms(loss, z)
     return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
 

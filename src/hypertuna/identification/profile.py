@@ -55,10 +55,10 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
 
     def move(to: Array) -> tuple[Array, Array]:
         point = np.clip(to, problem.lower, problem.upper)
-        new = problem.residual(point)
+        new_residual = problem.residual(point)
         if (change := point - x) @ change > 0:
-            jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
-        return point, new
+            jacobian[:] += np.outer(new_residual - residual - jacobian @ change, change / (change @ change))
+        return point, new_residual
 
     def correction() -> Array:
         # to the profile within the bounds: least squares with the position along the direction held

@@ -128,7 +128,7 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
 
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:
-    """Compute errors of runs: relative for steady ones, except at a measured speed of 0, which is left out."""
+    """Return the errors of all runs: relative ones of steady runs, without those of a measured speed of 0."""
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}

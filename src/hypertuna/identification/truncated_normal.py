@@ -40,8 +40,8 @@ def _moved(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> A
     v, remaining, last_wall = rng.standard_normal(len(y)), np.pi / 2, -1
     for _ in range(MAX_BOUNCES):
         # normal . y(t) = size cos(t - phase); a wall is met where this reaches -gap, outward
-        ahead, across = normals @ y, normals @ v
-        size, phase = np.hypot(ahead, across), np.arctan2(across, ahead)
+        by_position, by_velocity = normals @ y, normals @ v
+        size, phase = np.hypot(by_position, by_velocity), np.arctan2(by_velocity, by_position)
         meets = size > gaps
         time = np.full(len(gaps), np.inf)
         time[meets] = (phase[meets] + np.arccos(np.clip(-gaps[meets] / size[meets], -1, 1))) % (2 * np.pi)

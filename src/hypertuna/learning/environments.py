@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: many swimmers in one call, or one."""
+"""Environments of Gymnasium: of one swimmer, and of many that step in one call."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def expected_speed(speed: float, weight: float) -> Objective:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Objectives and violations at points; derivatives are by the coordinates."""
+    """Objectives and violations at points, with their derivatives by the coordinates."""
 
     x: Array  # (points, dim) [Hz or rad]
     value: Array  # (points, objectives), infinite where a gait does not settle, stands still or swims backwards
