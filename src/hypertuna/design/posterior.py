@@ -33,7 +33,7 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Posterior:
-    """What is known after runs, as a mixture over the sizes of the discrepancy."""
+    """Knowledge after runs: a mixture over sizes of the discrepancy."""
 
     unknowns: Unknowns
     results: tuple[Measurement, ...]
@@ -63,7 +63,7 @@ class Posterior:
         return self._mixed(self.x, np.eye(len(self.x)), None)
 
     def _mixed(self, value: Array, jacobian: Array, near: Array | None) -> tuple[Array, Array]:
-        """Return mean and standard deviation of linear functions; `near` relates their discrepancies to the results'."""
+        """Return mean and sd of linear functions; `near` relates their discrepancies to those of the results."""
         prior = self.unknowns.covariance
         start = value + jacobian @ (self.unknowns.mean - self.x)
         prior_variance = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
