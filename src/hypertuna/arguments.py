@@ -130,7 +130,7 @@ def _tree(annotation: Any) -> ast.expr:
 
 
 class _Aliases(ast.NodeTransformer):
-    """Write names of types as what they stand for."""
+    """Replaces aliases in annotations by the types that they stand for."""
 
     def __init__(self, names: Mapping[str, Any]) -> None:
         self.names = names
@@ -151,7 +151,7 @@ def _fits(value: Any, kind: ast.expr) -> bool:
         case ast.Subscript(value=outer, slice=inner):
             return _fits_inside(value, _name(outer), inner)
     test = SIMPLE.get(_name(kind))
-    return test[1](value) if test else any(_name(kind) == one.__name__ for one in type(value).__mro__)
+    return test[1](value) if test else any(_name(kind) == base.__name__ for base in type(value).__mro__)
 
 
 def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
@@ -193,7 +193,7 @@ def _joined(words: list[str]) -> str:
 
 
 def _choices(kind: ast.expr) -> list[ast.expr]:
-    """Return the alternatives of a kind but None."""
+    """Return the alternatives of a union of kinds, without None."""
     if isinstance(kind, ast.BinOp):
         return [*_choices(kind.left), *_choices(kind.right)]
     return [] if isinstance(kind, ast.Constant) else [kind]

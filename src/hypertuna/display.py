@@ -65,7 +65,7 @@ background:none;white-space:nowrap;color:inherit}
 
 @dataclass(frozen=True)
 class Facts:
-    """Labeled values of a card: quantities, or texts by their labels; an empty label is the value above once more."""
+    """Labeled values of a card: quantities, or texts; an empty label repeats the value above in another unit."""
 
     values: Mapping[str, Quantity | str]
     digits: int = 4
@@ -131,7 +131,7 @@ class Card:
 
 
 class Functions(dict[type, Callable[..., Any]]):
-    """Functions of results by their class, in modules of its room that are imported when one is asked for.
+    """Functions that show results, by the class of the result; modules of its room are imported at the first use.
 
     Their names begin with `modules`.
     """
@@ -265,7 +265,7 @@ def in_notebooks(figure: Figure) -> Figure:
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Write a number to three digits, with its unit; a dash for NaN."""
+    """Return a number as text of three digits, with its unit; a dash for NaN."""
     if value is None or math.isnan(value):
         return "–"
     size = abs(value)
@@ -277,7 +277,7 @@ def number(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def card_text(card: Card) -> str:
-    """Write a card in five lines at most."""
+    """Return a card as text of five lines at most."""
     pairs = [pair for part in card.parts if isinstance(part, Facts) for pair in part.pairs()]
     facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in pairs), COLUMNS)
     lines = [card.title, *(facts if len(facts) <= LINES - 2 else [*facts[: LINES - 3], "..."])]
@@ -297,7 +297,7 @@ def _sentence(part: Part) -> str:
 
 
 def card_html(card: Card) -> str:
-    """Write a card as HTML without script."""
+    """Return a card as HTML without script."""
     parts = [f"<style>{STYLE}</style>", f'<div class="ht-title">{safe(card.title)}</div>']
     parts += [] if card.picture is None else [card.picture()]
     parts += map(_part_html, card.parts)
@@ -305,7 +305,7 @@ def card_html(card: Card) -> str:
 
 
 def _part_html(part: Part) -> str:
-    """Write a part of a card."""
+    """Return a part of a card as HTML."""
     if isinstance(part, Table):
         rest = Table(part.heads, part.rows[OPEN:])
         details = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
@@ -322,7 +322,7 @@ def _cell(cell: str | tuple[str, str]) -> str:
 
 
 def _table(part: Table) -> str:
-    """Write a table; columns of text are set left."""
+    """Return a table as HTML; columns of text are set left."""
     columns, rows = part.plain
     is_left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
     classes = ['class="ht-left"' if aligned else "" for aligned in is_left]
@@ -381,7 +381,7 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
 
 
 def _notebook_display() -> Callable[[str], None] | None:
-    """Return what shows and replaces HTML in the notebook that runs this, None elsewhere."""
+    """Return a function that shows and replaces HTML in the running notebook, None elsewhere."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
         return None

@@ -99,7 +99,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def escaped(text: str, keep: str = "") -> str:
-    """Return text with control characters, but those to keep, as in JSON: a terminal would obey them."""
+    """Return text with control characters escaped as in JSON, but those in `keep`: a terminal would obey them."""
     if text.isprintable():
         return text
     if "\n" in keep:  # line by line: most are printable as they are

@@ -66,7 +66,7 @@ TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspac
 
 
 def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw the figures of a function in this style, independent of the user's settings."""
+    """Return a function whose figures are drawn in this style, independent of the user's settings."""
 
     @wraps(plot)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:

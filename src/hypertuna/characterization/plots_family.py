@@ -1,4 +1,4 @@
-"""Figure of a family: the blocked moments of members and of what was excluded, over the lever."""
+"""Figure of a family: blocked moments of members and of excluded designs, over the lever."""
 
 import math
 
@@ -26,7 +26,7 @@ EXCLUDED = {
 @plots.of(Family)
 @styled
 def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
-    """Plot a family, a panel for each joint: `width` [inch]."""
+    """Plot blocked moments of members and excluded designs over the lever, a panel for each joint: `width` [inch]."""
     joints = family.space.bench.joints
     figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(joints)))
@@ -38,21 +38,21 @@ def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
 
 
 def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
-    """Plot the members, colored by what a ruler would say, over the designs that are excluded."""
+    """Plot a joint's members, colored by their shortening, over the designs that are excluded."""
     bench = family.space.bench
     top = float(bench.pressure[bench.joint == joint].max())
 
-    def place(one: Design) -> tuple[float, float]:
+    def lever_and_moment(design: Design) -> tuple[float, float]:
         try:
-            return 1e3 * joint_group(one.robot, joint)[1].lever, blocked_moment(one.robot, joint, top)
+            return 1e3 * joint_group(design.robot, joint)[1].lever, blocked_moment(design.robot, joint, top)
         except InputError:  # muscles that overlap
             return math.nan, math.nan
 
     for reason, (color, mark) in EXCLUDED.items():
-        points = np.array([place(one) for one in family.population.drawn if _excluded(one) == reason])
+        points = np.array([lever_and_moment(one) for one in family.population.drawn if _excluded(one) == reason])
         if len(points):
             axes.plot(*points.T, mark, color=color, ms=4, mew=0.7, label=reason, zorder=1)
-    lever, moment = np.array([place(one) for one in family.members]).T
+    lever, moment = np.array([lever_and_moment(one) for one in family.members]).T
     shorter = [1e3 * float(shortening(one.robot, joint, np.array([top]))[0]) for one in family.members]
     dots = axes.scatter(lever, moment, c=shorter, s=14, cmap="viridis", label="member", zorder=3)
     axes.figure.colorbar(dots, ax=axes, label="shortening, both sides [mm]")
@@ -71,8 +71,8 @@ def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
     axes.set(xlabel="lever [mm]", ylabel="blocked moment [N m]", yscale="log")
 
 
-def _excluded(one: Design) -> str:
-    """Return what excludes a design drawn from the bounds, or nothing."""
-    if one.excluded or one.off is None:
-        return one.excluded
-    return "another measured value" if np.abs(one.off).max() > FAR else ""
+def _excluded(design: Design) -> str:
+    """Return the reason that excludes a design drawn from the bounds, empty if none does."""
+    if design.excluded or design.off is None:
+        return design.excluded
+    return "another measured value" if np.abs(design.off).max() > FAR else ""

@@ -21,7 +21,7 @@ SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 
 class Fault(NamedTuple):
-    """A fault of consecutive sensor channels."""
+    """A fault of consecutive sensor channels: its kind and times."""
 
     kind: str  # of KINDS
     first: int  # channel
@@ -50,23 +50,24 @@ def sensor_of(robot: Robot, quantity: str) -> Sensor:
 
 
 def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
+    """Return the error models of the pilot's or the controller's sensors by name [SI]."""
     names = [name for name, channel in CHANNELS.items() if channel.pilot == pilot]
-    none = dict.fromkeys(NUMBERS, 0.0)
-    models = {name: none if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
+    zeros = dict.fromkeys(NUMBERS, 0.0)
+    models = {name: zeros if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
     return {f"{name}.{key}": [float(model[key])] for name, model in models.items() for key in NUMBERS}
 
 
 def sensor_absent(robot: Robot, quantity: str) -> bool:
-    """Return whether a robot does without a sensor: none of its joints has oil, and the pilot does not read it.
+    """Return whether a robot lacks a sensor that it does not need: no joint has oil, and the pilot does not read it.
 
     The range of its model is 0 to 0, so that it reads 0; the controller leaves it out.
     """
-    described = any(sensor.quantity == quantity for sensor in robot.sensors)
-    return not (has_oil(robot) or CHANNELS[quantity].pilot or described)
+    present = any(sensor.quantity == quantity for sensor in robot.sensors)
+    return not (has_oil(robot) or CHANNELS[quantity].pilot or present)
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
-    """Return first and last channel of every sensor that is read, also those of a pilot: ``bend-I``, ``imu``...
+    """Return first and last channel of every sensor by name, ``bend-I`` or ``imu``; with `pilot` also the pilot's.
 
     A name without joint or side means all of them.
     """
@@ -90,7 +91,7 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
 
 
 def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the texts of faults, one or several."""
+    """Return the texts of faults as a tuple, from one text or several."""
     texts = tuple(spelled) if isinstance(spelled, Iterable) and not isinstance(spelled, str) else (spelled,)
     for k, text in enumerate(texts):
         if not isinstance(text, str):
@@ -102,16 +103,17 @@ def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
 def faults(
     spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER, *, pilot: bool = False
 ) -> tuple[Fault, ...]:
-    """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
+    """Return the faults that texts spell: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
     ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on; `KINDS` has the kinds. Each must start within
     the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
     """
-    known = channels(robot, pilot=pilot)
-    return tuple(_fault(text, known, duration) for text in fault_texts(spelled))
+    channel_table = channels(robot, pilot=pilot)
+    return tuple(_fault(text, channel_table, duration) for text in fault_texts(spelled))
 
 
 def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
+    """Return the fault that a text spells; errors name the text."""
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)
 
@@ -134,9 +136,9 @@ def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) 
 
 
 def fault_times(spelled: str, times: str) -> tuple[float, float]:
-    """Read START or START-END [s] of a fault."""
-    first, dash, last = times.partition("-")
-    start, end = parse_float(first), parse_float(last) if dash else FOREVER
+    """Return start and end [s] of a fault from the text START or START-END."""
+    start_text, dash, end_text = times.partition("-")
+    start, end = parse_float(start_text), parse_float(end_text) if dash else FOREVER
     if not 0 <= start < end:
         fix = "give seconds from the start of the run, the end after the start"
         raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)

@@ -1,4 +1,4 @@
-"""What a robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
+"""Tables that a robot needs to dive, to fly missions and to run the firmware, estimated from its shape and joints."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -76,13 +76,13 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
 
 
 def antenna_of(robot: Robot) -> tuple[float, float]:
-    """Return the place of the satellite antenna: behind the nose and above the axis [m].
+    """Return the satellite antenna's distance behind the nose and height above the axis [m].
 
     It stands at the head's center of mass, at the upper end of what is highest.
     """
     links = robot.links
-    head = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
-    return links.com[0], float(robot.body.height or head) / 2
+    head_height = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
+    return links.com[0], float(robot.body.height or head_height) / 2
 
 
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
@@ -127,7 +127,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
 
 
 def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:
-    """Return the table ``[spatial]`` of links as elliptical sections of their height and volume; `roll` [Hz]."""
+    """Return the table ``[spatial]`` of links with elliptical sections, which roll at a frequency `roll` [Hz]."""
     volume = [mass / DENSITY for mass in links["mass_kg"]]
     columns = list(zip(volume, links["lateral_area_m2"], links["length_m"], strict=True))
     height = [area / length for _, area, length in columns]
@@ -158,13 +158,13 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
     """Return the table ``[fins]``: HyperTuna's, with sizes and places for this shape and a length of the head [m]."""
     span = 0.118 * shape.length
-    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
-    own |= {"span_m": span, "chord_m": 0.8 * span}
-    return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
+    changed = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
+    changed |= {"span_m": span, "chord_m": 0.8 * span}
+    return {**tuna} | {key: float(f"{value:.3g}") for key, value in changed.items()}
 
 
 def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
-    """Return the pins of servos and analog sensors: two for the circuits of a joint, one where a servo turns it."""
+    """Return the pins of servos and analog sensors: two servos for a joint on oil, one for a joint with a servo."""
     sides = [1 if "servo" in group else 2 for group in joints]
     oil_joints = sides.count(2)
     free_pins = iter(ANALOG_PINS)

@@ -1,4 +1,4 @@
-"""Numbers of a robot's file as variables of a design: by key, with what follows them, and the caudal fin by its shape.
+"""Numbers of a robot's file as variables of a design, with the values that follow them; the caudal fin by its shape.
 
 A key has the unit of the file. What is declared to follow a link's length or mass (`following`) follows it as in the
 studio, and so do the sums. ``fin.span``, ``fin.chord``, ``fin.area`` and ``fin.aspect_ratio`` are factors on the caudal
@@ -44,7 +44,7 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Unit and meaning, as datasets have them."""
+        """Unit and meaning, as attributes of data sets."""
         return {"units": "1" if self.unit in ("", WHOLE_FIN) else self.unit, "long_name": f"{self.name} of the robot"}
 
 
@@ -64,14 +64,14 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if name.startswith("fin."):
         return _checked(robot, _fin_variable(robot, name, low, high))
     leaves = list(_leaves(robot, robot.model_dump(mode="json", by_alias=True, exclude_none=True), "", "", ()))
-    known = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
-    if name not in known:
-        lists = [alias for alias in known if alias.startswith(f"{name}[")]
+    by_alias = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
+    if name not in by_alias:
+        lists = [alias for alias in by_alias if alias.startswith(f"{name}[")]
         rule = "is a list of values" if lists else "must be a number in the robot's file"
-        names = [*known, *(f"fin.{kind}" for kind in FIN)]
+        names = [*by_alias, *(f"fin.{kind}" for kind in FIN)]
         fix = f"choose one with its index: {lists[0]}" if lists else did_you_mean(name, names)
         raise InputError(rule, key="design", value="" if lists else shown(name), file=robot.file or None, fix=fix)
-    leaf = known[name]
+    leaf = by_alias[name]
     if isinstance(leaf.value, bool | str) or not isinstance(leaf.value, int | float):
         fix = "choose a key that holds a number"
         raise InputError("must be a number to design", key=leaf.name, value=shown(leaf.value), fix=fix)
@@ -106,32 +106,32 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
     """
     document = robot.document()
-    whole = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
-    before = copy.deepcopy(document)
+    full = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
+    old_document = copy.deepcopy(document)
     if not made_by:
         document = {name: part for name, part in document.items() if name not in ("sources", "uncertainty")}
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _follow(document, one, value)
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _put(document, whole, one.place, float(value))
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _follow(document, var, value)
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _put(document, full, var.place, float(value))
     span, chord = (
-        math.prod(value ** FIN[one.name[4:]][k] for one, value in zip(design, values, strict=True) if not one.place)
+        math.prod(value ** FIN[var.name[4:]][k] for var, value in zip(design, values, strict=True) if not var.place)
         for k in (0, 1)
     )
     if (span, chord) != (1.0, 1.0):
-        _shape_fin(document, whole, span, chord)
+        _shape_fin(document, full, span, chord)
     if made_by:
         sources = document.setdefault("sources", {})
-        for key in [*_changes(before, document)]:
+        for key in [*_changes(old_document, document)]:
             source = robot.source(key)  # an estimate stays one
             sources[key] = f"{source}; {made_by}" if source else made_by
     return parse(document, file=robot.file)
 
 
 def _check_ends(name: str, low: float, high: float) -> None:
-    """Check the ends of a range."""
+    """Check that a range of a variable has two finite ends in rising order."""
     key, value = f"design {name}", f"{low:g}:{high:g}"
     if not math.isfinite(low) or not math.isfinite(high):
         raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
@@ -200,7 +200,7 @@ def _follow(document: dict[str, Any], varied: Variable, value: float) -> None:
 
 
 def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
-    """Multiply what follows a link's length, mass or height."""
+    """Multiply the values that follow a link's length, mass or height by powers of a factor."""
     for key, power in given(document, followers(kind, link, alias=True)).items():
         table, last = table_of(document, key)
         table[last] *= factor**power
@@ -223,7 +223,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
 
 
 def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
-    """Return a factor on the caudal fin."""
+    """Return a factor on a size of the caudal fin as a variable between two values."""
     kind = name.removeprefix("fin.")
     if kind not in FIN:
         fix = did_you_mean(name, [f"fin.{size}" for size in FIN])
@@ -257,7 +257,7 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
 
 
 def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
-    """Exchange the plate at the end of the last link; return its added mass over that before."""
+    """Exchange the plate at the end of the last link; return the ratio of its new to its old added mass."""
     strip, links, defaults = document["water"]["strip"], document["links"], whole["water"]["strip"]
     length, area = links["length_m"][last], links["lateral_area_m2"][last]
     height, aspect = strip["edge_height_m"], strip.get("edge_aspect", defaults["edge_aspect"])

@@ -1,4 +1,4 @@
-"""All mistakes of a document in one answer: each is mended by an example, so that the checks behind it run, too."""
+"""All mistakes of a document in one answer: an example mends each, so that the checks behind it run, too."""
 
 import copy
 import difflib
@@ -36,7 +36,7 @@ def translate(
     """
     if wrong_kind := _of_another_kind(document, model, file):
         return wrong_kind
-    found: dict[str, InputError] = {}
+    by_key: dict[str, InputError] = {}
     missing: list[Place] = []
     if error.error_count() > MOST:
         example = None
@@ -49,7 +49,7 @@ def translate(
         for detail, reported in mistakes:
             new = [mistake for mistake in reported if not _follows(mistake, replaced)]
             for mistake in new:
-                found.setdefault(mistake.key or "", mistake)
+                by_key.setdefault(mistake.key or "", mistake)
             missing += [detail["loc"]] * (detail["type"] == "missing" and bool(new))
         if example is None or sum(_mend(*pair, mended, model, valid, replaced) for pair in mistakes) < len(mistakes):
             break
@@ -60,14 +60,14 @@ def translate(
             error = next_error
         if error.error_count() > MOST:
             break
-    if (whole := _whole(missing, mended, model, first)) is not None:
-        return InputErrors([*found.values()], commented(whole, model, hints={}), whole=True)
+    if (filled := _whole(missing, mended, model, first)) is not None:
+        return InputErrors([*by_key.values()], commented(filled, model, hints={}), whole=True)
     paste = _paste(missing, model, first, valid)
-    return InputErrors([*found.values()], paste) if len(found) > 1 or paste else next(iter(found.values()))
+    return InputErrors([*by_key.values()], paste) if len(by_key) > 1 or paste else next(iter(by_key.values()))
 
 
 def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None) -> InputError | None:
-    """Return the only mistake of a file that is of another kind than the model."""
+    """Return the error for a file of another kind than the model's, such as a mission; None for the right kind."""
     (wanted,) = [kind for kind, (keys, _) in KINDS.items() if keys <= {*_keys(model)}] or [""]
     for kind, (keys, fix) in KINDS.items():
         if wanted not in ("", kind) and keys & document.keys() and not KINDS[wanted][0] & document.keys():
@@ -76,16 +76,16 @@ def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None
 
 
 def _in_order(error: ValidationError) -> list[Any]:
-    """Return pydantic's errors: unknown keys first, for they explain missing ones; none of defaults of bad values."""
+    """Return pydantic's errors: unknown keys first, as these explain missing ones; without those of bad defaults."""
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
     errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # bad items are not counted
     return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")[:MOST]
 
 
-def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
+def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
     """Return the mistakes of the file behind one of pydantic's errors."""
-    place, cause = one["loc"], one.get("ctx", {}).get("error")
+    place, cause = item["loc"], item.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         errors = cause.errors if isinstance(cause, InputErrors) else (cause,)
         owner, _ = field_at(model, place)
@@ -96,16 +96,16 @@ def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[I
         ]
     key = written(place)
     owner, field = field_at(model, place)
-    if one["type"] == "extra_forbidden":
+    if item["type"] == "extra_forbidden":
         owner, _ = field_at(model, place[:-1])
         if new_name := getattr(owner, "renamed", {}).get(place[-1]):
             return [InputError("was renamed", file=file, key=key, fix=f"write {new_name}")]
         fix = did_you_mean(str(place[-1]), _keys(owner))
         return [InputError("is not a known key", file=file, key=key, fix=fix)]
-    if one["type"] == "missing":
+    if item["type"] == "missing":
         misspelled = _meant(_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
         return [] if place[-1] in misspelled else [InputError("is missing", file=file, key=key, fix=fix_of(field))]
-    return [InputError(rule_of(one["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
+    return [InputError(rule_of(item["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
 
 
 def _placed(key: str, table: str, place: Place) -> str:
@@ -122,25 +122,25 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
     )
 
 
-def _mend(one: Any, told: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
+def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
     """Mend a document where pydantic found an error, noting keys set from an example; return whether this succeeded."""
-    place = one["loc"]
+    place = item["loc"]
     owner = _at(document, place[:-1])
-    if isinstance(one.get("ctx", {}).get("error"), InputError):
+    if isinstance(item.get("ctx", {}).get("error"), InputError):
         if not place:
             return False
-        keys = [_place(error.key or "") for error in told]
+        keys = [_place(error.key or "") for error in reported]
         if any(written(key) in replaced for key in keys):
             keys = [place]  # their table as a whole
         return sum(_replace(key, document, valid, replaced) for key in keys) == len(keys)
-    if one["type"] == "extra_forbidden":
+    if item["type"] == "extra_forbidden":
         if isinstance(owner, dict) and place[-1] in owner:
             intended = _meant(owner, field_at(model, place[:-1])[0]).get(place[-1])
             value = owner.pop(place[-1])
             if intended is not None:
                 owner[intended] = value
         return True
-    if one["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
+    if item["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
         return True  # was misspelled
     return _replace(place, document, valid, replaced)
 
@@ -154,7 +154,7 @@ def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bo
 
 
 def _place(key: str) -> Place:
-    """Return the place of a key: ``joints[0].links[2]``."""
+    """Return a key such as ``joints[0].links[2]`` as a place: its names and indices."""
     parts = re.findall(r'"([^"]*)"|\[(\d+)\]|([^.\[\]"]+)', key)
     return tuple(int(index) if index else quoted or plain for quoted, index, plain in parts)
 
@@ -186,23 +186,23 @@ def _at(value: Any, place: Place) -> Any:
 
 
 def _keys(owner: Model | None) -> list[str]:
-    """Return the keys of a table."""
+    """Return the keys of a table as in the file, none without a table."""
     return [info.alias or name for name, info in owner.model_fields.items()] if owner else []
 
 
 def _meant(table: Any, owner: Model | None) -> dict[str, str]:
-    """Return which absent key each unknown key of a table is likely to mean."""
+    """Return by unknown key of a table the absent key that it is likely to mean."""
     if not isinstance(table, Mapping) or len(table) > MOST:
         return {}
-    known = _keys(owner)
+    known_keys = _keys(owner)
     renamed = getattr(owner, "renamed", {})
-    close = {key: difflib.get_close_matches(key, known, n=1) for key in table if key not in known}
+    close = {key: difflib.get_close_matches(key, known_keys, n=1) for key in table if key not in known_keys}
     close |= {key: [renamed[key]] for key in close if key in renamed}
     return {key: matches[0] for key, matches in close.items() if matches and matches[0] not in table}
 
 
 def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[str, Any]:
-    """Return a document with the keys that its unknown ones are likely to mean."""
+    """Return a document with its unknown keys replaced by those that they are likely to mean."""
     meant = _meant(table, field_at(model, place)[0])
     keys = {key: meant.get(key, key) for key in table}
     return {
@@ -218,17 +218,17 @@ def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any
     filled = copy.deepcopy(mended)
     for place in missing:
         _put(filled, place, _at(first, place))
-    whole = {key: filled.get(key, value) for key, value in first.items() if key not in ABOUT or key in filled}
-    whole["water"] = first["water"] | whole["water"]  # a density alone is no law
+    result = {key: filled.get(key, value) for key, value in first.items() if key not in ABOUT or key in filled}
+    result["water"] = first["water"] | result["water"]  # a density alone is no law
     try:
-        model.model_validate(whole)
+        model.model_validate(result)
     except ValidationError:
         return None
-    return whole
+    return result
 
 
 def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: Mapping[str, Any]) -> str:
-    """Return the missing keys as TOML, with the values of an example."""
+    """Return the missing keys as TOML text, with an example's values."""
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
         value = _at(first, place) or _at(valid, place)
@@ -236,20 +236,20 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]
         index = next((part for part in reversed(place) if isinstance(part, int)), None)
-        head = "" if index is None else f"# into [[{place[0]}]] number {index + 1}\n"
+        comment = "" if index is None else f"# into [[{place[0]}]] number {index + 1}\n"
         nested: Any = {place[-1]: value}
         for name in reversed(names):
             nested = {name: nested}
-        _merge(parts.setdefault(head, {}), nested)
+        _merge(parts.setdefault(comment, {}), nested)
     texts = []
-    for head, document in sorted(parts.items()):
+    for comment, document in sorted(parts.items()):
         text = commented(document, model, hints={})
-        texts.append(head + (re.sub(r"^\[joints\]\n", "", text) if head else text))
+        texts.append(comment + (re.sub(r"^\[joints\]\n", "", text) if comment else text))
     return "\n".join(texts)
 
 
 def _merge(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
-    """Merge a document into another."""
+    """Merge a document into another, in place."""
     for key, value in part.items():
         if isinstance(value, Mapping) and isinstance(whole.get(key), dict):
             _merge(whole[key], value)

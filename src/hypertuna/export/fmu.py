@@ -136,14 +136,14 @@ def _sources() -> Iterator[Path]:
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:
     """Return an archive of files that depends on nothing but their content."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.create_system, entry.compress_type = 3, zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, content)
-    return out.getvalue()
+    return buffer.getvalue()
 
 
 def _description(facts: Mapping[str, Any], table: list[Variable], fmi: int) -> str:
@@ -192,14 +192,14 @@ def _variable(parent: Element, reference: int, variable: Variable, fmi: int) -> 
     }
     if variable.causality == "output" and fmi == 2:
         attributes["initial"] = "calculated"
-    by_type: dict[str, Any] = dict(_typed(variable))
+    by_type: dict[str, Any] = dict(_type_attributes(variable))
     if fmi == 2:
         add(add(parent, "ScalarVariable", **attributes), variable.type, **by_type)
     else:
         add(parent, TYPES[variable.type], **attributes, **by_type)
 
 
-def _typed(variable: Variable) -> Iterator[tuple[str, Any]]:
+def _type_attributes(variable: Variable) -> Iterator[tuple[str, Any]]:
     """Yield the attributes of a variable that depend on its type: unit, range and start."""
     if variable.unit in UNITS:
         yield "unit", UNITS[variable.unit][0]

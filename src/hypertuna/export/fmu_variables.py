@@ -63,20 +63,20 @@ def _command(robot: Robot, sea: bool, *, pilot: bool) -> Iterator[Variable]:
             high = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
             low = 0.0 if kind == "amplitude" else -high
             yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, high)
-    place = 1 + 3 * len(groups)
+    index = 1 + 3 * len(groups)
     if sea:
         high = limits["fin_max"][0]
         for k, side in enumerate(LABELS["side"]):
             text = f"angle of the {side} fin, leading edge up"
-            yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -high, high)
+            yield _input(index + k, f"fin_command_{side}", "rad", text, 0.0, -high, high)
     text = "whether the tail beats; otherwise it rests"
-    yield Variable("armed", "input", "1", text, f"b input {place + 2} 1", "discrete", "Boolean", 1.0)
+    yield Variable("armed", "input", "1", text, f"b input {index + 2} 1", "discrete", "Boolean", 1.0)
     if pilot:
         text = "whether the pilot sets biases and fins, toward depth_command and heading_command"
-        yield Variable("steered", "input", "1", text, f"b input {place + 3} 0", "discrete", "Boolean", 0.0)
+        yield Variable("steered", "input", "1", text, f"b input {index + 3} 0", "discrete", "Boolean", 0.0)
         deepest = sensor_range(robot, "depth")[1]
-        yield _input(place + 4, "depth_command", "m", "depth of the nose to hold, with steered", 2.0, 0.0, deepest)
-        text, line = "heading to hold, clockwise from north, with steered", f"r input {place + 5} 0"
+        yield _input(index + 4, "depth_command", "m", "depth of the nose to hold, with steered", 2.0, 0.0, deepest)
+        text, line = "heading to hold, clockwise from north, with steered", f"r input {index + 5} 0"
         yield Variable("heading_command", "input", "rad", text, line, start=0.0)
 
 
@@ -84,10 +84,10 @@ def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:
     """Yield the inputs of the plant: a pulse for each servo."""
     limits, names = controller_of(robot), drive_names(robot)
     center, low, high = (limits[f"pulse_{name}"][0] for name in ("center", "min", "max"))
-    for place, name in enumerate((*names, *(f"fin-{side}" for side in LABELS["side"] if sea))):
+    for index, name in enumerate((*names, *(f"fin-{side}" for side in LABELS["side"] if sea))):
         if name:
             text = f"pulse to servo {name}, held within its limits"
-            yield _input(place, f"pulse_command_{_word(name)}", "s", text, center, low, high)
+            yield _input(index, f"pulse_command_{_word(name)}", "s", text, center, low, high)
 
 
 def _parameters(sea: bool) -> Iterator[Variable]:
@@ -98,11 +98,11 @@ def _parameters(sea: bool) -> Iterator[Variable]:
     if sea:
         at_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
         at_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
-    for place, (name, unit, text, start) in enumerate(at_start, start=1):
+    for index, (name, unit, text, start) in enumerate(at_start, start=1):
         low = 0.0 if name == "start_depth" else None
-        yield Variable(name, "parameter", unit, text, f"r fixed {place} {start!r}", "fixed", start=start, low=low)
-    for place, toward in enumerate(("east", "north") if sea else (), start=4):
-        text, line = f"current of the water toward {toward}", f"r tunable {place} 0"
+        yield Variable(name, "parameter", unit, text, f"r fixed {index} {start!r}", "fixed", start=start, low=low)
+    for index, toward in enumerate(("east", "north") if sea else (), start=4):
+        text, line = f"current of the water toward {toward}", f"r tunable {index} 0"
         yield Variable(f"current_{toward}", "parameter", "m/s", text, line, "tunable", start=0.0)
 
 
@@ -117,11 +117,11 @@ def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
     """Yield the outputs of the sensors: the controller's, and the pilot's where the image has one."""
     channels = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
     for channel in channels:
-        for place, label in enumerate(_channel_labels(robot, channel)):
+        for index, label in enumerate(_channel_labels(robot, channel)):
             if label is not None:
                 name = _joined(channel.column, label)
                 text = f"{_joined(channel.name, label, ' ')} {channel.meaning}"
-                yield _output(name, channel.unit, text, channel.column, place)
+                yield _output(name, channel.unit, text, channel.column, index)
     if pilot:
         yield _output("fixed", "1", "1 where the satellite receiver has a fix in this tick", "fixed", 0)
 
@@ -150,18 +150,18 @@ def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
     for name, (dim, unit, text) in (SEA_VARIABLES if sea else VARIABLES).items():
         if name in left_out:
             continue
-        for place, label in enumerate(POSITION if name == "position" else places[dim]):
-            if (dim and not label) or (name == "angle_measured" and not oil[place]):
+        for index, label in enumerate(POSITION if name == "position" else places[dim]):
+            if (dim and not label) or (name == "angle_measured" and not oil[index]):
                 continue
             column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
             if dim == "hinge":  # recorded behind the joint groups
-                column, place = name.removeprefix("hinge_"), place + len(robot.joints)
-            yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, place, factor)
+                column, index = name.removeprefix("hinge_"), index + len(robot.joints)
+            yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, index, factor)
     if sea:
         yield _output("speed", "m/s", "velocity of the nose through the water, ahead", "velocity", 0, -1.0)
         yield _output("depth", "m", "depth of the nose", "position", 2, -1.0)
-        for place, (name, text) in enumerate(ANGLES.items()):
-            yield _output(name, "rad", text, "angles", place)
+        for index, (name, text) in enumerate(ANGLES.items()):
+            yield _output(name, "rad", text, "angles", index)
 
 
 ANGLES = {
@@ -172,7 +172,7 @@ ANGLES = {
 
 
 def _joined(name: str, label: str, by: str = "_") -> str:
-    """Return a name with the label of a place."""
+    """Return a name joined with the label of one of its values, if that has one."""
     return f"{name}{by}{_word(label)}" if label else name
 
 

@@ -128,36 +128,36 @@ def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
 def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     """List the parts of the robot's model that the file lacks, in words."""
     law = robot.model.water
-    lost = [
+    lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "current, waves and bottom",
         f"exact timing: the servos turn all joints {2000 * DAMPING / SERVO:.1f} ms late",
     ]
     if any(hinge.stop is not None for hinge in robot.hinges):
-        lost.append("stiffness and damping of the hinges' stops: MuJoCo's own limits of joints stand there")
+        lacking.append("stiffness and damping of the hinges' stops: MuJoCo's own limits of joints stand there")
     if any(hinge.cubic for hinge in robot.hinges):
-        lost.append("MuJoCo before 4, whose springs have no cubic term")
+        lacking.append("MuJoCo before 4, whose springs have no cubic term")
     if plugin:
-        lost.append("MJX and MuJoCo Warp, which run no engine plugins")
+        lacking.append("MJX and MuJoCo Warp, which run no engine plugins")
     if free:
-        return [*lost, "the pectoral servos' limit of rate"]
+        return [*lacking, "the pectoral servos' limit of rate"]
     drawn_only = " (they are drawn only)" if robot.fins is not None else ""
-    lost.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn_only}")
+    lacking.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn_only}")
     if plugin:
-        return lost
+        return lacking
     turning, along = excess(robot)
     detail = f"the boxes of water add {100 * turning:.2g} % to the drag of turning in place"
-    lost.append(f"rotation as free as in the water law: {detail}")
+    lacking.append(f"rotation as free as in the water law: {detail}")
     if along > NOTED:
         detail = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
-        lost.append(f"friction as low as in the water law: {detail}")
+        lacking.append(f"friction as low as in the water law: {detail}")
     detail = f"its smallest boxes add {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} % along the robot"
-    lost.append(f"the same drag in MJX: {detail}; MuJoCo Warp agrees with MuJoCo")
+    lacking.append(f"the same drag in MJX: {detail}; MuJoCo Warp agrees with MuJoCo")
     if law == "lumped":
-        return lost
-    lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
-    lost.append("the tail fin's force, most of the thrust: without the plugin, speeds are too low")
-    return lost + lost_drag(robot)
+        return lacking
+    lacking.append(f"added mass across the links: the {law} law's is not alike in all directions")
+    lacking.append("the tail fin's force, most of the thrust: without the plugin, speeds are too low")
+    return lacking + lost_drag(robot)
 
 
 def _world(root: Element, robot: Robot, *, free: bool) -> Element:
@@ -364,10 +364,10 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / squares)
-        first, unit = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
+        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
         for joint, part in zip(joints, group.share, strict=True):
-            if joint != first:
-                add(equality, "joint", joint1=joint, joint2=first, polycoef=(0, part / unit, 0, 0, 0))
+            if joint != lead:
+                add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))
         lag = {}
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
             lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}

@@ -26,7 +26,7 @@ class Piece(NamedTuple):
 
 
 def sections(robot: Robot) -> tuple[Array, Array]:
-    """Return height and width of the section of each link, mean over it (links,) [m]; ellipses of neutral links."""
+    """Return mean height and width (links,) [m] of the links' sections: of [spatial], or ellipses of neutral links."""
     if robot.spatial is not None:
         return np.array(robot.spatial.height), np.array(robot.spatial.width)
     height = np.divide(robot.links.lateral_area, robot.links.length)
@@ -61,7 +61,7 @@ def pieces(robot: Robot) -> Iterator[Piece]:
 
 
 def edge_height(robot: Robot) -> float:
-    """Return the height of the trailing edge [m], 0 where nothing tells it."""
+    """Return the height of the trailing edge [m], 0 where it is not known."""
     return 0.0 if robot.water.strip is None else robot.water.strip.edge_height
 
 
@@ -74,9 +74,9 @@ def _loft(length: float, ends: Array, *, head: bool) -> Array:
     around = 2 * math.pi * np.arange(AROUND) / AROUND
     return np.array(
         [
-            (at, part * w / 2 * math.cos(a), part * h / 2 * math.sin(a))
-            for at, part in zip(x, scale, strict=True)
-            for h, w in [ends[0] + max(at, 0) / length * (ends[1] - ends[0])]
+            (position, size * w / 2 * math.cos(a), size * h / 2 * math.sin(a))
+            for position, size in zip(x, scale, strict=True)
+            for h, w in [ends[0] + max(position, 0) / length * (ends[1] - ends[0])]
             for a in around
         ]
     )

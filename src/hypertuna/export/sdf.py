@@ -90,7 +90,7 @@ def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
 
 
 def _raised(matrix: Array, height: float) -> Array:
-    """Return an inertia about a point so much below that of `matrix` [m]: momenta of what moves there."""
+    """Return the inertia (6, 6) about a point that lies `height` [m] below that of the inertia `matrix`."""
     shift = np.eye(6)
     shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
     raised: Array = shift.T @ matrix @ shift
@@ -100,7 +100,7 @@ def _raised(matrix: Array, height: float) -> Array:
 def sdf_losses(robot: Robot) -> list[str]:
     """List the parts of the robot's model that the file lacks, in words."""
     degrees = math.degrees(FURTHEST)
-    lost = [
+    lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "gaits: bend = bias + amplitude sin(2 pi frequency t - phase) of each joint group is for you to command",
         f"joints beyond {FASTEST:g} rad/s and {degrees:g} deg: their position controllers and limits stop there",
@@ -109,20 +109,20 @@ def sdf_losses(robot: Robot) -> list[str]:
     for group in robot.joints:
         parts = zip(group.links, group.share, strict=True)
         shares = ", ".join(f"joint-{robot.links.name[link]} {written(part)}" for link, part in parts)
-        lost.append(f"coupling of joint group {group.name}: command each joint with its share of the bend: {shares}")
+        lacking.append(f"coupling of joint group {group.name}: command each joint with its share of the bend: {shares}")
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
-            lost.append(f"first-order lag of joint group {group.name}: {written(group.bandwidth)} Hz")
+            lacking.append(f"first-order lag of joint group {group.name}: {written(group.bandwidth)} Hz")
         if group.phase_offset:
             offset = written(group.phase_offset)
-            lost.append(f"phase offset of joint group {group.name}: {offset} rad, to add to a gait's phase")
+            lacking.append(f"phase offset of joint group {group.name}: {offset} rad, to add to a gait's phase")
     if robot.fins is not None:
-        lost.append("pectoral fins: neither bodies, joints nor lift")
+        lacking.append("pectoral fins: neither bodies, joints nor lift")
     if robot.spatial is not None:
-        lost.append("drag of each link's own pitch, and the tail fin's force up and down")
+        lacking.append("drag of each link's own pitch, and the tail fin's force up and down")
     if robot.model.water == "lumped":
-        return lost
+        return lacking
     return [
-        *lost,
+        *lacking,
         "drag of a link that moves across and turns at once: Gazebo adds up the two alone",
         "the tail fin's force: its lift, and what cancels the backward pull of its added mass. Speeds are too low",
         *lost_drag(robot),
@@ -228,9 +228,9 @@ def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
     add(plugin, "nRabsR", -water.turn)
     if robot.spatial is not None:
         spatial, length = robot.spatial, robot.links.length[i]
-        half = robot.water.density / 2
-        add(plugin, "zWabsW", -half * spatial.drag_vertical[i] * length * spatial.width[i])
-        add(plugin, "kPabsP", -half * spatial.drag_roll[i] * length * spatial.height[i] ** 4 / 32)
+        half_density = robot.water.density / 2
+        add(plugin, "zWabsW", -half_density * spatial.drag_vertical[i] * length * spatial.width[i])
+        add(plugin, "kPabsP", -half_density * spatial.drag_roll[i] * length * spatial.height[i] ** 4 / 32)
 
 
 def _plugin(model: Element, file: str, name: str) -> Element:

@@ -1,4 +1,4 @@
-"""A joint without ends: one section in uniform bending, by finite elements in its plane.
+"""A joint without end effects: its sections in uniform bending, by finite elements in the section's plane.
 
 In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x, l
 the stretch of the axis and k the curvature per length at rest. With these two unknowns beside u, energies, pressure and
@@ -31,7 +31,7 @@ FIRST = 5e3  # Pa, first step, because of slack braids
 
 @dataclass(frozen=True)
 class Section:
-    """Deformation of the sections of a joint at rising pressures."""
+    """Stretch of the axis and curvature of a joint's sections at rising pressures."""
 
     angle: Array  # (n,) of a joint of such sections, toward the side with the pressure [rad]; NaN without convergence
     axis: Array  # (n,) mean stretch of the line y = z = 0 at rest [1]
@@ -46,7 +46,7 @@ def section_bend(
     options: FeOptions | None = None,
     segments: bool = True,
 ) -> Section:
-    """Bend the sections of a joint at pressures (n,) [Pa] of one side, without friction.
+    """Return the deformation of a joint's sections at pressures (n,) [Pa] of one side, without friction.
 
     Without `segments`, one mean section stands for all.
     """
@@ -68,15 +68,15 @@ def section_bend(
 def _bent(
     robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
 ) -> Array:
-    """Return stretch of the axis [1] and curvature toward a side per length at rest [1/m] of a section, (n, 2)."""
+    """Return stretch of the axis [1] and curvature per length at rest [1/m] of a section, at each pressure (n, 2)."""
     import ngsolve as ngs
 
-    matrix, in_m = soft_parts(robot, options)
-    wall = replace(in_m, outer=MM * in_m.outer, inner=MM * in_m.inner, braid_stiffness=MM * in_m.braid_stiffness)
+    matrix, w = soft_parts(robot, options)
+    wall = replace(w, outer=MM * w.outer, inner=MM * w.inner, braid_stiffness=MM * w.braid_stiffness)
     body = joint_body(robot, joint)
     mesh = _mesh(body, half)
-    plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
-    space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
+    in_plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
+    space = in_plane[0] * in_plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
     scale = MM * half[1]
     energy = _energy(space, axis_of(robot, body), matrix, wall, load, side, scale)
@@ -86,14 +86,14 @@ def _bent(
     for k, value in enumerate(rising):
         if not lead(problem, (float(value),)).converged:
             break
-        axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
-        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
-        states[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
+        axis, bend = (problem.state.components[c].vec[0] for c in (2, 3))
+        pin_distance = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
+        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / half[1]
     return states
 
 
 def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
-    """Mesh the upper half of a section in mm; x of the mesh is y of the body, y is z."""
+    """Return a mesh of a section's upper half in mm; its x is the body's y, its y the body's z."""
     import ngsolve as ngs
     from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 
@@ -112,8 +112,8 @@ def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
         if abs(low.x) < 1e-4 and abs(high.x) < 1e-4:
             edge.name = "axis"
         for channel in body.upper:
-            away = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
-            if away < 1.001 * r:
+            distance = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
+            if distance < 1.001 * r:
                 edge.name, edge.maxh = ("wall_left", "wall_right")[channel.side], AROUND * r
     min(face.vertices, key=lambda corner: corner.p.x).name = "pin"
     mesh = ngs.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=b / 2, grading=0.5))

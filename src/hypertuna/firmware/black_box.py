@@ -117,22 +117,22 @@ def _without_blanks(content: bytes) -> bytes:
 
 def _pieces(content: bytes, file: str, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
     """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
-    place = begin = tried = 0
-    while place < len(content):
+    position = begin = tried = 0
+    while position < len(content):
         if (tried := tried + 1) > PIECES:
             rule = f"must be a black box: it is damaged in more than {PIECES} places"
             raise InputError(rule, file=file, fix="copy it from the card again")
-        if (table := _table(content, place)) is None:
-            next_mark = content.find(MARK, place + 3)  # the next record begins at the next byte at the earliest
-            place = len(content) if next_mark < 0 else next_mark - 2
-        if begin < place and (table is not None or place == len(content)):
-            yield content[begin:place]
-            begin = place
+        if (table := _table(content, position)) is None:
+            next_mark = content.find(MARK, position + 3)  # the next record begins at the next byte at the earliest
+            position = len(content) if next_mark < 0 else next_mark - 2
+        if begin < position and (table is not None or position == len(content)):
+            yield content[begin:position]
+            begin = position
         if table is not None:
             yield table
-            place = begin = place + table.nbytes
+            position = begin = position + table.nbytes
         if report is not None:
-            report(place, len(content))
+            report(position, len(content))
 
 
 def _table(content: bytes, at: int) -> Ticks | None:
@@ -166,7 +166,7 @@ def _boot_header(words: Ticks, file: str) -> tuple[int, int]:
 
 
 def _joints_of(table: Ticks, kind: int) -> int:
-    """Return the number of joints of records of ticks by their size; 0 of other records."""
+    """Return the number of joints of tick records, by their size; 0 for other records."""
     tick_bytes = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
     return next((n for n in range(1, _core.BOARD_JOINTS + 1) if record_dtype(n).itemsize == tick_bytes), 0)
 

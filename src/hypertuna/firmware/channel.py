@@ -137,11 +137,11 @@ class Air:
             if late and module.held is None:
                 module.held = (arrival, content)
                 return
-            self._arrive(1 - side, content, arrival)
+            self._deliver(1 - side, content, arrival)
         if module.held is not None:
             overtaken, module.held = module.held[1], None
-            self._arrive(1 - side, overtaken, arrival)
+            self._deliver(1 - side, overtaken, arrival)
 
-    def _arrive(self, side: int, content: bytes, time: float) -> None:
+    def _deliver(self, side: int, content: bytes, time: float) -> None:
         self._count += 1
         heapq.heappush(self._coming[side], (time, self._count, content))

@@ -176,8 +176,8 @@ def firmware_in_the_loop(
             answers, mismatches = np.array(loop.answers), loop.mismatches
     duration = time.perf_counter() - begun
     packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
-    different = np.array(mismatches, dtype=np.int64)
-    return FirmwareRun(scenario, board, answers, different, duration, run, radio is None, packets)
+    differing = np.array(mismatches, dtype=np.int64)
+    return FirmwareRun(scenario, board, answers, differing, duration, run, radio is None, packets)
 
 
 def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
@@ -225,7 +225,7 @@ class Loop:
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
-        """Make a tick of what the sensors show and of the height of the antenna [m]; return servo pulses [s]."""
+        """Run a tick with the sensors' readings and the height of the antenna [m]; return servo pulses [s]."""
         tick, failures = self.tick_count, self.failures
         self.tick_count += 1
         if self.relay is not None:
@@ -282,7 +282,7 @@ class Loop:
 
     @property
     def done(self) -> bool:
-        """Whether the pilot on board has ended its mission: the robot rests where that ended."""
+        """Whether the pilot on board has ended its mission, so that the robot rests where it ended."""
         return self.scenario.gait is None and self._flown and self.answers[-1]["state"] == STATES.index("rest")
 
     @property

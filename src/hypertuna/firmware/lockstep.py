@@ -51,7 +51,7 @@ ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())  # of `give`, by 
 
 
 def give(name: str) -> Any:
-    """Return a message with an order of the table of states (firmware/app/vehicle/states.hpp)."""
+    """Return a message that gives an order of the firmware's table of states (firmware/app/vehicle/states.hpp)."""
     return order("give", which=ORDERS_GIVEN.index(name))
 
 
@@ -73,7 +73,7 @@ class Counts:
         self.origin = origin
 
     def of(self, readings: Array) -> NDArray[np.int32]:
-        """Return the samples of all channels: `readings` (n,) [SI]; returns (31,)."""
+        """Return the samples (SAMPLES,) of all channels, in counts, from readings (n,) [SI]."""
         counts = np.rint(np.where(np.isfinite(readings), readings, np.inf) / self.scale + self.zero)
         silent = ~np.isfinite(readings) | (~self.analog & ((counts < self.low) | (self.high < counts)))
         samples = np.full(SAMPLES, NO_SAMPLE, np.int32)

@@ -99,8 +99,8 @@ def _receive_all(line: socket.socket) -> tuple[bytes, Any]:
     received, sender = bytearray(), None
     with contextlib.suppress(OSError):  # no more for now
         while True:
-            part, sender = line.recvfrom(DATAGRAM)
-            if not part:
+            datagram, sender = line.recvfrom(DATAGRAM)
+            if not datagram:
                 break
-            received += part
+            received += datagram
     return bytes(received), sender

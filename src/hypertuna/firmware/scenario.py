@@ -72,8 +72,8 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
         silent = SILENT if name.startswith("lost:") else None
         return Scenario(name, Mission(()), gait, silent=silent, cable=True)
     if name not in missions() and not name.endswith(".toml"):
-        known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
-        raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
+        choices = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
+        raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, choices))
     return scenario_of(read_mission(name), name)
 
 
@@ -124,18 +124,18 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
-    rest = _at_rest(counts)
+    at_rest = _at_rest(counts)
     clock = np.arange(ticks)[:, None]
-    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
-    samples = rest + swing + random.normal(0, 30, (ticks, len(rest))) + _added_events(counts, clock[:, 0])
+    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(at_rest)))
+    samples = at_rest + swing + random.normal(0, 30, (ticks, len(at_rest))) + _added_events(counts, clock[:, 0])
     # A sensor fails for a while: silent, stuck, or random.
     for _ in range(ticks // 400):
-        first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
+        first, channel = int(random.integers(ticks)), int(random.integers(len(at_rest)))
         last = first + int(random.integers(1, 400))
-        how = random.integers(3)
+        kind = random.integers(3)
         length = len(samples[first:last])
         samples[first:last, channel] = (
-            NO_SAMPLE if how == 0 else samples[first, channel] if how == 1 else random.integers(-40000, 70000, length)
+            NO_SAMPLE if kind == 0 else samples[first, channel] if kind == 1 else random.integers(-40000, 70000, length)
         )
     messages["sample"] = NO_SAMPLE
     messages["sample"][:, counts.channels] = np.clip(np.rint(samples), -(2**31), 2**31 - 1)
@@ -176,7 +176,7 @@ def _at_rest(counts: Counts) -> NDArray[np.float64]:
 
 def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
     """Return the message of a random order, valid or not."""
-    groups, part = len(table.robot.joints), 0.01
+    groups, fraction = len(table.robot.joints), 0.01
     factor = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
     match int(random.integers(9)):
         case 0:
@@ -186,12 +186,12 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
         case 1:
             return order("give", which=int(random.integers(len(ORDERS_GIVEN) + 1)))
         case 2:
-            place = int(random.integers(len(table.parameters)))
-            parameter = table.parameters[place]
+            index = int(random.integers(len(table.parameters)))
+            parameter = table.parameters[index]
             low, high = parameter.low, parameter.high
             if table.fields[parameter.field][0] == "calibration":  # sensors stay sound, or it would never arm again
-                low, high = (parameter.standard + part * (end - parameter.standard) for end in (low, high))
-            return order("parameter", random.uniform(low, high) * factor, which=place)
+                low, high = (parameter.standard + fraction * (end - parameter.standard) for end in (low, high))
+            return order("parameter", random.uniform(low, high) * factor, which=index)
         case 3:
             numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * factor, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             return order("begin", *numbers)

@@ -96,7 +96,7 @@ def _place_texts(robot: Robot, name: str) -> list[str]:
 
 
 def _range_text(robot: Robot, name: str) -> str:
-    """Return the range of a kind of analog sensor that calibration begins with."""
+    """Return, as text, the range of a kind of analog sensor from which calibration starts."""
     if sensor_absent(robot, name):
         return ""
     unit, factor = UNITS[name]

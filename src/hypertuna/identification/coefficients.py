@@ -148,7 +148,7 @@ def prior_rows(frees: Sequence[Free], x: Array) -> tuple[Array, Array]:
 
 
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
-    """Return the columns that coefficients of values (n,) [SI] change, as for `core_model`; rods keep m l^2/12."""
+    """Return the columns that coefficients of values (n,) [SI] change, as for `core_model`; rods turn by m l^2/12."""
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
         if f.column not in NUISANCES:

@@ -191,8 +191,8 @@ def t_quantile(freedom: float) -> float:
 
 def on_bound(x: Array, lower: Array, upper: Array) -> tuple[str | None, ...]:
     """Return "lower" or "upper" for each value on a bound, else None."""
-    near = ON_BOUND * (upper - lower)
+    tolerance = ON_BOUND * (upper - lower)
     return tuple(
         "lower" if value - low < margin else "upper" if high - value < margin else None
-        for value, low, high, margin in zip(x, lower, upper, near, strict=True)
+        for value, low, high, margin in zip(x, lower, upper, tolerance, strict=True)
     )

@@ -53,7 +53,7 @@ class Experiment:
 
     @property
     def without_intervals(self) -> bool:
-        """Whether there are too few measurements to estimate an interval: as many coefficients, or more."""
+        """Whether there are too few measurements to estimate intervals: no more than coefficients."""
         without_prior = sum(f.prior is None for f in self.free)
         samples = len(self.kind)
         return samples <= len(self.free) and (samples <= without_prior or bool(self.unknown_kinds))
@@ -62,13 +62,11 @@ class Experiment:
     def sizes(self) -> dict[str, float]:
         """Scale of errors by quantity: 1 for relative errors, else the rms of the measured values [m or rad]."""
         kinds, rms = self.kind[self.sample], {}
-        for k, (name, one) in enumerate(QUANTITIES.items()):
-            alike = [
-                j for j, other in enumerate(QUANTITIES.values()) if j == k or (one.path and other.path == one.path)
-            ]
+        for k, (name, q) in enumerate(QUANTITIES.items()):
+            alike = [j for j, other in enumerate(QUANTITIES.values()) if j == k or (q.path and other.path == q.path)]
             values = self.measured[np.isin(kinds, alike)]
             if len(values):
-                rms[name] = 1.0 if one.relative else float(np.sqrt(np.mean(values**2) * len(alike)))
+                rms[name] = 1.0 if q.relative else float(np.sqrt(np.mean(values**2) * len(alike)))
         return rms
 
     @property
@@ -83,7 +81,7 @@ class Experiment:
 
 
 def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **options: Any) -> Experiment:
-    """Lay out trials for a fit; options: loss, steps and threads of the `Experiment`.
+    """Return trials laid out for a fit; options: loss, steps and threads of the `Experiment`.
 
     Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
     """

@@ -47,7 +47,7 @@ def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> A
     extended = replace(data, free=(*data.free, *(f for f, _ in uncertain)))
     extended_values = [*values, *(f.start for f, _ in uncertain)]
     prediction = predict(extended, extended_values, gradient_steps=data.steps, levels=levels)
-    return np.asarray(weighted(data, prediction, levels)[1][:, len(data.free) :] * [size for _, size in uncertain])
+    return np.asarray(weighted(data, prediction, levels)[1][:, len(data.free) :] * [sd for _, sd in uncertain])
 
 
 def whitened(jacobian: Array, errors: Array) -> Array:

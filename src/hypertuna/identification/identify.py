@@ -92,8 +92,8 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
         for k, (f, value) in enumerate(zip(self.free, self.values, strict=True)):
             unit, factor = f.border
             sd = intervals.sd[k] * (value if f.scale == "log" else 1.0)
-            known = 1.0 if intervals.estimated or f.prior else math.nan
-            numbers = {"value": value, "sd": sd, "low": known * intervals.low[k], "high": known * intervals.high[k]}
+            mask = 1.0 if intervals.estimated or f.prior else math.nan
+            numbers = {"value": value, "sd": sd, "low": mask * intervals.low[k], "high": mask * intervals.high[k]}
             facts = {"unit": unit, "scale": f.scale, "lower": f.lower * factor, "upper": f.upper * factor}
             prior = f.prior and {"value": f.prior[0] * factor, "factor": f.prior[1]}
             verdicts = {"prior": prior, "bound": intervals.bound[k], "constrained": intervals.constrained[k]}
@@ -193,7 +193,7 @@ def identify(
     runs = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
     arguments = {"validate": validate, "seed": seed, "loss": loss, "starts": starts, "steps": steps}
-    options = {"trials": digest(trials)} | _options(frees) | arguments
+    options = {"trials": digest(trials)} | _free_options(frees) | arguments
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
         if free is None and (drag := linear_drag(fit.trends)):
@@ -203,7 +203,7 @@ def identify(
     return replace(fit, seconds=time.monotonic() - begun, warnings=(*remarks, *fit.warnings))
 
 
-def _options(frees: Sequence[Free]) -> dict[str, Any]:
+def _free_options(frees: Sequence[Free]) -> dict[str, Any]:
     """Return names, bounds, scales, starts and priors of the free coefficients, for the header of a checkpoint."""
     return {
         "free": [f.name for f in frees],
@@ -279,7 +279,7 @@ def compare(
 
 
 def _trials(robot: Robot, given: Trials | Paths) -> Trials:
-    """Read trials, unless they are read already."""
+    """Return trials, read from files where paths are given."""
     if not isinstance(robot, Robot):
         raise InputError("must be a robot", key="robot", value=shown(robot), fix="give what hypertuna.load returns")
     if isinstance(given, Trials):
@@ -340,7 +340,7 @@ def _result(
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
     warnings += held_by_priors(frees, intervals.sd)
-    large, found = large_errors(data, prediction), trends(data, values, prediction, seed)
+    large, rising = large_errors(data, prediction), trends(data, values, prediction, seed)
     stop = result["stop"].removesuffix(".") + "".join(f", but to a training error of {text}" for text in large) + "."
     return Fit(
         robot=with_fit(
@@ -360,8 +360,8 @@ def _result(
         costs=tuple(result["costs"]),
         evaluations=result["evaluations"],
         seconds=0.0,
-        warnings=(*warnings, *repeated_motions(*trials), *(trend.sentence for trend in found), *map(unmet, large)),
-        trends=found,
+        warnings=(*warnings, *repeated_motions(*trials), *(trend.sentence for trend in rising), *map(unmet, large)),
+        trends=rising,
         seed=seed,
         loss=data.loss,
         steps=data.steps,

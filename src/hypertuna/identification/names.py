@@ -34,7 +34,7 @@ def split_names(text: str) -> list[str]:
 
 
 def two_lines(name: str) -> str:
-    """Break a name behind its table, where it is too long for one line."""
+    """Return a name with a line break after its table, unchanged without a table."""
     end = name.partition("[")[0].rfind(".") + 1
     return f"{name[:end]}\n{name[end:]}" if end else name
 
@@ -46,7 +46,7 @@ def default_bounds() -> dict[str, Any]:
 
 
 class Place(NamedTuple):
-    """One value: of a column, or of several tied parameters of it."""
+    """One free value: of a whole column, or of tied parameters in it."""
 
     column: str  # as `parameter_names` writes it
     at: str  # 0+2-4, the name of a recording, or nothing
@@ -127,7 +127,7 @@ def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Names:
-    """Names that can be free, of a robot and of recordings."""
+    """The names that can be free, of a robot and of the recordings of its trials."""
 
     robot: Robot
     recordings: tuple[str, ...] = ()

@@ -87,9 +87,9 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
             text = f"{matrix[i, j]:.2f}".replace("0.", ".")
             color = "white" if abs(matrix[i, j]) > DARK else INK
             axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=size, color=color)
-    middle = np.arange(n) + 0.5
-    axes.set_xticks(middle, names, rotation=90)
-    axes.set_yticks(middle, names)
+    centers = np.arange(n) + 0.5
+    axes.set_xticks(centers, names, rotation=90)
+    axes.set_yticks(centers, names)
     axes.set(xlim=(0, n), ylim=(n, 0), aspect="equal")
     axes.grid(visible=False)
     axes.tick_params(length=0)

@@ -54,11 +54,11 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
     tangent = direction
 
     def move(to: Array) -> tuple[Array, Array]:
-        end = np.clip(to, problem.lower, problem.upper)
-        new = problem.residual(end)
-        if (change := end - x) @ change > 0:
-            jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
-        return end, new
+        point = np.clip(to, problem.lower, problem.upper)
+        new_residual = problem.residual(point)
+        if (change := point - x) @ change > 0:
+            jacobian[:] += np.outer(new_residual - residual - jacobian @ change, change / (change @ change))
+        return point, new_residual
 
     def correction() -> Array:
         # to the profile within the bounds: least squares with the position along the direction held

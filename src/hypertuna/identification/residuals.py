@@ -21,7 +21,7 @@ NUMBERS = {name: one.unit for name, one in QUANTITIES.items() if one.relative}  
 
 @dataclass(frozen=True)
 class Errors:
-    """Computed minus measured, of some runs."""
+    """Errors of runs, computed minus measured: of all together, and of each."""
 
     rms: dict[str, float]  # by quantity, the unit in its name: speed_relative, x_m, yaw_deg ...
     max: dict[str, float]  # the same, largest magnitude
@@ -52,7 +52,7 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
 
 
 def degrees_taken(jacobian: Array, known: Array) -> float:
-    """Return how many degrees of freedom n coefficients take of the elements, by their Jacobian (elements, n).
+    """Return how many degrees of freedom of the elements n coefficients use up, by their Jacobian (elements, n).
 
     A prior of the rows (k, n) leaves them those that the elements do not determine: trace J (J^T J + P^T P)^-1 J^T.
     """
@@ -87,7 +87,7 @@ def stretches(
 
 
 def autocorrelation_time(series: Sequence[Array]) -> float:
-    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, the same of several series.
+    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, common to several series.
 
     The sum ends where two neighboring correlations together are no longer positive (Geyer 1992).
     """
@@ -128,7 +128,7 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
 
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:
-    """Compute errors of runs: relative for steady ones, except at a measured speed of 0, which is left out."""
+    """Return the errors of all runs: relative ones of steady runs, without those of a measured speed of 0."""
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}

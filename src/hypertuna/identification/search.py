@@ -74,19 +74,19 @@ def fit(
     has_priors = bool(first_levels) and any(f.prior for f in data.free)
     without_priors = replace(data, free=tuple(replace(f, prior=None) for f in data.free)) if has_priors else data
 
-    def one(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
+    def search_once(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
         rough = stage < len(starts)
         question = {"start": start, "noise": levels} | ({"last": True} if last else {})
-        own = part if rough else data if last else without_priors
-        work = partial(_search_from, own, start, levels, rough=rough or own is not data)
+        searched = part if rough else data if last else without_priors
+        work = partial(_search_from, searched, start, levels, rough=rough or searched is not data)
         result: dict[str, Any] = journal.answer(question, work)
         if rough and progress is not None:
             progress(stage + 1, total)
         return result
 
-    rough, refined, levels = estimator.fit(starts, first_levels, one, lambda x, now: _levels(data, x, now))
+    rough, refined, levels = estimator.fit(starts, first_levels, search_once, lambda x, now: _levels(data, x, now))
     if has_priors:
-        refined.append(one(np.array(refined[-1]["x"]), levels, len(starts), last=True))
+        refined.append(search_once(np.array(refined[-1]["x"]), levels, len(starts), last=True))
     if progress is not None:
         progress(total, total)
     best = min(rough, key=lambda result: float(result["cost"]))
@@ -112,9 +112,9 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps
-        far = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
+        long_step = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
         path.append(x.tolist())
-        return evaluate(x, data.steps // 8 * 4 if far else data.steps)[1]
+        return evaluate(x, data.steps // 8 * 4 if long_step else data.steps)[1]
 
     samples = (data.loss, data.sample, data.count)
     problem = estimator.LeastSquares(lambda x: evaluate(x, None)[0], jacobian, lower, upper, *samples)

@@ -29,7 +29,7 @@ NAMED = 5  # runs named in a warning
 def helpful_measurements(
     data: Experiment, prediction: Prediction, jacobian: Array, unit: Array, quantile: float, directions: list[Direction]
 ) -> list[str]:
-    """Name for each unidentifiable direction a measurement of the same gaits that would constrain it, or nothing."""
+    """Return in words a measurement of the same gaits that would constrain each unidentifiable direction, else ""."""
     texts = [""] * len(directions)
     for name, (value, derivatives) in prediction.measurable.items():
         if (data.kind == NAMES.index(name)).sum() == len(value):
@@ -49,7 +49,7 @@ def helpful_measurements(
 def direction_sentence(
     data: Experiment, unit: Array, direction: Direction, constrained: Sequence[bool], quantile: float, helpful: str
 ) -> str:
-    """Write how far the data constrain a direction."""
+    """Return a sentence on how far the data constrain a direction."""
     frees = data.free
     weights = np.abs(direction.vector)
     order = [int(i) for i in np.argsort(-weights, kind="stable")]
@@ -87,7 +87,7 @@ def warnings_of(
     residual_scale: float,
     prediction: Prediction,
 ) -> list[str]:
-    """Write warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
+    """Return warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
     warnings, frees = [], data.free
     for f in frees:
         if f.column not in NUISANCES and not f.common:
@@ -139,7 +139,7 @@ def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
 
 
 def unmet(large: str) -> str:
-    """Write what a large training error means."""
+    """Return sentences on what a large training error means."""
     return (
         f"The training error is {large}: the model does not describe these runs, and neither values nor intervals "
         "can be trusted. Check units, gaits and the robot's shape, free other coefficients, or try another water law."
@@ -147,7 +147,7 @@ def unmet(large: str) -> str:
 
 
 def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
-    """Write warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
+    """Return warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
     held = [f for f, own_sd in zip(frees, sd.tolist(), strict=True) if f.prior and own_sd > HELD * math.log(f.prior[1])]
     return [
         f"{f.name} is held by its prior, the robot's value within a factor of {f.prior[1]:g}: "
@@ -158,9 +158,9 @@ def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
 
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:
-    """Write warnings on validation runs that repeat motions of the training runs."""
+    """Return warnings on validation runs that repeat motions of the training runs."""
     pairs = ((kind, fitted, validation.kinds.get(kind, ())) for kind, fitted in training.kinds.items())
-    return [text for kind, fitted, others in pairs for text in kind.repeated(fitted, others)]
+    return [text for kind, fitted, held_out in pairs for text in kind.repeated(fitted, held_out)]
 
 
 def _with_unit(value: float, coefficient: Free) -> str:

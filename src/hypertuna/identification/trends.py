@@ -1,4 +1,4 @@
-"""Trends of residuals with frequency, amplitude or speed, and the coefficient that would take them."""
+"""Trends of residuals with frequency, amplitude or speed, and the coefficient that would explain them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -68,15 +68,15 @@ def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -
     error = matrix @ (prediction.computed - data.measured)
     quantities = {name: np.array([motions[k][name] for k in used]) for name in ("frequency", "amplitude", "speed")}
     tested = {name: x for name, x in quantities.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
-    found = {}
+    results = {}
     for name, x in tested.items():
         rho, p = rank_correlation(x, error, seed)
         clear = p < LEVEL / len(tested)
         if clear or (abs(rho) >= ORDERED and float(np.ptp(error)) > SLIGHT):
-            found[name] = rho, p, len(used), len(tested), clear
-    shares = _shares(data, values, matrix, error) if found else {}
+            results[name] = rho, p, len(used), len(tested), clear
+    shares = _shares(data, values, matrix, error) if results else {}
     explained = max(shares.values(), default=0.0) > MOST
-    return tuple(Trend(name, *facts, shares) for name, facts in found.items() if facts[-1] or explained)
+    return tuple(Trend(name, *facts, shares) for name, facts in results.items() if facts[-1] or explained)
 
 
 def linear_drag(found: Sequence[Trend]) -> str | None:
@@ -110,8 +110,8 @@ def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
     """Return rows of few weights as a sparse matrix."""
     from scipy.sparse import csr_array  # imported here: slow to import
 
-    place = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
-    return csr_array(([weight for row in rows for weight in row.values()], place), shape=(len(rows), columns))
+    indices = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
+    return csr_array(([weight for row in rows for weight in row.values()], indices), shape=(len(rows), columns))
 
 
 def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[str, float]:

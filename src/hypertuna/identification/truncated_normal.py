@@ -20,10 +20,10 @@ def truncated_normal(
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))
-    kept = spread > ZERO * max(spread.max(), 0.0)
-    root = axes[:, kept] * np.sqrt(spread[kept])  # (x - mean) / width = root y with y standard normal
+    nonzero = spread > ZERO * max(spread.max(), 0.0)
+    root = axes[:, nonzero] * np.sqrt(spread[nonzero])  # (x - mean) / width = root y with y standard normal
     center = np.clip((mean - lower) / width, INSIDE, 1 - INSIDE)
-    if not kept.any():
+    if not nonzero.any():
         return np.tile(lower + width * center, (count, 1))
     # Every wall is normal . y + gap >= 0.
     normals, gaps = np.vstack([root, -root]), np.concatenate([center, 1 - center])
@@ -40,8 +40,8 @@ def _moved(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> A
     v, remaining, last_wall = rng.standard_normal(len(y)), np.pi / 2, -1
     for _ in range(MAX_BOUNCES):
         # normal . y(t) = size cos(t - phase); a wall is met where this reaches -gap, outward
-        ahead, across = normals @ y, normals @ v
-        size, phase = np.hypot(ahead, across), np.arctan2(across, ahead)
+        by_position, by_velocity = normals @ y, normals @ v
+        size, phase = np.hypot(by_position, by_velocity), np.arctan2(by_velocity, by_position)
         meets = size > gaps
         time = np.full(len(gaps), np.inf)
         time[meets] = (phase[meets] + np.arccos(np.clip(-gaps[meets] / size[meets], -1, 1))) % (2 * np.pi)

@@ -135,7 +135,7 @@ def _profile(
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
-    """Return the unit (n,) of each coefficient, scaled: its value, at least a tenth of its range and at most all."""
+    """Return the unit (n,) of each scaled coefficient: its value, from a tenth of its range to the whole range."""
     units = []
     for f, value, extent_of in zip(frees, values.tolist(), extent.tolist(), strict=True):
         relative = max(1.0 if f.scale == "log" else abs(value), MIN_UNIT * extent_of)

@@ -135,7 +135,7 @@ class _Reader:
         self.body, self.order, self.at = content[4:], "<" if content[1] else ">", 0
 
     def number(self, form: str) -> Any:
-        """Return a number."""
+        """Return the next number, of a format of `struct`."""
         size = struct.calcsize(form)
         self.at += -self.at % size
         (value,) = struct.unpack_from(self.order + form, self.body, self.at)
@@ -143,11 +143,11 @@ class _Reader:
         return value
 
     def numbers(self, count: int) -> tuple[float, ...]:
-        """Return numbers of 64 bits."""
+        """Return the next numbers of 64 bits."""
         return tuple(float(self.number("d")) for _ in range(count))
 
     def text(self) -> str:
-        """Return a text."""
+        """Return the next text."""
         size = self.number("I")
         if size > STRING or self.at + size > len(self.body):
             raise ValueError
@@ -155,19 +155,19 @@ class _Reader:
         return self.body[self.at - size : self.at].rstrip(b"\0").decode("utf-8", "replace")
 
     def count(self) -> int:
-        """Return the length of a sequence."""
+        """Return the length of the next sequence."""
         size = int(self.number("I"))
         if size > NAMES:
             raise ValueError
         return size
 
     def header(self) -> tuple[int, str]:
-        """Return the time [ns] and the frame of a header."""
+        """Return the time [ns] and the frame of the next header."""
         seconds, nanos = self.number("i"), self.number("I")
         return seconds * 1_000_000_000 + nanos, self.text()
 
     def pose(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return place [m] and quaternion x, y, z, w."""
+        """Return place [m] and quaternion x, y, z, w of the next pose."""
         return self.numbers(3), self.numbers(4)
 
 

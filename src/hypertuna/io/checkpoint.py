@@ -55,7 +55,7 @@ class Journal(Closing):
             return
         try:
             # Created by opening and started under the lock: of two simultaneous runs one is refused.
-            self._file = io.FileIO(self._path, "r+", opener=_created)
+            self._file = io.FileIO(self._path, "r+", opener=_open_or_create)
             check_regular(self._file.fileno(), str(path), "journal")
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -111,7 +111,7 @@ class Journal(Closing):
     def _resume(self, file: io.FileIO, header: Mapping[str, Any], measured: bool) -> list[dict[str, Any]]:
         """Check the header and read the records; drop the torn or damaged end of the file."""
         content, header_line = file.readall() or b"", _json_line({"journal": MARK} | dict(header))
-        first = _summed(header_line, 0)[0]
+        first = _with_checksum(header_line, 0)[0]
         if content != first and first.startswith(content):  # empty, or a torn header
             file.seek(0)
             self._write(file, header_line)
@@ -127,7 +127,7 @@ class Journal(Closing):
         stream, intact = io.BytesIO(content), len(line)
         stream.seek(intact)
         while (line := stream.readline()).endswith(b"\n"):
-            record, checksum = _checked(line, self._sum)
+            record, checksum = _checked_record(line, self._sum)
             if record is None:
                 self._tell_damage(len(records), content.count(b"\n", intact) - 1, measured)
                 break
@@ -148,7 +148,7 @@ class Journal(Closing):
 
     def _write(self, file: io.FileIO, line: bytes) -> None:
         """Write a line with its checksum to the disk, whole or not at all; an empty file is removed."""
-        content, checksum = _summed(line, self._sum)
+        content, checksum = _with_checksum(line, self._sum)
         start, unwritten = file.tell(), memoryview(content)
         try:
             while unwritten:
@@ -167,7 +167,7 @@ class Journal(Closing):
         return f"{self._path}:{record + 2}"
 
 
-def _created(file: str, how: int) -> int:
+def _open_or_create(file: str, how: int) -> int:
     """Open a journal, created where there is none, without waiting for the other end of a pipe."""
     return os.open(file, how | os.O_CREAT | os.O_NONBLOCK, 0o666)
 
@@ -186,13 +186,13 @@ def _json_line(value: Mapping[str, Any]) -> bytes:
     return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode()
 
 
-def _summed(line: bytes, before: int) -> tuple[bytes, int]:
+def _with_checksum(line: bytes, before: int) -> tuple[bytes, int]:
     """Return a line with its checksum, and the checksum, given that of the lines before."""
     checksum = zlib.crc32(line, before)
     return line[:-1] + b', "crc32": "%08x"}\n' % checksum, checksum
 
 
-def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
+def _checked_record(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
     """Return the record of a line, None if its checksum is wrong, and the checksum."""
     match = SUM.search(line)
     body = line[: match.start()] + b"}" if match is not None and match.end() == len(line) else b""
@@ -221,7 +221,7 @@ def _header(file: str, line: bytes) -> tuple[dict[str, Any], int]:
         raise InputError("must be a journal of hypertuna", file=file, fix="give another file")
     if "crc32" not in header:
         raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
-    checked, checksum = _checked(line, 0)
+    checked, checksum = _checked_record(line, 0)
     if checked is None:
         raise InputError("is damaged", file=f"{file}:1", fix=ANOTHER)
     del checked["journal"]

@@ -203,7 +203,7 @@ def damage() -> tuple[type[Exception], ...]:
 
 
 def archived(stream: IO[bytes], largest: int = UNPACKED, *, stored: bool = False) -> zipfile.ZipFile:
-    """Open an archive whose files are there once, and of a sane number and size; maybe all of them `stored` as is."""
+    """Open an archive that has no file twice, and a sane number and size of files, all uncompressed if `stored`."""
     import zipfile  # slow to import
 
     end = stream.seek(0, os.SEEK_END)
@@ -251,7 +251,7 @@ def _check_npy(content: bytes) -> None:
 
 
 def _check_toml(text: str) -> None:
-    """Check how deep TOML goes, before it is parsed: dotted keys take memory by the square of their parts."""
+    """Check before parsing that TOML is at most DEPTH deep: dotted keys take memory by the square of their parts."""
     bare = QUOTED.sub(lambda found: "" if found[0][0] == "#" else "q", text)
     depth = 0
     for bracket in re.findall(r"[\[{\]}]", bare):
@@ -263,14 +263,14 @@ def _check_toml(text: str) -> None:
 
 
 def check_room(text: str | bytes) -> None:
-    """Check about how much memory JSON takes, before it is parsed."""
+    """Check before parsing that JSON takes at most about ROOM bytes of memory."""
     occurrences = text.count if isinstance(text, str) else lambda sign: text.count(sign.encode())
     if sum(size * occurrences(sign) for sign, size in SIGNS.items()) > ROOM:
         raise ValueError(f"more values than {ROOM / MB:g} MB of memory hold")
 
 
 def _check_depth(value: Any) -> None:
-    """Check how deep the lists and objects of JSON go."""
+    """Check that the lists and objects of JSON are at most DEPTH deep."""
     level = [value]
     for _ in range(DEPTH + 1):
         level = [part for item in level if isinstance(item, dict | list) for part in _contents(item)]

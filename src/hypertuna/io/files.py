@@ -161,7 +161,7 @@ def check_replaceable(path: str | Path) -> None:
 
 @contextlib.contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary name beside a path, whose file then takes its place: whole or not at all."""
+    """Yield a temporary path; the file that is written there then replaces `path`, whole or not at all."""
     path = Path(path)
     try:
         check_replaceable(path)

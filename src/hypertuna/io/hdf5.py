@@ -21,7 +21,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class Hdf5:
-    """What an HDF5 file holds, by the path of names within it."""
+    """Content of an HDF5 file, by the path of names within it."""
 
     file: str
     arrays: dict[str, Array] = field(default_factory=dict)

@@ -37,7 +37,7 @@ def texts(array: Any) -> list[str]:
 
 
 def main() -> None:
-    """Read the file that is the input, and write what it holds."""
+    """Read the HDF5 file at the standard input, and write its content to the standard output."""
     for limit, value in ((resource.RLIMIT_CPU, SECONDS), (resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
         hard = resource.getrlimit(limit)[1]
         resource.setrlimit(limit, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))

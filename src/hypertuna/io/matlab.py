@@ -41,12 +41,12 @@ def read_matlab(path: str | Path) -> MatFile:
     try:
         if content[126:128] not in (b"IM", b"MI"):
             raise ValueError
-        room = LARGEST
+        bytes_left = LARGEST
         for kind, data in _elements(content[HEADER:], mat.order):
             if kind == COMPRESSED:
-                unpacked = zlib.decompressobj().decompress(data, room + 1)
-                room -= len(unpacked)
-                if room < 0:
+                unpacked = zlib.decompressobj().decompress(data, bytes_left + 1)
+                bytes_left -= len(unpacked)
+                if bytes_left < 0:
                     rule, fix = f"must unpack to at most {LARGEST // MB} MB", "save the arrays of the points alone"
                     raise InputError(rule, file=mat.file, value="more", fix=fix)
                 kind, data = next(iter(_elements(unpacked, mat.order)))
@@ -81,17 +81,17 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of each element: its tag, or the short one in which small content stands itself."""
-    place = 0
-    while place + 8 <= len(data):
-        kind, size = struct.unpack_from(f"{order}II", data, place)
+    """Yield type and content of each element; small content stands in its tag itself."""
+    offset = 0
+    while offset + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, offset)
         if kind >> 16:
-            kind, size, begin, place = kind & 0xFFFF, kind >> 16, place + 4, place + 8
+            kind, size, begin, offset = kind & 0xFFFF, kind >> 16, offset + 4, offset + 8
             if size > 4:
                 raise ValueError
         else:
-            begin = place + 8
-            place = begin + size + (-size % 8 if kind != COMPRESSED else 0)
+            begin = offset + 8
+            offset = begin + size + (-size % 8 if kind != COMPRESSED else 0)
         if begin + size > len(data):
             raise ValueError
         yield kind, data[begin : begin + size]
@@ -129,8 +129,8 @@ def _matrix(mat: MatFile, data: bytes, name: str, depth: int) -> None:
         fields = [names[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(names), width)]
         several = np.prod(shape, dtype=float) > 1
         for k, (_, content) in enumerate(parts):
-            place = f"({k // len(fields) + 1})" if several else ""
-            _matrix(mat, content, f"{name}{place}.{fields[k % len(fields)]}", depth + 1)
+            index = f"({k // len(fields) + 1})" if several else ""
+            _matrix(mat, content, f"{name}{index}.{fields[k % len(fields)]}", depth + 1)
     elif kind == CHAR:
         mat.texts[name] = "".join(map(chr, _numbers(mat, next(parts)).tolist()[:10_000]))
     elif kind == SPARSE:

@@ -35,7 +35,7 @@ def need_log() -> None:
 
 
 class _Memory(io.RawIOBase):
-    """What a writer has written since the last call of `taken`; positions count from the start of the file."""
+    """Buffer of the bytes written since the last call of `taken`; positions count from the start of the file."""
 
     def __init__(self) -> None:
         self._before, self._content = 0, io.BytesIO()
@@ -75,7 +75,7 @@ class McapWriter(Closing):
         self._target: Any = target
         try:
             if isinstance(target, Path):
-                self._target = _locked(target, overwrite)
+                self._target = _open_locked(target, overwrite)
         except OSError as error:
             raise unwritable(target, error) from None
         self._memory = _Memory()
@@ -120,7 +120,7 @@ class McapWriter(Closing):
             raise unwritable(self._target.name, error) from None
 
 
-def _locked(path: Path, overwrite: bool) -> io.FileIO:
+def _open_locked(path: Path, overwrite: bool) -> io.FileIO:
     """Open an empty file for writing, which no other process writes meanwhile."""
     check_replaceable(path)
     file = io.FileIO(path, "a" if overwrite else "x")

@@ -144,7 +144,7 @@ class Table:
 
 
 def read_table(path: str | Path, rows: int = ROWS) -> Table:
-    """Read a CSV file of at most so many `rows`; empty lines and comments (#) are skipped."""
+    """Read a CSV file of at most `rows` lines; empty lines and comments (#) are skipped."""
     file, lines = str(path), enumerate(read_lines(path, rows), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
     if len(content) < 2:
@@ -162,7 +162,7 @@ def read_table(path: str | Path, rows: int = ROWS) -> Table:
 
 
 def table_of(source: str | Path | Table, rows: int = ROWS) -> Table:
-    """Return a CSV file of at most so many `rows`: read, or read before."""
+    """Return a table of at most `rows` lines: of a CSV file, or one read before."""
     if not isinstance(source, Table):
         return read_table(source, rows)
     if len(source.rows) > rows:
@@ -171,7 +171,7 @@ def table_of(source: str | Path | Table, rows: int = ROWS) -> Table:
 
 
 def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
-    """Read the lines of a CSV file of at most so many `rows`."""
+    """Return the lines of a CSV file of at most `rows` lines."""
     text = read_text(path, "csv")
     lines, cells = text.count("\n"), max(map(text.count, ",;\t"))
     for count, limit, noun in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):

@@ -54,7 +54,7 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
         raise InputError(rule, file=source, value=str(sizes[-1]), fix=fix)
 
     def row(name: str, values: list[float]) -> str:
-        return f"inline constexpr float {name}[] = {{{', '.join(_float(value) for value in values)}}};"
+        return f"inline constexpr float {name}[] = {{{', '.join(_float_literal(value) for value in values)}}};"
 
     layers = list(enumerate(zip(policy.weights, policy.biases, strict=True)))
     parts = [
@@ -63,7 +63,7 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
         for kind, numbers in zip(("weight", "bias"), pair, strict=True)
     ]
     table = ", ".join(f"{{{weight.shape[1]}, {len(bias)}, weight_{k}, bias_{k}}}" for k, (weight, bias) in layers)
-    bends = ", ".join(_float(bend) for bend in span.bend)
+    bends = ", ".join(_float_literal(bend) for bend in span.bend)
     return "\n".join(
         [
             f"/// Policy of {robot.name}: hypertuna rl export {source}",
@@ -79,13 +79,13 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
             "namespace hypertuna {",
             "inline constexpr Policy<float> policy{",
             f"    {len(layers)}, policy_numbers::layers, {ticks}, {len(robot.joints)},",
-            f"    {_float(span.frequency)}, {{{bends}}}, {_float(LAG)}, {_float(BIAS)}}};",
+            f"    {_float_literal(span.frequency)}, {{{bends}}}, {_float_literal(LAG)}, {_float_literal(BIAS)}}};",
             "}  // namespace hypertuna",
             "",
         ]
     )
 
 
-def _float(value: float) -> str:
+def _float_literal(value: float) -> str:
     text = f"{value:.9g}"
     return text + ("f" if any(c in text for c in ".en") else ".0f")

@@ -106,7 +106,7 @@ def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -
         raise InputError("must be SameStep", key="autoreset_mode", value=env.mode.value, fix="leave it out")
     observation, _ = env.reset(seed=seed)
     swimmers, successes, seconds, energy = env.swimmers, [], [], []
-    used = np.zeros(env.num_envs)
+    joules = np.zeros(env.num_envs)
     elapsed = np.zeros(env.num_envs)
     quota = np.full(env.num_envs, episodes // env.num_envs)  # alike for each: quick ones do not count more often
     quota[: episodes % env.num_envs] += 1
@@ -114,15 +114,15 @@ def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -
         actions = act(observation)
         observation, _, done, cut, infos = env.step(actions)
         elapsed += swimmers.step
-        used += swimmers.step * swimmers.power * swimmers.effort
+        joules += swimmers.step * swimmers.power * swimmers.effort
         for k in np.flatnonzero(done | cut):
             if quota[k]:
                 quota[k] -= 1
                 successes.append(bool(infos["final_info"]["is_success"][k]))
                 if successes[-1]:
                     seconds.append(elapsed[k])
-                    energy.append(used[k])
-            elapsed[k] = used[k] = 0.0
+                    energy.append(joules[k])
+            elapsed[k] = joules[k] = 0.0
     means = (float(np.mean(values)) if values else float("nan") for values in (seconds, energy))
     return {"episodes": len(successes), "success": float(np.mean(successes))} | dict(
         zip(("seconds", "joules"), means, strict=True)

@@ -52,7 +52,7 @@ class Swimmers:
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
         self._controller = _core.LiveController(controller_of(self.robot))
         rng = np.random.default_rng(0)
-        self._batch = _core.Batch([self._start(rng) for _ in range(self.count)], steps=inner)
+        self._batch = _core.Batch([self._new_swimmer(rng) for _ in range(self.count)], steps=inner)
         self.action = np.tile(self.rest, (self.count, 1))
         self.goal = np.stack([self.task.goal(rng) for _ in range(self.count)])
         self.current, self.steps = np.zeros((self.count, 2)), np.zeros(self.count, dtype=int)
@@ -78,14 +78,14 @@ class Swimmers:
         rows = [int(k) for k in swimmers]
         for k in rows:
             rng = rngs[k]
-            self._batch.restart(k, self._start(rng))
+            self._batch.restart(k, self._new_swimmer(rng))
             self.goal[k] = self.task.goal(rng)
             speed, toward = self.task.current * rng.random(), 2 * math.pi * rng.random()
             self.current[k] = speed * math.cos(toward), speed * math.sin(toward)
             self.action[k], self.steps[k], self._drift[k], self._before[k] = self.rest, 0, 0.0, 0.0
         self._columns = self._batch.columns()
-        looked = self._look(self._columns["x"], self._columns["y"])
-        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, looked, strict=True)))
+        seen = self._look(self._columns["x"], self._columns["y"])
+        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, seen, strict=True)))
 
     def act(self, action: Array) -> Outcome:
         """Make a step of all swimmers; return their rewards, ends and successes."""
@@ -136,7 +136,7 @@ class Swimmers:
         vars(other).update(copy.deepcopy(self.moment, memo))
         return other
 
-    def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.LiveController, _core.Sensors, float]:
+    def _new_swimmer(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.LiveController, _core.Sensors, float]:
         parts = self._parts[rng.integers(len(self._parts))]
         return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
 

@@ -17,7 +17,7 @@ from hypertuna.swimming.gait_checks import largest
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
-    """Name every value of a gait as in files; return the size of its unit [Hz or rad].
+    """Return the size of the unit [Hz or rad] of every value of a gait, by its name in files.
 
     The frequency, then amplitude, phase and bias of every joint group: ``frequency_hz``, ``amplitude_I_deg``, ...
     """

@@ -99,7 +99,7 @@ def make_optimum(
     robot = space.robot(problem.robot, best.x[0], made_by=MADE_BY) if feasible else problem.robot
     swum = None if gait is None else swim(robot, gait, steps=problem.steps)
     missed = "" if swum is None else _missed_sentence(problem, float(best.quantities["speed"][0]), swum.speed)
-    near = _near_best(problem, best) if feasible and target.expected is None else {}
+    near_best = _near_best(problem, best) if feasible and target.expected is None else {}
     exact = feasible and target.expected is not None and not (missed or problem.non_differentiable or problem.robust)
     robots = len(problem.robots)
     gaps = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
@@ -120,7 +120,7 @@ def make_optimum(
         swum=np.cumsum(optimizer.batches) * robots,
         margins=tuple(margins[1:]),
         bounds=bounds if feasible else {},
-        near_best=near,
+        near_best=near_best,
         variables=space.variables,
         design=design,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
@@ -128,7 +128,7 @@ def make_optimum(
             filter(
                 None,
                 [
-                    missed or _flat_sentence(space, near),
+                    missed or _flat_sentence(space, near_best),
                     *(() if swum is None else (_idle_sentence(target, swum), _from_rest_sentence(swum))),
                 ],
             )
@@ -179,8 +179,8 @@ def _from_rest_sentence(result: Swim) -> str:
     """Return a sentence if a start from rest does not lead to the gait's settled beat: searches do not check that."""
     if result.reached_from_rest:
         return ""
-    other = result.settled_from_rest
-    outcome = "does not settle" if other is None else f"leads to {other.speed:.4g} m/s"
+    settled = result.settled_from_rest
+    outcome = "does not settle" if settled is None else f"leads to {settled.speed:.4g} m/s"
     return f"The robot must be brought to speed: from rest the gait {outcome}."
 
 

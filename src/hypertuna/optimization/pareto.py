@@ -86,7 +86,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `sweep` computes them for the robot itself, and the figures of the front."""
+        """All quantities of the gaits as `sweep` computes them for the robot itself, and the numbers of the front."""
         attributes = {"units": "1", "long_name": "residual of the optimality conditions"}
         variables: dict[str, Any] = {"stationarity": ("gait", self.stationarity, attributes)}
         if self.robust is not None:
@@ -273,8 +273,8 @@ def _gap_targets(front: Evaluation) -> list[Target]:
     distance = np.linalg.norm(np.diff(front.value, axis=0) / _scale(front), axis=1)
     targets = []
     for k, parts in enumerate(np.ceil(distance / (WIDE * distance.mean())).astype(int)) if len(distance) else ():
-        for part in np.arange(1, parts) / parts:
-            x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
+        for fraction in np.arange(1, parts) / parts:
+            x, value = (ends[k] + fraction * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
             targets.append(_held_target(x, value))
     return targets
 
@@ -289,7 +289,7 @@ def _scale(front: Evaluation) -> Array:
 
 
 def _polish_sentence(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
-    """Return a sentence on the polishing."""
+    """Return a sentence on what polishing changed, or why it was left out."""
     if not len(evolved.x):
         return "No gait satisfied all limits."
     if not polish:

@@ -116,7 +116,7 @@ def _sqp_point(target: Target, scaled: _Scaled, scale: Array) -> Point:
 
 
 def _scaled(evaluation: Evaluation, k: int, u: Array, width: Array, scale: Array) -> _Scaled:
-    """Scale the evaluation of a point; an unusable point gets a large penalty and zero gradient."""
+    """Return point k of an evaluation, scaled; an unusable point gets a large penalty and zero gradient."""
     assert evaluation.value_jacobian is not None
     assert evaluation.violation_jacobian is not None
     value, violation = evaluation.value[k] / scale, evaluation.violation[k]

@@ -37,7 +37,7 @@ STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % o
 
 @dataclass(frozen=True)
 class Problem:
-    """Objectives and limits over a design space; every gait must also swim forward, by a robot that its file may be."""
+    """Objectives and limits over a design space; every gait must also swim forward, every design be valid."""
 
     robot: Robot
     space: DesignSpace
@@ -135,7 +135,7 @@ class Problem:
             return unknown | gradients | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
 
     def _swim_gaits(self, robot: Robot, gaits: Gaits, derivatives: bool, by: Array | None = None) -> dict[str, Array]:
-        """Swim gaits.
+        """Return the quantities of gaits, shape (gaits,), and with `derivatives` their gradients as ``d_NAME``.
 
         `by` has derivatives by the robot's variables: of the parameters of model and hinge, then of what
         `gait_quantities` returns, shape (rows, variables).
@@ -159,21 +159,21 @@ class Problem:
 
     def _judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
         """Return the objectives and violations of one robot from its quantities."""
-        known = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items()}
+        swum = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items()}
         with np.errstate(invalid="ignore"):
-            violation = np.stack([_violation(limit, known[limit.quantity]) for limit in self.limits], axis=1)
-            value = np.stack([_value(each, known) for each in self.objectives], axis=1)
-        usable = (known["status"] == 0) & np.isfinite(value).all(axis=1) & np.isfinite(violation).all(axis=1)
+            violation = np.stack([_violation(limit, swum[limit.quantity]) for limit in self.limits], axis=1)
+            value = np.stack([_value(each, swum) for each in self.objectives], axis=1)
+        usable = (swum["status"] == 0) & np.isfinite(value).all(axis=1) & np.isfinite(violation).all(axis=1)
         violation[~usable] = UNUSABLE
         value[~usable | (violation[:, 0] > 0)] = np.inf
         derivatives: dict[str, Any] = {}
-        if "d_speed" in known:
-            values = [_value_gradient(each, known) for each in self.objectives]
-            sides = [(1 if limit.upper else -1) / limit.limit * known[f"d_{limit.quantity}"] for limit in self.limits]
+        if "d_speed" in swum:
+            values = [_value_gradient(each, swum) for each in self.objectives]
+            sides = [(1 if limit.upper else -1) / limit.limit * swum[f"d_{limit.quantity}"] for limit in self.limits]
             derivatives = {"value_jacobian": np.stack(values, axis=1), "violation_jacobian": np.stack(sides, axis=1)}
-            derivatives["speed_gradient"] = known["d_speed"]
+            derivatives["speed_gradient"] = swum["d_speed"]
         names = (*self.needs, "status")
-        return Evaluation(np.asarray(x), value, violation, {name: known[name] for name in names}, **derivatives)
+        return Evaluation(np.asarray(x), value, violation, {name: swum[name] for name in names}, **derivatives)
 
 
 def _swim_part(problem: Problem, derivatives: bool, task: tuple[Robot, Array]) -> dict[str, Array]:
@@ -198,7 +198,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
-    """Return one evaluation of points from those by several robots.
+    """Return one evaluation of points over several robots, from an evaluation by each robot.
 
     Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
     Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.
@@ -235,15 +235,15 @@ def _violation(limit: Limit, value: Array) -> Array:
     return np.asarray(excess if limit.upper else -excess)
 
 
-def _value(objective: Objective, known: Mapping[str, Array]) -> Array:
+def _value(objective: Objective, swum: Mapping[str, Array]) -> Array:
     """Return the value of an objective, shape (points,)."""
-    value = np.sum([factor * known[name] for name, factor in objective.terms], axis=0)
-    return np.asarray(value if objective.expected is None else value + np.abs(known["speed"] - objective.expected))
+    value = np.sum([factor * swum[name] for name, factor in objective.terms], axis=0)
+    return np.asarray(value if objective.expected is None else value + np.abs(swum["speed"] - objective.expected))
 
 
-def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
+def _value_gradient(objective: Objective, swum: Mapping[str, Array]) -> Array:
     """Return the gradient of an objective, shape (points, dim); of |U - U_e| on either side."""
-    gradient = np.sum([factor * known[f"d_{name}"] for name, factor in objective.terms], axis=0)
+    gradient = np.sum([factor * swum[f"d_{name}"] for name, factor in objective.terms], axis=0)
     if objective.expected is not None:
-        gradient = gradient + np.sign(known["speed"] - objective.expected)[:, np.newaxis] * known["d_speed"]
+        gradient = gradient + np.sign(swum["speed"] - objective.expected)[:, np.newaxis] * swum["d_speed"]
     return np.asarray(gradient)

@@ -109,7 +109,7 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
 
 
 def _minimize(point_at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
-    """Run SLSQP on the points that `at` returns; variables z are those of the box, then the slack if there is one."""
+    """Run SLSQP on the points of `point_at`; variables z are those of the box, then the slack if there is one."""
     from scipy.optimize import minimize
 
     dim, first = len(start), point_at(start)

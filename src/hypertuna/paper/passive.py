@@ -1,4 +1,4 @@
-"""Joint II as a passive hinge of tuned stiffness, and other fins: the robots that the paper's last section asks for."""
+"""Robots of the paper's last section: joint II as a passive hinge of tuned stiffness, and other fins."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def swim_passive(
 
 
 def gait_of(best: Best) -> Gait:
-    """Return a cheapest gait of a passive robot."""
+    """Return the gait of a cheapest gait's numbers for a passive robot."""
     return Gait.from_degrees(frequency=best.frequency, amplitude=(best.size,), phase=(0.0,))
 
 
@@ -153,8 +153,8 @@ def fastest(swum: Swum) -> Best:
 
 def best_of(swum: Swum, target: float) -> Best | None:
     """Return the cheapest gait of all rows at a speed [m/s]; None where no row reaches it."""
-    reached = [one for one in cheapest(swum, target) if one is not None]
-    return min(reached, key=lambda one: one.cost, default=None)
+    reached = [gait for gait in cheapest(swum, target) if gait is not None]
+    return min(reached, key=lambda gait: gait.cost, default=None)
 
 
 def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None:
@@ -163,7 +163,7 @@ def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None
     The least is that of a parabola through the three lowest, over the logarithm of the stiffness.
     """
     rows = cheapest(swum, target)
-    cost = np.array([np.inf if one is None else one.cost for one in rows])
+    cost = np.array([np.inf if g is None else g.cost for g in rows])
     k = int(cost.argmin())
     if not np.isfinite(cost[k]):
         return None

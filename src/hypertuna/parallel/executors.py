@@ -157,7 +157,7 @@ def _too_many_losses(shard: object) -> InputError:
 
 @contextlib.contextmanager
 def cluster(address: str) -> Iterator[Executor]:
-    """Connect to a Dask scheduler by its address, or the path of its scheduler file."""
+    """Yield an executor of a Dask scheduler, given by its address or the path of its scheduler file."""
     need("cluster", "distributed", by="--cluster")
     import distributed
 

@@ -91,7 +91,7 @@ class Shards:
         return len(content)
 
     def read(self, shard: int, names: Iterable[str] | None = None) -> dict[str, Array]:
-        """Read and check a shard, or some of its columns."""
+        """Return the columns of a shard, or some of them, checked."""
         path, first, last = self.path(shard), *self.range(shard)
         again = f"remove it, then {AGAIN}"
         sizes = self.layout.sizes.values()
@@ -305,7 +305,7 @@ def check_complete(shards: Shards) -> None:
         fix = "remove it" if len(foreign) == 1 else f"remove it and {len(foreign) - 1} more"
         raise InputError("must be a shard of the manifest in its folder", file=str(shards.folder / foreign[0]), fix=fix)
     if missing := shards.missing():
-        listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
-        lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({listed})"
+        numbers = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
+        lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({numbers})"
         rule = f"must have all {len(shards)} shards, but {lacking}"
         raise InputError(rule, file=str(shards.folder), fix=AGAIN)

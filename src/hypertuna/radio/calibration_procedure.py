@@ -37,16 +37,16 @@ Calibrated = tuple[tuple[Calibration, ...], Known]
 
 
 class Operator(Protocol):
-    """The person at the robot. While a question is open, the robot is listened to: no old reading is left over."""
+    """The person at the robot. While a question is open, messages are received, so that no old one is left over."""
 
     def ask(self, robot: Client, question: str) -> str:
-        """Ask, and return the answer."""
+        """Ask the operator a question, and return the answer."""
 
     def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
-        """Ask for a number in a unit; `key` is for the error."""
+        """Ask the operator for a number in a unit, and return it; `key` is for the error."""
 
     def tell(self, text: str, *, end: str = "\n") -> None:
-        """Show a text."""
+        """Show the operator a text."""
 
 
 def calibrate_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
@@ -83,7 +83,7 @@ def known_parameters(robot: Client, names: Sequence[str]) -> Known:
 
 
 def _sensor_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
-    """Ask for one reference after another, and average the readings at each; a lone voltage gives the scale alone."""
+    """Calibrate a sensor by its mean readings at references that the operator sets; one voltage gives a scale alone."""
     kind, index = parse_sensor(sensor)
     if kind == "depth" and not references:
         return (_zero_depth(robot, operator),), {}
@@ -125,7 +125,7 @@ def _axis_parameters(name: str) -> list[str]:
 
 
 def _zeros_and_scales(on_board: Known) -> tuple[Array, Array]:
-    """Return zeros and scales of parameters of three axes."""
+    """Return zeros and scales, (3,) each, from the parameters of three axes."""
     values = list(on_board.values())
     return np.array(values[:3]), np.array(values[3:])
 
@@ -149,17 +149,17 @@ def _gyroscope_live(robot: Client, operator: Operator) -> Calibrated:
 
 
 def _compass_live(robot: Client, operator: Operator) -> Calibrated:
-    """Sample while the robot is turned, until all directions are covered."""
+    """Calibrate the compass by samples of a robot that is turned, until all directions are covered."""
     on_board = known_parameters(robot, _axis_parameters("field"))
     zero, scale = _zeros_and_scales(known_parameters(robot, _axis_parameters("accel")))
     operator.ask(
         robot, "keep away from iron, press Enter, and turn the robot slowly in all directions until you read `enough`"
     )
     parts: list[Samples] = []
-    end = time.monotonic() + TURNING_MAX
+    deadline = time.monotonic() + TURNING_MAX
     faces = 0
     with streaming(robot, "RAW_IMU"):
-        while time.monotonic() < end:
+        while time.monotonic() < deadline:
             parts.append(sample_imu(robot, 1.0))
             field = np.concatenate([part["field"] for part in parts])
             sphere = fit_sphere(field, 1.0) if len(field) >= SAMPLES_MIN else None

@@ -16,7 +16,7 @@ PREARM_BIT = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK: whether it may be armed
 
 @dataclass(frozen=True)
 class Readiness:
-    """Whether a robot may be armed."""
+    """Whether a robot may be armed, its faults and its readings."""
 
     ready: bool
     reasons: tuple[str, ...]  # why not, in the robot's words

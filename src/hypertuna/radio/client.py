@@ -103,21 +103,21 @@ class Client(Closing):
 
     def poll(self, timeout: float = 0.0) -> Iterator[Any]:
         """Yield the robot's messages received; wait up to `timeout` [s] for the first."""
-        end = time.monotonic() + timeout
+        deadline = time.monotonic() + timeout
         while True:
             now = time.monotonic()
             if now - self._beat >= HEARTBEAT:
                 self._beat = now
                 self.send(make_message("heartbeat", GROUND, NO_AUTOPILOT, 0, 0, 0, 3))
             with _connected():
-                timeout_left = max(0.0, min(end - now, POLL))
+                timeout_left = max(0.0, min(deadline - now, POLL))
                 message = self._line.recv_match(blocking=timeout > 0, timeout=timeout_left)
             if self.idle is not None:
                 self.idle()
             if message is not None and self._accept(message):
                 yield message
-                end = now  # the others without waiting
-            if message is None and time.monotonic() >= end:
+                deadline = now  # the others without waiting
+            if message is None and time.monotonic() >= deadline:
                 return
 
     def send(self, message: Any) -> None:
@@ -144,8 +144,8 @@ class Client(Closing):
 
     def wait(self, wanted: Callable[[Any], bool], timeout: float) -> Any:
         """Wait up to `timeout` [s] for a message; None if it is not received."""
-        end = time.monotonic() + timeout
-        while (timeout_left := end - time.monotonic()) > 0:
+        deadline = time.monotonic() + timeout
+        while (timeout_left := deadline - time.monotonic()) > 0:
             for message in self.poll(timeout_left):
                 if wanted(message):
                     return message
@@ -198,17 +198,17 @@ class Client(Closing):
             raise InputError(
                 "must have 32 random bytes", key="key", value=value, fix="make one: openssl rand -out key 32"
             )
-        self._set_key(key)
+        self._send_key(key)
         self._line.setup_signing(key, sign_outgoing=True)
         self._check_signed(True)
 
     def end_signing(self) -> None:
         """Delete the robot's key: it accepts unsigned messages."""
-        self._set_key(bytes(32))
+        self._send_key(bytes(32))
         self._line.disable_signing()
         self._check_signed(False)
 
-    def _set_key(self, key: bytes) -> None:
+    def _send_key(self, key: bytes) -> None:
         self.send(self.message("setup_signing", key, int((time.time() - EPOCH) * 1e5)))
 
     def _check_signed(self, signed: bool) -> None:

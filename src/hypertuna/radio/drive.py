@@ -102,7 +102,7 @@ def gamepad(content: bytes) -> list[tuple[str, float]]:
 
 
 def moved(stick: Stick, event: tuple[str, float]) -> Stick:
-    """Return the stick after an event of a gamepad, or "gone" for an unplugged one."""
+    """Return the stick after an event of a gamepad; the event "gone" is that of an unplugged one."""
     name, value = event
     if name in ("stop", "gone"):
         return Stick(order="stop")

@@ -121,7 +121,7 @@ def calibrate_compass(counts: Array, acceleration: Array | None = None) -> Calib
     notes = [f"{_share(faces)} are covered"]
     if acceleration is not None:
         notes.append(_dip_sentence(readings, acceleration))
-    return _calibration("compass", "field", sphere, len(counts), notes)
+    return _sphere_calibration("compass", "field", sphere, len(counts), notes)
 
 
 def _share(faces: int) -> str:
@@ -136,8 +136,8 @@ def _dip_sentence(field: Array, acceleration: Array) -> str:
         fix = "turn it more slowly, and calibrate the accelerometer first"
         value = f"calm in only {np.count_nonzero(calm)} of {len(calm)} samples"
         raise InputError("must be turned without jerks", key="compass", value=value, fix=fix)
-    up = np.sum(field[calm] * acceleration[calm], axis=1) / norm[calm] / np.linalg.norm(field[calm], axis=1)
-    dip = -np.arcsin(np.clip(up, -1, 1))
+    sine = np.sum(field[calm] * acceleration[calm], axis=1) / norm[calm] / np.linalg.norm(field[calm], axis=1)
+    dip = -np.arcsin(np.clip(sine, -1, 1))
     if (spread := float(np.std(dip))) > DIP_SPREAD_MAX:
         rule, value = "must read the field at a constant angle to gravity", f"off by {math.degrees(spread):.0f} deg rms"
         fix = "check that compass and accelerometer have the same axes, and how the IMU is mounted"
@@ -155,7 +155,7 @@ def calibrate_accelerometer(means: Mapping[Position, Array]) -> Calibration:
             fix = "hold it as asked, or mount the IMU with x to the tail, y to starboard and z up"
             rule = f"must read gravity along {_axis_text(position.up)} when the robot is held {position.text}"
             raise InputError(rule, key="accelerometer", value=f"{measured} g", fix=fix)
-    return _calibration("accelerometer", "accel", sphere, len(counts), [])
+    return _sphere_calibration("accelerometer", "accel", sphere, len(counts), [])
 
 
 def _axis_text(up: Sequence[int]) -> str:
@@ -200,7 +200,7 @@ def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
     return sphere
 
 
-def _calibration(sensor: str, name: str, sphere: Sphere, points: int, notes: Sequence[str]) -> Calibration:
+def _sphere_calibration(sensor: str, name: str, sphere: Sphere, points: int, notes: Sequence[str]) -> Calibration:
     parameters = {f"{name}_zero_{k}": float(sphere.zero[k]) for k in range(3)}
     parameters |= {f"{name}_scale_{k}": float(sphere.scale[k]) for k in range(3)}
     return Calibration(sensor, parameters, sphere.rms, points, tuple(notes))

@@ -24,7 +24,7 @@ FLUSH = 2.0  # s of a log that a crash may cost
 
 
 class RadioLogWriter(McapWriter):
-    """Write messages to a log as they are received."""
+    """A log in an MCAP file, to which messages are written as they are received."""
 
     def __init__(self, path: str | Path, robot: str) -> None:
         check_new(path)

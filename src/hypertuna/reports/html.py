@@ -66,7 +66,7 @@ class Table:
 
     @property
     def numeric(self) -> tuple[bool, ...]:
-        """Whether each column is aligned to the right: all cells are empty or begin with a number, not the first."""
+        """Whether each column is aligned to the right: not the first, others if all cells are empty or numbers."""
         return tuple(k > 0 and all(_numeric(row[k]) for row in self.rows) for k in range(len(self.columns)))
 
 

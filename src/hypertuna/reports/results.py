@@ -58,7 +58,7 @@ def report(results: Any, path: str | Path, *, title: str = "") -> Path:
 
 
 def _robot(result: Displayed) -> Robot | None:
-    """Return the robot of a result; None of one without, or with its name alone."""
+    """Return the robot of a result; None where it has none, or its name alone."""
     robot = getattr(result, "robot", None)
     return robot if isinstance(robot, Robot) else None
 

@@ -136,7 +136,7 @@ def robot_and_log(robot: Robot | str | Path, log: str | Path | None = None) -> t
 
 def studio_command(robot: Robot, gait: Gait) -> str:
     """Return the command that opens the studio at a robot and a gait; empty where no file holds the robot."""
-    name = next((name for name in (robot.name, robot.file) if name and _loads(name, robot)), None)
+    name = next((name for name in (robot.name, robot.file) if name and _holds(name, robot)), None)
     if name is None:
         return ""
     stored, model = load(name).model, robot.model
@@ -147,7 +147,7 @@ def studio_command(robot: Robot, gait: Gait) -> str:
     return " ".join(words)
 
 
-def _loads(name: str, robot: Robot) -> bool:
+def _holds(name: str, robot: Robot) -> bool:
     """Return whether a name or a file is that of a robot, with any of its models."""
     with contextlib.suppress(InputError):
         return load(name).using(**{key: getattr(robot.model, key) for key in MODEL}).hash == robot.hash

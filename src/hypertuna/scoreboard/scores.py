@@ -138,7 +138,7 @@ def coverage(scores: Sequence[Score], *, estimates_alone: bool = False) -> tuple
 
 
 def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
-    """Return the mean natural logarithm of each swimmer's ratios, but of those with one that is not positive."""
+    """Return the mean natural logarithm of each swimmer's ratios, without swimmers of which one is not positive."""
     return {name: float(np.mean(np.log(part))) for name, part in ratios.items() if all(ratio > 0 for ratio in part)}
 
 
@@ -168,7 +168,7 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
         return tuple(score for score in self.scores if score.quantity == "speed")
 
     def swum(self, speed: str) -> Shoal:
-        """Return the runs of the swimmers as those of a shoal.
+        """Return the runs of the swimmers as a `Shoal`.
 
         Parameters
         ----------
@@ -269,8 +269,8 @@ def _rms(values: Array) -> float:
 
 def _median(values: Array) -> float:
     """Return the median of the values that are known."""
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else math.nan
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else math.nan
 
 
 def _cell(value: Any) -> Any:

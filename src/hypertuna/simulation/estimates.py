@@ -1,4 +1,4 @@
-"""How far the estimates of a description may be off, and random robots within these ranges."""
+"""Ranges of the estimates of a description, and random robots within these ranges."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,22 +13,22 @@ from hypertuna.errors import InputError
 
 
 def spreads(robot: Robot) -> dict[str, Spread]:
-    """Return how far the estimates of a robot may be off, by key: ``joints.line.bore_m`` is that of all joints.
+    """Return the ranges of a robot's estimates by key; ``joints.line.bore_m`` is that of all joints.
 
     By the factor in its ``[uncertainty]``, else as declared with the key; a default is an estimate.
     """
     document, ranges = robot.document(), {}
-    for key, one in declared(Robot).items():
-        tables, name = _tables(document, key, one)
-        given = any(name in table for table in tables)
-        if one.spread is not None and tables and (is_estimate(robot, key) or not given):
+    for key, k in declared(Robot).items():
+        tables, name = _tables(document, key, k)
+        has_value = any(name in table for table in tables)
+        if k.spread is not None and tables and (is_estimate(robot, key) or not has_value):
             factor = factor_of(robot, key)
-            ranges[key] = one.spread if factor == 1 else one.spread._replace(low=1 / factor, high=factor, added=False)
+            ranges[key] = k.spread if factor == 1 else k.spread._replace(low=1 / factor, high=factor, added=False)
     return dict(sorted(ranges.items(), key=lambda item: item[1].place))
 
 
 def varied(robot: Robot, parts: Mapping[str, float]) -> Robot:
-    """Return a robot with some of its estimates at parts of their `spreads`, by key."""
+    """Return a robot with estimates moved to parts, 0 to 1, of their `spreads`, by key."""
     document, ranges = robot.document(), spreads(robot)
     for key, part in parts.items():
         if key not in ranges:

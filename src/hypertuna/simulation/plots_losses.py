@@ -1,4 +1,4 @@
-"""Flow picture of the losses: power flows down from the battery to the water, and losses leave it to the right."""
+"""Flow picture of losses: power flows down from the battery to the water, and losses branch off to the right."""
 
 import textwrap
 
@@ -20,7 +20,7 @@ WIDEST = 1.3  # inch, of the flow
 @plots.of(Losses)
 @styled
 def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
-    """Plot the flow of power, one place after another: `width` [inch]."""
+    """Plot the flow of power from place to place: `width` [inch]."""
     scale = min(WIDEST, 0.25 * width)  # inches of the whole power
     edge = 1 + TURN + REACH + 0.08  # of the texts
     letters = int((width - edge * scale) / LETTER)
@@ -34,28 +34,28 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
     axes.axis("off")
     axes.text(0.0, 0.36 / scale, losses.title, fontsize=8, color=FAINT, va="center")
     axes.text(0.0, 0.13 / scale, f"{number(losses.power)} W from the cells", weight="bold", va="center")
-    left, start = 1.0, 0.0
+    flow_left, start = 1.0, 0.0
     for k, place in enumerate(PLACES):
-        loss, middle = min(left, shares[place]), start + rows[place] / 2
-        rest = left - loss
+        loss, middle = min(flow_left, shares[place]), start + rows[place] / 2
+        flow_after = flow_left - loss
         if place == PLACES[-1]:
-            _draw(axes, _end(start, left, rows[place]), COLORS[k])
+            _draw(axes, _end(start, flow_left, rows[place]), COLORS[k])
         else:
             turn, end = middle - TURN - loss / 2, start + rows[place]
-            flow = [(0, start), (left, start), (left, turn), (rest, turn), (rest, end), (0, end)]
+            flow = [(0, start), (flow_left, start), (flow_left, turn), (flow_after, turn), (flow_after, end), (0, end)]
             _draw(axes, np.array(flow), BODY)
-            _draw(axes, _branch(turn, left, loss), COLORS[k])
+            _draw(axes, _branch(turn, flow_left, loss), COLORS[k])
         text_y = -middle + len(texts[place]) * LINE / scale / 2
         label = f"{place} {number(losses.at(place), 'W')}"
         axes.text(edge, text_y, label, weight="bold", va="center")
         for j, text in enumerate(texts[place]):
             axes.text(edge, text_y - (j + 1) * LINE / scale, text, fontsize=8, va="center")
-        left, start = rest, start + rows[place]
+        flow_left, start = flow_after, start + rows[place]
     return figure
 
 
 def _draw(axes: Axes, corners: Array, color: str) -> None:
-    """Draw a part of the flow; heights count downward."""
+    """Draw a part of the flow as a polygon; its heights count downward."""
     axes.add_patch(Polygon(corners * [1, -1], closed=True, fc=color, ec=color, lw=0.4))
 
 

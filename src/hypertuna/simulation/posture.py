@@ -1,4 +1,4 @@
-"""Test of the posture control, the paper's Fig. 8: how fast peak bends reach the set angle, and what limits them."""
+"""Test of the posture control, the paper's Fig. 8: times in which peak bends reach the set angle, and their limits."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Held:
 
     @property
     def error_measured(self) -> Array:
-        """The same by the bending sensor, which is all that the controller knows (beats,) [rad]."""
+        """Larger error of both peak bends of each beat by the bend sensor, known to the controller (beats,) [rad]."""
         return np.asarray(np.abs(self.measured - self.angle_set).max(axis=1))
 
     @property
@@ -75,7 +75,7 @@ class Held:
 
     @property
     def settling_measured(self) -> float | None:
-        """The same by the bending sensor [s]."""
+        """Time by the bend sensor after which the error stays below half a degree [s]; None if it does not."""
         return _settling(self.time, self.error_measured)
 
 
@@ -90,7 +90,7 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class PostureTest(Plotted, Tabular):
-    """The paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
+    """Result of the paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
 
     robot: Robot
     medium: str  # "air" or "water"
@@ -105,25 +105,25 @@ class PostureTest(Plotted, Tabular):
     @property
     def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:
         """Each joint and frequency: the run at the set angle, the largest amplitude held, and the run just below it."""
-        reach = {(one.joint, one.frequency): one for one in self.reach}
-        eased = {(one.joint, one.frequency): one for one in self.eased}
-        keys = [(one.joint, one.frequency) for one in self.held]
-        return [(one, reach.get(key), eased.get(key)) for one, key in zip(self.held, keys, strict=True)]
+        reach = {(held.joint, held.frequency): held for held in self.reach}
+        eased = {(held.joint, held.frequency): held for held in self.eased}
+        keys = [(held.joint, held.frequency) for held in self.held]
+        return [(held, reach.get(key), eased.get(key)) for held, key in zip(self.held, keys, strict=True)]
 
     def dataset(self) -> xr.Dataset:
         """Label the result: dimensions frequency, joint, beat and side."""
-        frequencies = list(dict.fromkeys(one.frequency for one in self.held))
-        joints = list(dict.fromkeys(one.joint for one in self.held))
-        shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
+        frequencies = list(dict.fromkeys(held.frequency for held in self.held))
+        joints = list(dict.fromkeys(held.joint for held in self.held))
+        shape = (len(frequencies), len(joints), max(len(held.time) for held in self.held))
         time, settling, largest = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
         peaks, measured = (np.full((*shape, 2), np.nan) for _ in range(2))
-        for one in self.held:
-            cell = (frequencies.index(one.frequency), joints.index(one.joint))
-            beats = len(one.time)
-            time[cell][:beats], peaks[cell][:beats], measured[cell][:beats] = one.time, one.peaks, one.measured
-            settling[cell] = np.nan if one.settling is None else one.settling
-        for far in self.reach:
-            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude_max
+        for held in self.held:
+            cell = (frequencies.index(held.frequency), joints.index(held.joint))
+            beats = len(held.time)
+            time[cell][:beats], peaks[cell][:beats], measured[cell][:beats] = held.time, held.peaks, held.measured
+            settling[cell] = np.nan if held.settling is None else held.settling
+        for limit in self.reach:
+            largest[frequencies.index(limit.frequency), joints.index(limit.joint)] = limit.amplitude_max
         grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
         variables = {
             "time": (beat, time, "s", "end of the beat"),
@@ -193,7 +193,7 @@ class Asked(NamedTuple):
 
 
 def _hold(robot: Robot, asked: Sequence[Asked], **options: Any) -> list[Held]:
-    """Make runs side by side, and measure the joints that each moves; options are those of `twin`."""
+    """Return peak bends of all joints that the asked runs move; options are those of `twin`."""
     gaits = [Gait(run_asked.frequency, run_asked.angle, (0.0,) * len(run_asked.angle)) for run_asked in asked]
     runs = [
         {"robot": robot, "gait": gait, "duration": run_asked.duration, **options}
@@ -214,12 +214,12 @@ def _held(run: TwinRun) -> list[Held]:
 
 
 def _alone(robot: Robot, joint: int, angle: float) -> tuple[float, ...]:
-    """Return an angle for one joint group, and 0 for the others (groups,)."""
+    """Return the angles (groups,) with one joint group at an angle, the others at 0."""
     return tuple(angle if j == joint else 0.0 for j in range(len(robot.joints)))
 
 
 def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **options: Any) -> Reach:
-    """Find the largest amplitude that a joint group holds at a frequency [Hz], the others kept straight.
+    """Return the largest amplitude that a joint group holds at a frequency [Hz], the others kept straight.
 
     An amplitude is held if in a run of 8 s and 8 beats the mean peak bend of the last second and beat is within 0.5 deg
     of it. Trials start from the largest bend of the description and step down to one that is held; bisection follows.
@@ -256,8 +256,8 @@ def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, 
     limits: tuple[str, ...] = ()
     while high - low > RESOLUTION and trial > RESOLUTION:
         held = yield trial
-        late = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
-        reached = float(held.peaks[late].mean()) if late.any() else math.nan
+        settled_beats = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
+        reached = float(held.peaks[settled_beats].mean()) if settled_beats.any() else math.nan
         if held.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
             if math.isinf(high):
@@ -310,7 +310,7 @@ def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
 
 
 def _harmonics(phase: Array, order: int) -> Array:
-    """Return 1, cosines and sines of a phase (instants, 2 order + 1)."""
+    """Return columns 1, cosines and sines of a phase (instants, 2 order + 1)."""
     turns = np.outer(phase, np.arange(1, order + 1))
     return np.column_stack([np.ones_like(phase), np.cos(turns), np.sin(turns)])
 
@@ -319,17 +319,17 @@ def _top(values: Array, k: int) -> float:
     """Top of the parabola through the largest sample and its neighbors; the sample itself if it is no local maximum."""
     if not 0 < k < len(values) - 1:
         return float(values[k])
-    before, at, after = values[k - 1 : k + 2]
-    curve = before - 2 * at + after
-    if not (curve < 0 and at >= before and at >= after):
-        return float(at)
-    return float(at - (before - after) ** 2 / (8 * curve))
+    left, center, right = values[k - 1 : k + 2]
+    curve = left - 2 * center + right
+    if not (curve < 0 and center >= left and center >= right):
+        return float(center)
+    return float(center - (left - right) ** 2 / (8 * curve))
 
 
 def _settling(time: Array, error: Array) -> float | None:
     """Time after the last beat with too large an error, at its end [s]; None if that is the last beat of all."""
-    late = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
-    first = late[-1] + 1 if late.size else 0
+    too_large = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
+    first = too_large[-1] + 1 if too_large.size else 0
     return None if first == len(time) else float(time[first])
 
 

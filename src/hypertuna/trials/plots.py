@@ -31,7 +31,7 @@ def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
     """Plot replays of recordings side by side, as `plot_replay`, on one scale; width, at least [inch]."""
-    cases = [(one.name, result, one.tracks) for one, result in zip(recordings, results, strict=True)]
+    cases = [(recording.name, result, recording.tracks) for recording, result in zip(recordings, results, strict=True)]
     return _figure(robot, cases, max(width, COLUMN * len(cases)), WIDTH)
 
 

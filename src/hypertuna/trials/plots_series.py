@@ -58,7 +58,7 @@ def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
 
 def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
     """Plot the paths of tracked runs from above: `width` [inch]."""
-    return _plot_tracks([track for one in recordings for track in one.tracks], width=width)
+    return _plot_tracks([track for recording in recordings for track in recording.tracks], width=width)
 
 
 @styled
@@ -79,8 +79,8 @@ def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     _draw_angles(upper, recording.joints, "-")
     upper.set_title(f"{recording.name}: measured joint angles")
     _draw_tracks(lower, recording.tracks)
-    (lines, texts), (more, others) = upper.get_legend_handles_labels(), lower.get_legend_handles_labels()
-    figure.legend([*lines, *more], [*texts, *others], loc="outside lower left", ncols=4, **TIGHT)
+    (lines, texts), (lower_lines, lower_texts) = upper.get_legend_handles_labels(), lower.get_legend_handles_labels()
+    figure.legend([*lines, *lower_lines], [*texts, *lower_texts], loc="outside lower left", ncols=4, **TIGHT)
     return figure
 
 
@@ -96,15 +96,15 @@ def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
 @styled
 def plot_steady_runs(runs: Sequence[SteadyRun], *, width: float = WIDTH) -> Figure:
     """Plot what steady runs measured over the frequency: `width` [inch]."""
-    shown = [one for one in Steady.quantities if any(getattr(run, one.name) is not None for run in runs)]
+    shown = [quantity for quantity in Steady.quantities if any(getattr(run, quantity.name) is not None for run in runs)]
     figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
-    for axes, one in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-        own = [run for run in runs if getattr(run, one.name) is not None]
-        deviations = [getattr(run, f"{one.name}_sd") or 0.0 for run in own]
-        frequency, values = [run.gait.frequency for run in own], [getattr(run, one.name) for run in own]
+    for axes, quantity in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+        measured = [run for run in runs if getattr(run, quantity.name) is not None]
+        deviations = [getattr(run, f"{quantity.name}_sd") or 0.0 for run in measured]
+        frequency, values = [run.gait.frequency for run in measured], [getattr(run, quantity.name) for run in measured]
         axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-        label = f"{one.label} [{one.unit}]"
-        axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(own)} steady runs")
+        label = f"{quantity.label} [{quantity.unit}]"
+        axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(measured)} steady runs")
     return figure
 
 
@@ -113,10 +113,10 @@ def plot_numbers(runs: Sequence[NumberRun], *, width: float = WIDTH) -> Figure:
     """Plot what runs of one number measured, over speed or frequency: `width` [inch]."""
     kind: Any = kind_of(runs[0])
     figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    axes, one, (x, over) = figure.subplots(), kind.quantities[0], kind.axis(runs)
+    axes, quantity, (x, over) = figure.subplots(), kind.quantities[0], kind.axis(runs)
     deviations = [run.sd or 0.0 for run in runs]
     axes.errorbar(x, [run.value for run in runs], deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-    axes.set(xlabel=over, ylabel=f"{one.label} [{one.unit}]", title=f"{len(runs)} {kind.label}s")
+    axes.set(xlabel=over, ylabel=f"{quantity.label} [{quantity.unit}]", title=f"{len(runs)} {kind.label}s")
     return figure
 
 
@@ -126,8 +126,8 @@ def plot_decays(decays: Sequence[Decay], *, width: float = WIDTH) -> Figure:
     kind: Any = kind_of(decays[0])
     figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
     axes = figure.subplots()
-    for k, one in enumerate(decays):
-        axes.plot(one.time, one.per_si * one.value, ".", color=COLORS[k % len(COLORS)], label=f"run {one.name}")
+    for k, decay in enumerate(decays):
+        axes.plot(decay.time, decay.per_si * decay.value, ".", color=COLORS[k % len(COLORS)], label=f"run {decay.name}")
     axes.set(
         xlabel="time [s]", ylabel=f"{kind.quantities[0].label} [{kind.shown}]", title=f"{len(decays)} {kind.label}s"
     )

@@ -55,7 +55,7 @@ class Body(Part):
     )
 
     def of(self, links: Links) -> Body:
-        """Return the body with what is not given as the sum of the links."""
+        """Return the body with length and mass, where not given, as sums of the links'."""
         sums = {"length": math.fsum(links.length), "mass": math.fsum(links.mass)}
         sums = {name: total for name, total in sums.items() if name not in self.model_fields_set}
         body = self.model_copy(update=sums)
@@ -117,9 +117,9 @@ class Links(Part, table="links"):
     def _checks(self) -> Iterator[Check]:
         counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
         count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
-        odd = count != len(self.length)
+        differs = count != len(self.length)
         yield from same_length(
-            self, "links", count, "link, as in the other columns" if odd else "link in links.length_m"
+            self, "links", count, "link, as in the other columns" if differs else "link in links.length_m"
         )
         yield from unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
@@ -239,7 +239,7 @@ class Fins(Part, table="fins", how="ruler"):
 
 
 def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
-    """Return the part of a group's bend that each of its joints takes, by its tendons or equal."""
+    """Return the share of a group's bend that each of its joints takes: by its tendons, or equal shares."""
     return (1 / len(links),) * len(links) if tendons is None else tendons.share
 
 
@@ -302,20 +302,20 @@ class JointGroup(Part):
 
     @property
     def drive(self) -> Drive:
-        """What moves the joint."""
+        """The kind of drive: muscles on oil, or a servo."""
         return MUSCLES if self.servo is None else AXLE
 
     @property
     def turns(self) -> float:
-        """Angle of what turns the joint over its bend: 1 on the axle [1]."""
+        """Angle of the servo's axle or drum over the bend of the group: 1 on the axle [1]."""
         return 1.0 if self.tendons is None else self.tendons.turns
 
     def one_drive(self, key: str) -> Iterator[Check]:
         """Check that a joint with a servo or tendons has no muscles, and that tendons alone share its bend."""
         fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
         for name in ("drive_units", "actuator", "line"):
-            alone = self.servo is None or getattr(self, name) is None
-            yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
+            one_kind = self.servo is None or getattr(self, name) is None
+            yield Check(one_kind, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
         if (tendons := self.tendons) is None:
             return
         fix = "remove it: the levers of the tendons share the bend"

@@ -21,7 +21,7 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
     """Show Fig. 12, from the fits of the nine coefficients by model."""
     from hypertuna.paper.figures import plot_against, plot_normalized, plot_paths, plot_start
 
-    fit, rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
+    fit, from_rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
     lake_cost = cost_of_transport(lake["energy_wh"] * 3600 / lake["distance_m"], trials[OURS].robot.body.mass, 1.0)
     truth = [published_value(f"speed/{name}") for name in SPEEDS]
     points = [
@@ -41,9 +41,9 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
         start="the paper's start values" if len(fit.costs) == 1 else "the best of several starts",
         rounds=" and ".join(f"{len(fit.path) - 1} with {model}" for model, fit in fits.items()),
         published_rounds=published()["identification"]["rounds"],
-        rest=rest,
-        angles=",".join(f"{angle:g}" for angle in np.degrees(rest.gait.amplitude).round(6)),
-        phase=np.degrees(rest.gait.phase[-1]),
+        rest=from_rest,
+        angles=",".join(f"{angle:g}" for angle in np.degrees(from_rest.gait.amplitude).round(6)),
+        phase=np.degrees(from_rest.gait.phase[-1]),
         cost=published_value(COST),
         lake=lake,
         lake_cost=float(lake_cost),
@@ -51,7 +51,7 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
 
 
 def start_finding(model: str, trial: Trial) -> Finding:
-    """Return the speed over the last half of a swim from rest through the tank, over the settled speed."""
+    """Return the mean speed over the last half of a swim from rest through the tank, relative to the settled speed."""
     swim, facts = trial.start, published()["start"]
     motion, length = swim.trajectory, trial.robot.body.length
     distance = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
@@ -67,7 +67,7 @@ def start_finding(model: str, trial: Trial) -> Finding:
 
 
 def _paths(fits: Mapping[str, Fit]) -> tuple[dict[str, Array], list[str]]:
-    """Return the coefficients over iterations, as places between their bounds [1], by model; and their names."""
+    """Return coefficients over iterations by model, relative to their bounds [1], and the coefficients' names."""
     free = next(iter(fits.values())).free
     low, high = (np.array([getattr(one, side) for one in free]) for side in ("lower", "upper"))
     places = {model: (fit.path - low) / (high - low) for model, fit in fits.items()}

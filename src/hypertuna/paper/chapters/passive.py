@@ -1,4 +1,4 @@
-"""The paper's future work: joint II as a passive hinge of tuned stiffness, and other fins, beside what others found.
+"""The paper's future work: joint II as a passive hinge of tuned stiffness, and other fins; compared with literature.
 
 validation/twin/passive.py stores the searches; the settled beats of the best gaits are swum again here.
 """
@@ -90,8 +90,8 @@ def change(pair: Mapping[str, Any], name: str) -> float:
 
 def changes(record: Mapping[str, Any], law: str, name: str) -> list[float]:
     """Return the passive joint's change [%] for each member of the family that reaches the speed with both joints."""
-    found = (change(member, name) for member in record["family"][law].values())
-    return [one for one in found if not math.isnan(one)]
+    relative = (change(member, name) for member in record["family"][law].values())
+    return [x for x in relative if not math.isnan(x)]
 
 
 def band(values: list[float]) -> tuple[float, float, float]:
@@ -101,18 +101,18 @@ def band(values: list[float]) -> tuple[float, float, float]:
 
 
 def verdict(record: Mapping[str, Any], name: str) -> str:
-    """Return which joint is better at a speed, if the bands of the family agree in both waters."""
+    """Return which joint is better at a speed, if the family's bands agree on it in both waters."""
     by_law = [changes(record, law, name) for law in LAWS]
     if not all(by_law):
         return "not decided" if any(by_law) else "not reached"
-    bands = [band(one) for one in by_law]
-    low, high = min(one[0] for one in bands), max(one[2] for one in bands)
+    bands = [band(values) for values in by_law]
+    low, high = min(values[0] for values in bands), max(values[2] for values in bands)
     higher, lower = ("faster", "slower") if name == "max" else ("dearer", "cheaper")
     return f"passive is {higher}" if low > 0 else f"passive is {lower}" if high < 0 else "not decided"
 
 
 def answer_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate electrical costs at each speed, and the largest speeds, with both joints and with the hinge."""
+    """Tabulate electrical costs at each speed, and largest speeds, with active joint and with hinge."""
     rows = []
     for name, law, label in _cases():
         rows.append([_at(name), label, *_pair(record["electrical"][law], name), _members(record, law, name)])
@@ -143,13 +143,13 @@ def _at(name: str) -> str:
 
 
 def _members(record: Mapping[str, Any], law: str, name: str) -> str:
-    """Write the band of changes over the family [%], how many members have one, and how many the spring loses."""
-    known, family = changes(record, law, name), record["family"][law].values()
-    if not known:
+    """Write the change over the family [%], the number of members that reach the speed, and of those that then fail."""
+    values, family = changes(record, law, name), record["family"][law].values()
+    if not values:
         return ""
-    low, middle, high = band(known)
-    failed = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
-    return f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(known)}" + f"; {failed} fail" * bool(failed)
+    low, middle, high = band(values)
+    failed = sum(bool(member["active"][name] and not member["passive"][name]) for member in family)
+    return f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(values)}" + f"; {failed} fail" * bool(failed)
 
 
 def _idle(record: Mapping[str, Any], pair: Mapping[str, Any], name: str) -> str:
@@ -169,21 +169,21 @@ def _pair(pair: Mapping[str, Any], name: str) -> list[str]:
 
 
 def spring_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate the one spring that serves all speeds best: the default robot's, and the range over the family."""
+    """Tabulate the one spring that is best for all speeds: the default robot's, and its range over the family."""
     rows = []
     for law, label in LAWS.items():
-        one = record["electrical"][law]["one_spring"]
-        members = [found for member in record["family"][law].values() if (found := member["one_spring"])]
-        low, middle, high = band([found["stiffness"] for found in members])
-        worst = band([100 * (found["worst_over_tuned"] - 1) for found in members])
-        cells = [f"{one['stiffness']:.2f}", f"{100 * (one['worst_over_tuned'] - 1):.1f}"]
+        default = record["electrical"][law]["one_spring"]
+        members = [spring for member in record["family"][law].values() if (spring := member["one_spring"])]
+        low, middle, high = band([spring["stiffness"] for spring in members])
+        worst = band([100 * (spring["worst_over_tuned"] - 1) for spring in members])
+        cells = [f"{default['stiffness']:.2f}", f"{100 * (default['worst_over_tuned'] - 1):.1f}"]
         rows.append([label, *cells, f"{middle:.2f} ({low:.2f} to {high:.2f})", f"{worst[1]:.1f}, up to {worst[2]:.1f}"])
     header = ["spring [N m/rad]", "over a tuned one at its worst speed [%]", "springs of the family", "over tuned [%]"]
     return Table(["water", *header], rows)
 
 
 def stiffness_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate the best stiffness over speed, and by which power of the speed it grows."""
+    """Tabulate the best stiffness at each speed, and the power of the speed by which it grows."""
     rows = []
     for law, label in LAWS.items():
         for name, case in record["mechanical"][law].items():
@@ -195,17 +195,17 @@ def stiffness_table(record: Mapping[str, Any]) -> Table:
     return Table(["hinge", "water", "cost at 0.3 m/s", "power of the speed", *header], rows)
 
 
-def _spring(one: Mapping[str, float] | None) -> str:
-    """Write a best stiffness and its range."""
-    return "" if one is None else f"{one['stiffness']:.3f}, {one['low']:.3f} to {one['high']:.3f}"
+def _spring(spring: Mapping[str, float] | None) -> str:
+    """Write a best stiffness and its range [N m/rad]."""
+    return "" if spring is None else f"{spring['stiffness']:.3f}, {spring['low']:.3f} to {spring['high']:.3f}"
 
 
 def fin_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate mechanical cost and largest speed of other fins over those of the fin as it is [%]."""
-    unchanged = {law: next(one for one in record["fins"][law] if one["span"] == one["chord"] == 1) for law in LAWS}
+    """Tabulate changes of mechanical cost and largest speed by other fins [%]."""
+    unchanged = {law: next(fin for fin in record["fins"][law] if fin["span"] == fin["chord"] == 1) for law in LAWS}
     rows = []
-    for k, one in enumerate(record["fins"]["strip"]):
-        span, chord = one["span"], one["chord"]
+    for k, fin in enumerate(record["fins"]["strip"]):
+        span, chord = fin["span"], fin["chord"]
         if span == chord == 1:
             continue
         relative = {law: [_over(record["fins"][law][k], unchanged[law], *what) for what in FIN_KEYS] for law in LAWS}
@@ -228,7 +228,7 @@ def _over(fin: Mapping[str, Any], unchanged: Mapping[str, Any], kind: str, name:
 
 
 def claim_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate what others found, with the own number beside it."""
+    """Tabulate claims of the literature with our numbers beside them."""
     ours = {name: _our_number(record, name) for name in [claim["id"] for claim in published("springs")["claims"]]}
     rows = [
         [claim["claim"], f"{claim['source']} ({claim['read']})", *ours[claim["id"]]]
@@ -245,15 +245,15 @@ def _our_number(record: Mapping[str, Any], name: str) -> tuple[str, str]:
         text = f"{fish['speed_bl_s']:.2f} lengths a second at 3 Hz, Strouhal number {fish['strouhal']:.2f}"
         return text, "yes" if fish["speed_bl_s"] > 1 else "no"
     texts, agree = zip(*(_of_law(record, law, name) for law in LAWS), strict=True)
-    agrees = {(True,): "yes", (False,): "no"}.get(tuple(set(agree)), "not decided")
-    return " / ".join(texts), agrees
+    answer = {(True,): "yes", (False,): "no"}.get(tuple(set(agree)), "not decided")
+    return " / ".join(texts), answer
 
 
 def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool | None]:
     """Return our number in one water as text, and whether its sign is the claim's; None where that is not decided."""
     trend, case = record["trends"][law], record["mechanical"][law][PLACE]
-    fixed, tuned = case["fixed_over_tuned"], [one["stiffness"] for one in case["tuned"].values()]
-    slow, missed = next(iter(fixed)), next((speed for speed, one in fixed.items() if one is None), None)
+    fixed, tuned = case["fixed_over_tuned"], [case_at["stiffness"] for case_at in case["tuned"].values()]
+    slow, missed = next(iter(fixed)), next((speed for speed, case_at in fixed.items() if case_at is None), None)
     softer, rigid = trend["softer_over_fastest"], trend["stiff_over_fastest"]
     speed, cost = trend["speed_twice_the_frequency"], trend["cost_twice_the_frequency"]
     lag = trend["lag_deg"]
@@ -275,7 +275,7 @@ def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool |
 
 
 def sections(passive: Passive) -> list[Section]:
-    """Show the answer."""
+    """Show the tables of costs, springs, fins and claims."""
     if not passive.record:
         return compose("passive", {}, record={}, reason=passive.reason, gap=0.0, verdicts={})
     from hypertuna.paper.figures_passive import plot_passive

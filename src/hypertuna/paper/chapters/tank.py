@@ -45,8 +45,8 @@ def sections(trials: Trials) -> list[Section]:
     from hypertuna.paper.figures import plot_map
 
     levels = {
-        f"{level}\n{one:g}°, {two:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
-        for level, (one, two) in published()["tank"]["amplitude_deg"].items()
+        f"{level}\n{a:g}°, {b:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
+        for level, (a, b) in published()["tank"]["amplitude_deg"].items()
     }
     tank = trials[OURS].tank
     figures = {
@@ -66,12 +66,12 @@ def _lead(speed: Array) -> float:
 
 
 def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], class_: Class = "prediction") -> Finding:
-    """Return the best phase at one amplitude, that of most frequencies, of speeds (frequency, phase) [m/s]."""
+    """Return the phase that is fastest at most frequencies, from speeds (frequency, phase) [m/s] at one amplitude."""
     tank = published()["tank"]
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
     commonest = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
     rows = zip(hertz, best, speed, strict=True)
-    phases = ", ".join(f"{one:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for one, phase, row in rows)
+    phases = ", ".join(f"{f:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for f, phase, row in rows)
     return Finding(f"optimal-phase/{level}", model, class_, commonest, f"best, and its lead over the next, at {phases}")
 
 
@@ -88,7 +88,7 @@ def _fastest_phase(model: str, trial: Trial) -> Finding:
 
 
 def _cheapest(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield the frequency and the phase of the least mechanical cost at the paper's cheapest gait."""
+    """Yield frequency and phase of the least mechanical cost at the amplitude of the paper's cheapest gait."""
     tank = published()["tank"]
     cost = _grid(trial.tank.cost_of_transport, TANK)
     row, column = (
@@ -102,7 +102,7 @@ def _cheapest(model: str, trial: Trial) -> Iterator[Finding]:
 
 
 def _trends(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield how speed and mechanical cost change over frequency and amplitude.
+    """Yield trends of speed and mechanical cost over frequency and amplitude.
 
     Speed is proportional to frequency for ideal joints, so that its rise is no finding; joints that lag were introduced
     because the published rise slows down.
@@ -119,14 +119,14 @@ def _trends(model: str, trial: Trial) -> Iterator[Finding]:
 
 
 def frequency_trends(speed: Array) -> dict[str, float]:
-    """Return shares [%] of the steps of frequency, axis 0: where speed rises, and where it rises less than before."""
+    """Return shares [%] of steps in frequency (axis 0) where speed rises, and where it rises less than before."""
     rise = np.diff(speed, axis=0)
     slower = rise[1:] < rise[:-1] - FLAT * np.abs(rise[:-1])
     return {"speed/over-frequency": 100 * float(np.mean(rise > 0)), "speed/slows": 100 * float(np.mean(slower))}
 
 
 def amplitude_trends(speed: Array, power: Array) -> dict[str, float]:
-    """Return shares [%] of the steps of amplitude, axis 0: where speed rises, and where cost falls, swimming ahead."""
+    """Return shares [%] of steps in amplitude (axis 0) where speed rises, and where cost falls while swimming ahead."""
     cost = power / np.where(speed > 0, speed, np.nan)
     rises, falls = np.diff(speed, axis=0) > 0, np.diff(cost, axis=0) < 0
     keys = ("speed/over-amplitude", "cost-of-transport/over-amplitude")
