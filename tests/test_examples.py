@@ -59,12 +59,26 @@ def test_the_example_robot_is_complete(file: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "actuation"), [("myfish.toml", "none"), ("servofish.toml", "servo"), ("tendonfish.toml", "tendons")]
+    ("file", "actuation", "options"),
+    [
+        ("myfish.toml", "none", {"links": 3, "length": 0.3, "mass": 0.85}),
+        ("servofish.toml", "servo", {"links": 3, "length": 0.3, "mass": 0.85}),
+        ("tendonfish.toml", "tendons", {"links": 5, "joints": ["tail"], "length": 0.3, "mass": 0.85}),
+        ("eel.toml", "servo", {"links": 11, "length": 0.9, "height": 0.07, "width": 0.06, "fin_span": 0.08}),
+    ],
 )
-def test_first_robots_are_what_robot_new_writes(file: str, actuation: str) -> None:
-    options: dict[str, Any] = {"links": 5, "joints": ["tail"]} if actuation == "tendons" else {"links": 3}
-    text = first_robot(Path(file).stem, length=0.3, mass=0.85, actuation=actuation, **options)
+def test_first_robots_are_what_robot_new_writes(file: str, actuation: str, options: dict[str, Any]) -> None:
+    text = first_robot(Path(file).stem, actuation=actuation, **options)
     assert (EXAMPLES / file).read_text() == text, "write it again: hypertuna robot new, as docs/start says"
+
+
+def test_the_eel_swims_with_ten_servos_as_its_ideal_joints_do_at_their_swings() -> None:
+    """The twin's bends, as harmonics, make the settled beat that the twin swims: within 5 %."""
+    eel = ht.load(EXAMPLES / "eel.toml")
+    run = ht.twin(eel, "cruise", duration=12)
+    beat = ht.swim(eel, ht.Gait(run.gait.frequency, tuple(run.swing), tuple(run.phase - run.phase[0])))
+    assert len(eel.joints) == 10
+    assert run.speed == pytest.approx(beat.speed, rel=0.05)
 
 
 def test_plant_controller(run: Any) -> None:
