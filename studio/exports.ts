@@ -18,14 +18,16 @@ export function gaitToml(robot: Robot, gait: Gait): string {
   ].join("\n");
 }
 
-/** A beat as CSV: place and heading of the nose, and the bend of each joint. */
+/** A beat as CSV: place and heading of the nose, and the bend of each joint group, or at each link where hinges bend too. */
 export function beatTable(robot: Robot, path: Float64Array): string {
   const width = POSE + robot.links.length;
-  const names = ["time_s", "x_m", "y_m", "heading_deg", ...robot.joints.map(({ name }) => `bend_${name}_deg`)];
+  const each = robot.links.slice(1).map(({ name }, link) => ({ name, links: [link + 1] }));
+  const joints = robot.hinges.length ? each : robot.joints;
+  const names = ["time_s", "x_m", "y_m", "heading_deg", ...joints.map(({ name }) => `bend_${name}_deg`)];
   const lines = [names.join(",")];
   for (let k = 0; k < path.length; k += width) {
     const [time, x, y, heading = 0, ...bends] = path.subarray(k, k + width);
-    const groups = robot.joints.map(({ links }) => links.reduce((sum, link) => sum + (bends[link] ?? 0), 0));
+    const groups = joints.map(({ links }) => links.reduce((sum, link) => sum + (bends[link] ?? 0), 0));
     lines.push([time, x, y, ...[heading, ...groups].map((angle) => angle / DEGREE)].join(","));
   }
   return `${lines.join("\n")}\n`;

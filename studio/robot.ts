@@ -70,6 +70,7 @@ export interface Robot {
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
   fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
   joints: { name: string; links: number[]; share: number[]; direct?: boolean }[]; // direct: by a servo on the axle
+  hinges: number[]; // passive ones, by the link behind each
   models: { water: string; joints: string }[]; // the robot's own choice first
   limits: Ranges | null; // that the optimizer searches
   ranges: Ranges; // that the knobs reach
@@ -136,13 +137,16 @@ export function gaitOf(row: ArrayLike<number>): Gait {
   return { frequency, amplitude: part(0), phase: part(1), bias: part(2) };
 }
 
-/** Bend in front of each link: a joint group's angle is shared by its links. */
-export function bendsOf({ links, joints }: Robot, angles: ArrayLike<number>): number[] {
+/** Bend in front of each link: a joint group's angle is shared by its links; those of hinges follow the groups'. */
+export function bendsOf({ links, joints, hinges }: Robot, angles: ArrayLike<number>): number[] {
   const bends = links.map(() => 0);
   joints.forEach(({ links, share }, group) => {
     links.forEach((link, k) => {
       bends[link] = (share[k] ?? 0) * (angles[group] ?? 0);
     });
+  });
+  hinges.forEach((link, d) => {
+    bends[link] = (bends[link] ?? 0) + (angles[joints.length + d] ?? 0);
   });
   return bends;
 }

@@ -41,6 +41,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
         **body_text(robot),
         "outline": {"girth": GIRTH, "fin": FIN, "peduncle": PEDUNCLE},
         "joints": [_joint(group) for group in robot.joints],
+        "hinges": [hinge.link for hinge in robot.hinges],
         "limits": _limits(robot),
         "ranges": _ranges(robot),
         "gaits": [_gait(robot, name, gait) for name, gait in robot.gaits.items()],
