@@ -19,6 +19,7 @@ from hypertuna.description.new import Sizes
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
+from hypertuna.description.schema.body import DRIVES
 from hypertuna.description.twin import twin_note, why_no_twin
 from hypertuna.display import Table
 from hypertuna.errors import InputError, did_you_mean
@@ -33,7 +34,6 @@ HEIGHT = "Largest height of the body in m, without fins. (default: that at which
 WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
-ACTUATIONS = ("none", "servo", "tendons", "hydraulic")
 TAILS = ("driven", "passive", "flexible")
 
 RobotFile = Annotated[
@@ -82,7 +82,7 @@ def new(
     ],
     size: SizeOptions,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
-    actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
+    actuation: Annotated[str, opt.word("--actuation", ("none", *DRIVES), "What drives the joints.")] = "none",
     tail: Annotated[
         str, opt.word("--tail", TAILS, "Tail fin: driven, on a passive hinge, or flexible, a chain of three.")
     ] = "driven",

@@ -80,7 +80,7 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
         names[channel.part] = (names.get(channel.part, (first,))[0], last)
         for j, group in enumerate(robot.joints):
             name = f"{channel.part}-{group.name}"
-            servos, oil = group.drive
+            servos, oil = group.drive.servos, group.drive.oil
             if channel.per == "joint" and oil:
                 names[name] = (first + j, first + j)
             elif channel.per == "circuit" and servos and (oil or channel.name == "current"):

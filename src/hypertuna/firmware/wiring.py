@@ -67,7 +67,7 @@ def wiring_of(robot: Robot) -> Wiring:
 
 
 def _servos(robot: Robot) -> Iterator[Wire]:
-    turned = {group.name: "axle" if group.tendons is None else "drum" for group in robot.joints}
+    turned = {group.name: group.drive.place for group in robot.joints}
     drives = [f"on the {turned[name]} of joint {name}" if name in turned else f"of joint {name.replace('-', ', ')}"
               for name in drive_names(robot)]  # fmt: skip
     names = [*(f"servo {text}" for text in drives), "servo of the port fin", "servo of the starboard fin"]

@@ -17,6 +17,7 @@ from hypertuna.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 T = TypeVar("T", bound=Any)  # of trials: each has a `name`, unique among those of its kind, a `file`, and `to_pandas`
 
@@ -194,6 +195,10 @@ class Kind(ABC, Generic[T]):
     @abstractmethod
     def picture(self, trials: Sequence[T]) -> str:
         """Draw one trial or more as an <svg> element, with its caption."""
+
+    @abstractmethod
+    def plot(self, trials: Sequence[T], *, width: float) -> Figure:
+        """Plot trials in the style of figures: `width` [inch]."""
 
     def table(self, trials: Sequence[T]) -> pd.DataFrame:
         """Return every run as a row."""

@@ -19,6 +19,7 @@ from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Row
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 D = TypeVar("D", bound=Decay)
 STEPS = 1000  # of a decay: linear interpolation between them is off by 1e-6 of the first value
@@ -119,6 +120,19 @@ class Decays(Kind[D]):
         one, first = self.quantities[0], trials[0]
         label = f"{one.label} [{self.shown}] over time [s]"
         return captioned(curve_svg(first.time, one.per_si * first.value, label, dots=True), f"Run {first.name}.")
+
+    def plot(self, trials: Sequence[D], *, width: float) -> Figure:
+        """Plot the decays over time."""
+        from matplotlib.figure import Figure
+
+        from hypertuna.figures import COLORS
+
+        figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+        axes, label = figure.subplots(), f"{self.quantities[0].label} [{self.shown}]"
+        for k, one in enumerate(trials):
+            axes.plot(one.time, one.per_si * one.value, ".", color=COLORS[k % len(COLORS)], label=f"run {one.name}")
+        axes.set(xlabel="time [s]", ylabel=label, title=f"{len(trials)} {self.label}s")
+        return figure
 
     def table(self, trials: Sequence[D]) -> pd.DataFrame:
         """Return the duration of each run [s]."""
