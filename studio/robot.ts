@@ -197,8 +197,8 @@ export function modelOf(robot: Robot, water: string, joints: string): number {
 /** Read a robot's text. */
 export function robotOf(text: string): Robot {
   const robot = JSON.parse(text) as Robot;
-  const drives = robot.joints?.map(({ drive }) => drive);
-  if (robot.ranges === undefined || robot.ledger === undefined || drives?.includes(undefined as never))
+  const { ranges, ledger, joints } = robot;
+  if (ranges === undefined || ledger === undefined || joints.some(({ drive }) => drive === undefined))
     throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
   robot.body ??= { knobs: [] }; // of an older program
   robot.key = robot.robot;
