@@ -63,31 +63,31 @@ def checked_arguments(function: Callable[..., Any], *args: Any, **kwargs: Any) -
     for key, value in bound.arguments.items():
         kind = kinds.get(key)
         if kind is not None and not _fits(value, kind):
-            fix = _fix(value, kind, key) or f"see help(hypertuna.{name})"
-            raise InputError(f"must be {_words(kind)}", key=key, value=_given(value), fix=fix)
+            fix = _fix_text(value, kind, key) or f"see help(hypertuna.{name})"
+            raise InputError(f"must be {_words(kind)}", key=key, value=_value_text(value), fix=fix)
     bound.apply_defaults()
     return bound.arguments
 
 
 def check_made_by(maker: str, data: xr.Dataset, key: str, names: Sequence[str]) -> None:
-    """Check that a dataset is of the public function that makes such: it has the variables of these names."""
+    """Check that a dataset is a result of the public function `maker`: that it has the variables of these names."""
     if missing := [name for name in names if name not in data.variables]:
         fix = f"give what hypertuna.{maker} returned"
         raise InputError(f"must be a result of {maker}", key=key, value=f"a Dataset without {missing[0]}", fix=fix)
 
 
-def _given(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """Return a value and its type as text of an error."""
     text = f"{value}" if isinstance(value, bool) else shown(value)
-    plain = isinstance(value, PLAIN) and value is not None and not text.startswith("a ")
-    return f"{text} ({type(value).__name__})" if plain else text
+    with_type = isinstance(value, PLAIN) and value is not None and not text.startswith("a ")
+    return f"{text} ({type(value).__name__})" if with_type else text
 
 
-def _fix(value: Any, kind: ast.expr, key: str) -> str | None:
+def _fix_text(value: Any, kind: ast.expr, key: str) -> str | None:
     """Return what to write instead of a value of an argument that is not of its kind."""
-    parts = _parts(kind)
+    parts = _choices(kind)
     names = [_name(part) for part in parts]
-    if isinstance(value, str) and {"float", "int", "Array", "ArrayLike"} & {*names} and _as_number(value):
+    if isinstance(value, str) and {"float", "int", "Array", "ArrayLike"} & {*names} and _is_number_text(value):
         return f"write {value.strip()} without quotes"
     if "int" in names and isinstance(value, float) and value.is_integer():
         return f"write {int(value)}"
@@ -98,11 +98,11 @@ def _fix(value: Any, kind: ast.expr, key: str) -> str | None:
             return f"write [{shown(value)}]" if isinstance(value, PLAIN) else "put it in a list"
         if isinstance(part, ast.Subscript) and isinstance(part.slice, ast.Tuple) and _name(part.value) == "tuple":
             return f"write {key}=({', '.join('abc'[: len(part.slice.elts)])})"
-    inner = [_name(one) for part in parts for one in ast.walk(part) if isinstance(one, ast.expr)]
-    return next((FIXES[one] for one in [*(n for n in inner if n == "Robot"), key, *inner] if one in FIXES), None)
+    inner = [_name(each) for part in parts for each in ast.walk(part) if isinstance(each, ast.expr)]
+    return next((FIXES[each] for each in [*(n for n in inner if n == "Robot"), key, *inner] if each in FIXES), None)
 
 
-def _as_number(text: str) -> bool:
+def _is_number_text(text: str) -> bool:
     """Whether a text is a number in quotes."""
     try:
         float(text)
@@ -117,9 +117,9 @@ def _kinds(function: Callable[..., Any]) -> dict[str, ast.expr]:
     names = _Aliases(function.__globals__)
     parameters = inspect.signature(function).parameters.values()
     return {
-        one.name: names.visit(_tree(one.annotation))
-        for one in parameters
-        if one.annotation is not one.empty and one.kind not in (one.VAR_KEYWORD, one.VAR_POSITIONAL)
+        p.name: names.visit(_tree(p.annotation))
+        for p in parameters
+        if p.annotation is not p.empty and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
     }
 
 
@@ -130,19 +130,19 @@ def _tree(annotation: Any) -> ast.expr:
 
 
 class _Aliases(ast.NodeTransformer):
-    """Write names of types as what they stand for."""
+    """Replaces aliases in annotations by the types that they stand for."""
 
     def __init__(self, names: Mapping[str, Any]) -> None:
         self.names = names
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        known = self.names.get(node.id)
-        alias = known is not None and node.id not in SIMPLE and not isinstance(known, type)
-        return _tree(known) if alias and not inspect.isroutine(known) else node
+        target = self.names.get(node.id)
+        alias = target is not None and node.id not in SIMPLE and not isinstance(target, type)
+        return _tree(target) if alias and not inspect.isroutine(target) else node
 
 
 def _fits(value: Any, kind: ast.expr) -> bool:
-    """Whether a value is of a kind."""
+    """Return whether a value is of a kind."""
     match kind:
         case ast.BinOp(left=left, right=right):
             return _fits(value, left) or _fits(value, right)
@@ -151,11 +151,11 @@ def _fits(value: Any, kind: ast.expr) -> bool:
         case ast.Subscript(value=outer, slice=inner):
             return _fits_inside(value, _name(outer), inner)
     test = SIMPLE.get(_name(kind))
-    return test[1](value) if test else any(_name(kind) == one.__name__ for one in type(value).__mro__)
+    return test[1](value) if test else any(_name(kind) == base.__name__ for base in type(value).__mro__)
 
 
 def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
-    """Whether a value is a collection of values of a kind."""
+    """Return whether a value is a collection of values of a kind."""
     parts = inner.elts if isinstance(inner, ast.Tuple) else [inner]
     if outer == "Mapping":
         return isinstance(value, Mapping) and all(
@@ -167,8 +167,8 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
         if outer == "Iterable" and not hasattr(value, "__len__"):
             return True  # it can be gone through only once
         if outer == "tuple":
-            pairs = list(value)
-            return len(pairs) == len(parts) and all(map(_fits, pairs, parts))
+            items = list(value)
+            return len(items) == len(parts) and all(map(_fits, items, parts))
         return hasattr(value, "__len__") and all(_fits(part, parts[0]) for part in value)
     return callable(value) if outer == "Callable" else isinstance(value, str) if outer == "Literal" else True
 
@@ -176,10 +176,10 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
 def _words(kind: ast.expr) -> str:
     """Return the words for a kind: "a number", "a Swim, a Fit or a list of them"."""
     words: list[str] = []
-    for part in _parts(kind):
-        word = _word(part)
-        listed = word.removeprefix("a list, each ")
-        words.append("a list of them" if word != listed and listed == _joined(words) else word)
+    for part in _choices(kind):
+        word = _words_of_one(part)
+        element = word.removeprefix("a list, each ")
+        words.append("a list of them" if word != element and element == _joined(words) else word)
     if words[:1] and words[0] in NAMED and "text" in words:
         words[words.index("text")] = "its name"
     elif len(words) > 2 and "text" in words and "a path" in words:
@@ -188,18 +188,18 @@ def _words(kind: ast.expr) -> str:
 
 
 def _joined(words: list[str]) -> str:
-    """Join alternatives."""
+    """Return alternatives joined: a, b or c."""
     return " or ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
-def _parts(kind: ast.expr) -> list[ast.expr]:
-    """Return the alternatives of a kind but None."""
+def _choices(kind: ast.expr) -> list[ast.expr]:
+    """Return the alternatives of a union of kinds, without None."""
     if isinstance(kind, ast.BinOp):
-        return [*_parts(kind.left), *_parts(kind.right)]
+        return [*_choices(kind.left), *_choices(kind.right)]
     return [] if isinstance(kind, ast.Constant) else [kind]
 
 
-def _word(kind: ast.expr) -> str:
+def _words_of_one(kind: ast.expr) -> str:
     """Return the words for a kind without alternatives."""
     if isinstance(kind, ast.Subscript):
         inner = kind.slice.elts if isinstance(kind.slice, ast.Tuple) else [kind.slice]
@@ -210,18 +210,19 @@ def _word(kind: ast.expr) -> str:
             "Callable": "a function",
             "Literal": "one of its choices",
         }.get(
-            outer, "a list of paths" if "Path" in map(_name, _parts(inner[0])) else f"a list, each {_words(inner[0])}"
+            outer,
+            "a list of paths" if "Path" in map(_name, _choices(inner[0])) else f"a list, each {_words(inner[0])}",
         )
     name = _name(kind)
     return SIMPLE[name][0] if name in SIMPLE else with_article(name)
 
 
 def _name(kind: ast.expr) -> str:
-    """Return the last part of a name."""
+    """Return the name of a type, without its module; empty where a kind is no name."""
     return kind.attr if isinstance(kind, ast.Attribute) else kind.id if isinstance(kind, ast.Name) else ""
 
 
-def _number(value: Any) -> bool:
+def _is_number(value: Any) -> bool:
     """Whether a value is a number: of Python, NumPy, or an array without dimensions."""
     try:
         float(value)
@@ -230,7 +231,7 @@ def _number(value: Any) -> bool:
     return not isinstance(value, str | bytes | bool)
 
 
-def _whole(value: Any) -> bool:
+def _is_whole(value: Any) -> bool:
     """Whether a value is a whole number."""
     try:
         operator.index(value)
@@ -239,7 +240,7 @@ def _whole(value: Any) -> bool:
     return not isinstance(value, bool)
 
 
-def _array(value: Any) -> bool:
+def _is_array(value: Any) -> bool:
     """Whether a value is a number, or a regular list of numbers."""
     import numpy as np
 
@@ -250,18 +251,18 @@ def _array(value: Any) -> bool:
     return not isinstance(value, str | bytes) and value is not None
 
 
-def _true_or_false(value: Any) -> bool:
+def _is_bool(value: Any) -> bool:
     """Whether a value is a bool of Python or NumPy."""
     return isinstance(value, bool) or type(value).__name__ == "bool"
 
 
 SIMPLE: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "float": ("a number", _number),
-    "int": ("a whole number", _whole),
-    "bool": ("True or False", _true_or_false),
+    "float": ("a number", _is_number),
+    "int": ("a whole number", _is_whole),
+    "bool": ("True or False", _is_bool),
     "str": ("text", lambda value: isinstance(value, str)),
     "Path": ("a path", lambda value: hasattr(value, "__fspath__")),
     "Any": ("anything", lambda value: True),
-    "Array": ("numbers", _array),
-    "ArrayLike": ("numbers", _array),
+    "Array": ("numbers", _is_array),
+    "ArrayLike": ("numbers", _is_array),
 }

@@ -15,18 +15,18 @@ BITS = 33  # of a rounded number, 10 digits: rounding errors of what is computed
 
 
 def rounded(values: Array) -> Array:
-    """Return numbers with `BITS` bits each."""
+    """Return numbers rounded to `BITS` bits each."""
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.rint(np.ldexp(mantissa, BITS)), exponent - BITS), dtype=np.float64)
 
 
 def rounded_number(value: float) -> float:
-    """Return a number with `BITS` bits."""
+    """Return a number rounded to `BITS` bits."""
     return float(rounded(np.asarray(value, dtype=np.float64)))
 
 
 def rounded_parts(values: Array) -> Array:
-    """Return numbers of a scale of 1 with steps of 2^-`BITS`: what cancels to nothing becomes 0."""
+    """Return numbers of magnitude 1, rounded to multiples of 2^-`BITS`: sums that cancel become 0."""
     return np.asarray(np.rint(values * 2.0**BITS) / 2.0**BITS, dtype=np.float64)
 
 

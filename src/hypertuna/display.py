@@ -1,4 +1,4 @@
-"""What shells and notebooks show of a result: a card of a title, numbers, a sentence, a table and a picture."""
+"""Cards of results for shells and notebooks: a title, numbers, a sentence, a table and a picture."""
 
 from __future__ import annotations
 
@@ -65,18 +65,18 @@ background:none;white-space:nowrap;color:inherit}
 
 @dataclass(frozen=True)
 class Facts:
-    """Labeled values of a card: quantities, or texts by their labels; an empty label is the value above once more."""
+    """Labeled values of a card: quantities, or texts; an empty label repeats the value above in another unit."""
 
     values: Mapping[str, Quantity | str]
     digits: int = 4
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Return label, value and unit of those that are shown."""
-        each = [Quantity(one, "", label) if isinstance(one, str) else one for label, one in self.values.items()]
+        """Return label, value and unit of each fact that is shown."""
+        facts = [Quantity(fact, "", label) if isinstance(fact, str) else fact for label, fact in self.values.items()]
         return [
-            (one.label, one.value if isinstance(one.value, str) else f"{one.value:.{self.digits}g}", one.unit)
-            for one in each
-            if one.label is not None
+            (fact.label, fact.value if isinstance(fact.value, str) else f"{fact.value:.{self.digits}g}", fact.unit)
+            for fact in facts
+            if fact.label is not None
         ]
 
     def pairs(self) -> list[tuple[str, str]]:
@@ -84,8 +84,8 @@ class Facts:
         pairs: list[tuple[str, str]] = []
         for label, value, unit in self.rows():
             text = "–" if value == "nan" else f"{value} {unit}".rstrip()
-            above, first = pairs.pop() if pairs and not label else (label, "")
-            pairs.append((above, f"{first} ({text})" if first else text))
+            previous, first = pairs.pop() if pairs and not label else (label, "")
+            pairs.append((previous, f"{first} ({text})" if first else text))
         return pairs
 
 
@@ -110,7 +110,7 @@ class Table:
         return [head.replace("\n", " ").strip() for head in self.heads], [[*map(_cell, row)] for row in self.rows]
 
     def width(self) -> int:
-        """Return how many letters its lines need."""
+        """Return the number of letters that a line of the table needs."""
         return sum(max(len(_cell(cell)) for cell in column) + 2 for column in zip(self.heads, *self.rows, strict=True))
 
 
@@ -119,19 +119,19 @@ Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a sentence, a sente
 
 @dataclass(frozen=True)
 class Card:
-    """What is shown of a result, on a terminal and in a notebook, in words and numbers as they are printed."""
+    """A summary of a result for terminals and notebooks, in words and numbers as they are printed."""
 
     title: str
     parts: Sequence[Part] = ()
     picture: Callable[[], str] | None = None  # makes <svg> elements; pages alone call it
 
     def lines(self) -> list[Part]:
-        """Return what a terminal prints."""
+        """Return title and parts, as a terminal prints them."""
         return [(self.title, "bold"), *self.parts]
 
 
 class Functions(dict[type, Callable[..., Any]]):
-    """Functions of results by their class, in modules of its room that are imported when one is asked for.
+    """Functions that show results, by the class of the result; modules of its room are imported at the first use.
 
     Their names begin with `modules`.
     """
@@ -141,7 +141,7 @@ class Functions(dict[type, Callable[..., Any]]):
         self.modules = modules
 
     def of(self, kind: type[R]) -> Callable[[Callable[Concatenate[R, P], V]], Callable[Concatenate[R, P], V]]:
-        """Take the decorated function as that of a class of results."""
+        """Return a decorator that keeps a function as that of a class of results."""
 
         def keep(function: Callable[Concatenate[R, P], V]) -> Callable[Concatenate[R, P], V]:
             self[kind] = function
@@ -197,7 +197,7 @@ class Plotted(Displayed):
 
 
 class Tabular:
-    """A result that is a table: the class is given what returns a dataset, columns or rows, or a card's module does."""
+    """A result that is a table: its class or its function of `tables` returns a dataset, columns or rows of it."""
 
     _data: ClassVar[Callable[[Any], Any] | None] = None
 
@@ -265,7 +265,7 @@ def in_notebooks(figure: Figure) -> Figure:
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Write a number to three digits, with its unit; a dash for NaN."""
+    """Return a number as text of three digits, with its unit; a dash for NaN."""
     if value is None or math.isnan(value):
         return "–"
     size = abs(value)
@@ -277,7 +277,7 @@ def number(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def card_text(card: Card) -> str:
-    """Write a card in five lines at most."""
+    """Return a card as text of five lines at most."""
     pairs = [pair for part in card.parts if isinstance(part, Facts) for pair in part.pairs()]
     facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in pairs), COLUMNS)
     lines = [card.title, *(facts if len(facts) <= LINES - 2 else [*facts[: LINES - 3], "..."])]
@@ -297,7 +297,7 @@ def _sentence(part: Part) -> str:
 
 
 def card_html(card: Card) -> str:
-    """Write a card as HTML without script."""
+    """Return a card as HTML without script."""
     parts = [f"<style>{STYLE}</style>", f'<div class="ht-title">{safe(card.title)}</div>']
     parts += [] if card.picture is None else [card.picture()]
     parts += map(_part_html, card.parts)
@@ -305,11 +305,11 @@ def card_html(card: Card) -> str:
 
 
 def _part_html(part: Part) -> str:
-    """Write a part of a card."""
+    """Return a part of a card as HTML."""
     if isinstance(part, Table):
         rest = Table(part.heads, part.rows[OPEN:])
-        more = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
-        return (_table(Table(part.heads, part.rows[:OPEN])) if part.rows else "") + more
+        details = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
+        return (_table(Table(part.heads, part.rows[:OPEN])) if part.rows else "") + details
     if isinstance(part, Facts):
         facts = (f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in part.pairs())
         return f'<div class="ht-facts">{"".join(facts)}</div>' if part.values else ""
@@ -322,13 +322,13 @@ def _cell(cell: str | tuple[str, str]) -> str:
 
 
 def _table(part: Table) -> str:
-    """Write a table; columns of text are set left."""
+    """Return a table as HTML; columns of text are set left."""
     columns, rows = part.plain
-    left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
-    kinds = ['class="ht-left"' if side else "" for side in left]
-    head = "".join(f"<th {kind}>{safe(name)}</th>" for kind, name in zip(kinds, columns, strict=True))
+    is_left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
+    classes = ['class="ht-left"' if aligned else "" for aligned in is_left]
+    head = "".join(f"<th {kind}>{safe(name)}</th>" for kind, name in zip(classes, columns, strict=True))
     body = "".join(
-        f"<tr>{''.join(f'<td {kind}>{safe(cell)}</td>' for kind, cell in zip(kinds, row, strict=True))}</tr>"
+        f"<tr>{''.join(f'<td {kind}>{safe(cell)}</td>' for kind, cell in zip(classes, row, strict=True))}</tr>"
         for row in rows
     )
     table = f'<table class="ht-table"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
@@ -368,10 +368,10 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
         if now - last < (0 if ended else REFRESH) or (last == begin and now - begin < FAST):
             return
         last = now
-        left = (
+        remark = (
             f", {(now - begin) * (total - count) / count:.0f} s left" if 0 < count < total else f", {now - begin:.0f} s"
         )
-        text = f"{count} of {total} {what}{left}"
+        text = f"{count} of {total} {what}{remark}"
         if notebook is not None:
             notebook("" if ended else f'<progress value="{count}" max="{total}"></progress> {html.escape(text)}')
         elif sys.stderr.isatty():
@@ -381,13 +381,13 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
 
 
 def _notebook_display() -> Callable[[str], None] | None:
-    """Return what shows and replaces HTML in the notebook that runs this, None elsewhere."""
+    """Return a function that shows and replaces HTML in the running notebook, None elsewhere."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
         return None
     from IPython.display import display
 
-    place: Any = display
+    display_html: Any = display
     handle: Any = None
 
     def show(page: str) -> None:
@@ -395,6 +395,6 @@ def _notebook_display() -> Callable[[str], None] | None:
         if handle is not None:
             handle.update({"text/html": page}, raw=True)
         elif page:
-            handle = place({"text/html": page}, raw=True, display_id=True)
+            handle = display_html({"text/html": page}, raw=True, display_id=True)
 
     return show

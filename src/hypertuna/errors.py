@@ -76,8 +76,8 @@ class InputErrors(InputError):
             text = str(self.errors[0])
         else:
             listed = [f"  {number}. {sentence}" for number, sentence in enumerate(sentences[:LISTED], 1)]
-            left = len(sentences) - LISTED
-            more = [f"  and {left} more, which often follow from these"] * (left > 0)
+            more_count = len(sentences) - LISTED
+            more = [f"  and {more_count} more, which often follow from these"] * (more_count > 0)
             text = "\n".join([f"{self.file or 'the file'} has {len(sentences)} mistakes:", *listed, *more])
         where = " in place of the whole file, as `hypertuna robot new` writes it" if self.whole else ""
         return f"{text}\nTo paste{where}, with example values to replace:\n\n{self.paste}" if self.paste else text
@@ -91,15 +91,15 @@ def _without_file(error: InputError) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return the fix for an unknown name: the nearest known name, or all of them."""
     names = [_short(name) for name in known]
-    near = difflib.get_close_matches(word[:LONGEST], names, n=1)
-    if near:
-        return f"did you mean {near[0]}?"
+    nearest = difflib.get_close_matches(word[:LONGEST], names, n=1)
+    if nearest:
+        return f"did you mean {nearest[0]}?"
     more = f" and {len(names) - 12} more" if len(names) > 12 else ""
     return f"use one of {', '.join(names[:12])}{more}" if names else "remove it"
 
 
 def escaped(text: str, keep: str = "") -> str:
-    """Return text with control characters, but those to keep, as in JSON: a terminal would obey them."""
+    """Return text with control characters escaped as in JSON, but those in `keep`: a terminal would obey them."""
     if text.isprintable():
         return text
     if "\n" in keep:  # line by line: most are printable as they are

@@ -66,10 +66,10 @@ TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspac
 
 
 def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw the figures of a function in this style, independent of the user's settings."""
+    """Return a function whose figures are drawn in this style, independent of the user's settings."""
 
     @wraps(plot)
-    def inside(*args: P.args, **kwargs: P.kwargs) -> Figure:
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(STYLE)
@@ -77,7 +77,7 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
             _flatten_rounding(figure)
             return in_notebooks(figure)
 
-    return inside
+    return drawn
 
 
 def _flatten_rounding(figure: Figure) -> None:
@@ -85,15 +85,15 @@ def _flatten_rounding(figure: Figure) -> None:
     for axes in figure.axes:
         for kind, set_limits in (("x", axes.set_xlim), ("y", axes.set_ylim)):
             low, high = getattr(axes, f"get_{kind}lim")()
-            size = max(abs(low), abs(high))
-            if getattr(axes, f"get_{kind}scale")() == "linear" and abs(high - low) < max(1e-9 * size, 1e-9):
-                reach = 0.05 * size if size > 1e-9 else 1.0
-                set_limits((low + high) / 2 - reach, (low + high) / 2 + reach)
+            magnitude = max(abs(low), abs(high))
+            if getattr(axes, f"get_{kind}scale")() == "linear" and abs(high - low) < max(1e-9 * magnitude, 1e-9):
+                margin = 0.05 * magnitude if magnitude > 1e-9 else 1.0
+                set_limits((low + high) / 2 - margin, (low + high) / 2 + margin)
 
 
 def sequence(count: int) -> list[Any]:
     """Return `count` colors from first to last of the sequence; a single one is blue."""
-    return [SEQUENCE(part) for part in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
+    return [SEQUENCE(fraction) for fraction in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
 
 
 def line_style(k: int, first: int = 0) -> dict[str, Any]:

@@ -95,14 +95,14 @@ def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
     >>> attitude_to("ned", tail_south).round(12).tolist()
     [1.0, 0.0, 0.0, 0.0]
     """
-    world, body = _map(_TURNS, frame)
-    return _upright(_product(_product(world, _quaternions(attitude)), _conjugate(body)))
+    world, body = _affine_map(_TURNS, frame)
+    return _with_positive_w(_product(_product(world, _quaternions(attitude)), _conjugate(body)))
 
 
 def attitude_from(frame: Frame, attitude: ArrayLike) -> Array:
     """Convert attitudes of the head (..., 4) to our axes, w not negative: the inverse of `attitude_to`."""
-    world, body = _map(_TURNS, frame)
-    return _upright(_product(_product(_conjugate(world), _quaternions(attitude)), body))
+    world, body = _affine_map(_TURNS, frame)
+    return _with_positive_w(_product(_product(_conjugate(world), _quaternions(attitude)), body))
 
 
 def angles_of(attitude: ArrayLike) -> Array:
@@ -115,18 +115,18 @@ def angles_of(attitude: ArrayLike) -> Array:
     >>> np.degrees(angles_of([0.0, 0.0, 0.0, 1.0])).round(9).tolist()
     [0.0, 0.0, 90.0]
     """
-    r = rotation_of(attitude_to("ned", attitude))
-    roll = np.arctan2(r[..., 2, 1], r[..., 2, 2])
-    pitch = -np.arcsin(np.clip(r[..., 2, 0], -1.0, 1.0))
-    heading = np.arctan2(r[..., 1, 0], r[..., 0, 0]) % (2 * np.pi)
+    rotation = rotation_of(attitude_to("ned", attitude))
+    roll = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
+    pitch = -np.arcsin(np.clip(rotation[..., 2, 0], -1.0, 1.0))
+    heading = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0]) % (2 * np.pi)
     return np.stack([roll, pitch, heading], axis=-1) + 0.0  # no minus before a zero
 
 
 def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
     """Return the attitude of a roll, a pitch and a heading [rad], w not negative: the inverse of `angles_of`."""
     half = np.array([roll, pitch, heading]) / 2
-    about = np.column_stack([np.cos(half), np.diag(np.sin(half))])
-    return attitude_from("ned", _product(_product(about[2], about[1]), about[0]))
+    turns = np.column_stack([np.cos(half), np.diag(np.sin(half))])
+    return attitude_from("ned", _product(_product(turns[2], turns[1]), turns[0]))
 
 
 def rotation_of(attitude: ArrayLike) -> Array:
@@ -141,7 +141,7 @@ def rotation_of(attitude: ArrayLike) -> Array:
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Multiply quaternions."""
+    """Return the product a b of quaternions (..., 4)."""
     scalar = a[..., 0] * b[..., 0] - (a[..., 1:] * b[..., 1:]).sum(axis=-1)
     vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
     return np.concatenate([scalar[..., np.newaxis], vector], axis=-1)
@@ -152,8 +152,8 @@ def _conjugate(q: Array) -> Array:
     return result
 
 
-def _upright(q: Array) -> Array:
-    """Return of a quaternion and its negative the one whose w is not negative."""
+def _with_positive_w(q: Array) -> Array:
+    """Return quaternions (..., 4) or their negatives, which are the same attitudes: those whose w is not negative."""
     result: Array = np.where(q[..., :1] < 0, -q, q) + 0.0
     return result
 
@@ -175,19 +175,19 @@ def _triples(key: str, values: ArrayLike) -> Array:
 
 
 def _forward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:
-    """Apply theirs = A ours + b."""
-    matrix, offset = _map(maps, frame)
+    """Return values (..., 3) in another frame from ours: theirs = A ours + b."""
+    matrix, offset = _affine_map(maps, frame)
     result: Array = _triples(key, values) @ matrix.T + offset
     return result
 
 
 def _backward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:
-    """Apply ours = A^T (theirs - b); A is orthogonal."""
-    matrix, offset = _map(maps, frame)
+    """Return values (..., 3) in our frame from another: ours = A^T (theirs - b); A is orthogonal."""
+    matrix, offset = _affine_map(maps, frame)
     result: Array = (_triples(key, values) - offset) @ matrix
     return result
 
 
-def _map(maps: dict[str, tuple[Array, Array]], frame: str) -> tuple[Array, Array]:
-    """Return the affine map of a frame."""
+def _affine_map(maps: dict[str, tuple[Array, Array]], frame: str) -> tuple[Array, Array]:
+    """Return matrix A and offset b of the map to a frame, or the quaternions of its axes."""
     return maps[check_name(frame, maps, "frame", "frame")]

@@ -15,7 +15,7 @@ BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # of a film of a track, to the right
 
 
 def captioned(svg: str, text: str) -> str:
-    """Put a line of text below a picture."""
+    """Return a picture with a line of text below it."""
     return f'{svg}<p class="ht-caption">{safe(text)}</p>'
 
 
@@ -45,30 +45,30 @@ def curve_svg(
         return ""
     points = points[:: max(1, len(points) // 600)]
     lows, highs = zip(*map(_span, zip(*points, *chain(*dashed), strict=True)), strict=True)
-    wide, high = (end - start for start, end in zip(lows, highs, strict=True))
-    scales = (min(630 / wide, 150 / high),) * 2 if equal else (630 / wide, 150 / high)
+    width, height = (end - start for start, end in zip(lows, highs, strict=True))
+    scales = (min(630 / width, 150 / height),) * 2 if equal else (630 / width, 150 / height)
 
     def placed(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
         return [(80 + scales[0] * (a - lows[0]), 170 - scales[1] * (b - lows[1])) for a, b in points]
 
-    places = placed(points)
-    line, *below = (" ".join(f"{a:.1f},{b:.1f}" for a, b in part) for part in (places, *map(placed, dashed)))
-    spots = "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="joint"/>' for a, b in places) if dots else ""
-    drawn = "".join(f'<polyline points="{part}" class="mark" stroke-dasharray="7 5"/>' for part in below)
-    drawn += spots or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
+    pixels = placed(points)
+    line, *dashed_lines = (" ".join(f"{a:.1f},{b:.1f}" for a, b in part) for part in (pixels, *map(placed, dashed)))
+    circles = "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="joint"/>' for a, b in pixels) if dots else ""
+    drawn = "".join(f'<polyline points="{part}" class="mark" stroke-dasharray="7 5"/>' for part in dashed_lines)
+    drawn += circles or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
     low, high = (f"{number(end)}" for end in (lows[0], highs[0]))
-    ends = [(74, 172, "end", number(lows[1])), (74, 26, "end", number(highs[1])), (80, 192, "start", low)]
-    if scales[0] * wide < NARROW:
-        ends[-1] = (80, 192, "start", f"{low} to {high}")
+    end_labels = [(74, 172, "end", number(lows[1])), (74, 26, "end", number(highs[1])), (80, 192, "start", low)]
+    if scales[0] * width < NARROW:
+        end_labels[-1] = (80, 192, "start", f"{low} to {high}")
     else:
-        ends.append((80 + scales[0] * wide, 192, "end", high))
-    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{text}</text>' for a, b, side, text in ends)
+        end_labels.append((80 + scales[0] * width, 192, "end", high))
+    texts = "".join(f'<text x="{a:.0f}" y="{b}" text-anchor="{side}">{text}</text>' for a, b, side, text in end_labels)
     if loop:
-        way = f'path="M{line}" dur="{loop:.6g}s" rotate="auto" calcMode="linear" repeatCount="indefinite"'
-        texts += f'<path class="body moving" d="{BODY}"><animateMotion {way}/></path>'
+        motion = f'path="M{line}" dur="{loop:.6g}s" rotate="auto" calcMode="linear" repeatCount="indefinite"'
+        texts += f'<path class="body moving" d="{BODY}"><animateMotion {motion}/></path>'
     title = f'<text x="80" y="12">{safe(label)}</text>'
-    about = f'viewBox="-24 -6 784 206" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
-    return f"<svg {about}>{drawn}{texts}{title}</svg>"
+    attributes = f'viewBox="-24 -6 784 206" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
+    return f"<svg {attributes}>{drawn}{texts}{title}</svg>"
 
 
 def computed_svg(pairs: Iterable[tuple[float, float]], what: str, each: str) -> str:
@@ -76,9 +76,9 @@ def computed_svg(pairs: Iterable[tuple[float, float]], what: str, each: str) -> 
     pairs = [pair for pair in pairs if all(map(math.isfinite, pair))]
     if not pairs:
         return ""
-    line = [(end, end) for end in _span(chain(*pairs))]
+    diagonal = [(end, end) for end in _span(chain(*pairs))]
     measured, computed = zip(*pairs, strict=True)
-    dots = curve_svg(measured, computed, f"computed over measured {what}", dots=True, dashed=[line])
+    dots = curve_svg(measured, computed, f"computed over measured {what}", dots=True, dashed=[diagonal])
     return captioned(dots, f"Each dot is {each}; on the dashed line computed equals measured.")
 
 
@@ -98,13 +98,13 @@ def bars_svg(rows: Iterable[tuple[str, float, float]], label: str) -> str:
         drawn += f'<text x="398" y="{y + 13}" text-anchor="end">{safe(name)}</text>'
     for value, side in ((low, "start"), (high, "end")):
         drawn += f'<text x="{place(value):.0f}" y="{bottom + 18}" text-anchor="{side}">{number(value)}</text>'
-    about = f'viewBox="-24 -6 784 {bottom + 36}" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
-    return f"<svg {about}>{drawn}</svg>"
+    facts = f'viewBox="-24 -6 784 {bottom + 36}" class="curve" font-size="13" role="img" aria-label="{safe(label)}"'
+    return f"<svg {facts}>{drawn}</svg>"
 
 
 def _span(values: Iterable[float]) -> tuple[float, float]:
-    """Return the range of values; around a single value some of its size."""
+    """Return the range of values, widened where all are equal."""
     values = tuple(values)
     low, high = min(values), max(values)
-    spare = 0.0 if low < high else 0.1 * abs(low) or 1.0
-    return low - spare, high + spare
+    margin = 0.0 if low < high else 0.1 * abs(low) or 1.0
+    return low - margin, high + margin

@@ -18,7 +18,7 @@ import xarray as xr
 import hypertuna as ht
 from hypertuna.io.door import MB
 from hypertuna.parallel.checks import checksum, is_sound
-from hypertuna.parallel.executors import LOSSES, _checked, map_shards
+from hypertuna.parallel.executors import LOSSES, _scheduler_address, map_shards
 from hypertuna.parallel.layout import Layout
 from hypertuna.parallel.shards import (
     LISTED,
@@ -201,10 +201,10 @@ def test_a_port_has_sixteen_bits(port: int, known: bool) -> None:
     pytest.importorskip("distributed")
     place = f"tcp://127.0.0.1:{port}"
     if known:
-        assert _checked(place) == place
+        assert _scheduler_address(place) == place
     else:
         with pytest.raises(ValueError):  # noqa: PT011 - no sentence: `cluster` has it
-            _checked(place)
+            _scheduler_address(place)
 
 
 class Losing(Executor):

@@ -16,6 +16,7 @@ from hypertuna.errors import InputError
 from hypertuna.figures import INK, styled
 from hypertuna.identification.identify import identify
 from hypertuna.paper.figures import plot_dots, plot_map
+from hypertuna.reports import html
 from hypertuna.reports.html import Fact, Picture, Section, Table, inline, page, write_page
 from hypertuna.simulation.posture import posture_test
 
@@ -228,3 +229,9 @@ def test_a_page_is_written_whole(tmp_path: Path) -> None:
     assert path.read_text() == page("Title", sections())
     with pytest.raises(InputError):
         write_page("Title", sections(), path / "below a file.html")
+
+
+def test_a_line_of_a_template_with_a_tag_alone_leaves_no_line() -> None:
+    """An empty line would end a paragraph or a table of Markdown, and spaces before one would make it code."""
+    template = html._environment("hypertuna.reports").from_string("one\n  {% if true %}\ntwo\n  {% endif %}\nthree")
+    assert template.render() == "one\ntwo\nthree"

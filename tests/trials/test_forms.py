@@ -78,6 +78,14 @@ def test_a_clock_is_refused_where_it_is_in_doubt(tmp_path, clock, times, options
         assert read_markers(path, **PX, **options).notes == ()
 
 
+def test_a_long_table_names_its_column_of_time_where_that_is_in_doubt(tmp_path) -> None:
+    """The first of its columns, too."""
+    rows = [f"{k},{name},{10 * k + m},{m}" for k in range(4) for m, name in enumerate(NAMES)]
+    path = tmp_path / "long.csv"
+    path.write_text("\n".join(["t,marker,x,y", *rows]))
+    assert "column t must say its unit in its name: it grows by 1" in told(path)
+
+
 def test_what_a_clock_was_taken_for_is_told(tmp_path) -> None:
     def notes(clock, times, **options):
         return " ".join(read_markers(write(tmp_path, clock, times), **PX, **options).notes)

@@ -14,6 +14,7 @@ import point_files
 from hypertuna.errors import InputError
 from hypertuna.io import extras, hdf5
 from hypertuna.io.hdf5 import read_hdf5
+from hypertuna.trials import form_hdf5
 from hypertuna.trials.forms import read_points
 from hypertuna.trials.markers import read_markers
 from point_files import FORMS, FRAMES, HIDDEN, NAMES, RATE, swim
@@ -267,3 +268,14 @@ def test_a_workbook_needs_its_extra(tmp_path, monkeypatch):
     monkeypatch.setattr(extras, "find_spec", lambda name: None)
     with pytest.raises(InputError, match="openpyxl is needed by workbooks and is not installed: pip install"):
         read_points(path)
+
+
+def test_of_a_file_of_matlab_a_field_data_is_an_array_and_that_of_a_sparse_matrix_is_not() -> None:
+    """The sparse one: 5 in row 0 and 7 in row 2 of three rows and one column."""
+    sparse = {"xy/data": np.array([5.0, 7.0]), "xy/ir": np.array([0, 2]), "xy/jc": np.array([0, 2])}
+    about = {"xy": {"MATLAB_sparse": 3}}
+    arrays = form_hdf5._matlab(hdf5.Hdf5("swim.mat", {"fish/data": np.array([[1.0, 2.0]]), **sparse}, attributes=about))
+    assert {name: array.tolist() for name, array in arrays.items()} == {
+        "fish.data": [[1.0], [2.0]],
+        "xy": [[5.0], [0.0], [7.0]],
+    }

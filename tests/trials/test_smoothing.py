@@ -72,3 +72,11 @@ def test_noise_and_frequency_of_a_series():
     assert white_noise(series.angle, series.time) == pytest.approx(NOISE, rel=0.1)
     assert strongest_frequency(series.time, series.angle) == pytest.approx(FREQUENCY, rel=0.02)
     assert (white_noise(series.angle[:6]) == 0).all()  # too few to tell
+
+
+def test_its_table_has_the_angle_and_rate_of_each_joint_group():
+    curve = smooth(noisy(0))
+    table, degrees = curve.to_pandas(), np.degrees(curve(curve.series.time))
+    assert list(table) == ["time_s", "angle_1_deg", "angle_2_deg", "rate_1_deg_s", "rate_2_deg_s"]
+    np.testing.assert_array_equal(table[["angle_1_deg", "angle_2_deg"]], degrees[..., 0])
+    np.testing.assert_array_equal(table[["rate_1_deg_s", "rate_2_deg_s"]], degrees[..., 1])

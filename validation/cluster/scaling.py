@@ -20,7 +20,7 @@ from distributed import LocalCluster
 import hypertuna as ht
 from hypertuna.parallel.executors import cluster, map_shards
 from hypertuna.parallel.layout import NO_LAYOUT
-from hypertuna.parallel.shards import Shards, _Making
+from hypertuna.parallel.shards import Shards, _ShardTask
 from hypertuna.swimming.batch import batch
 from hypertuna.swimming.shards import _swim
 
@@ -60,7 +60,7 @@ def main() -> None:
     record: dict[str, object] = {"gaits": len(GRID), "shard": SIZE, "cores": len(os.sched_getaffinity(0))}
     record["isa"] = ht.sweep("hypertuna", ht.Gaits.grid(frequency=[1], amplitude=[(0.1, 0.1)], phase=[(0, 0)])).isa
     swimming = batch("hypertuna", GRID, **HOW).swimming
-    task = _Making(Shards(Path("a.shards"), {}, len(GRID), SIZE, NO_LAYOUT, ""), partial(_swim, swimming, GRID))
+    task = _ShardTask(Shards(Path("a.shards"), {}, len(GRID), SIZE, NO_LAYOUT, ""), partial(_swim, swimming, GRID))
     record["task_bytes"] = len(cloudpickle.dumps(task))
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

@@ -30,7 +30,7 @@ from hypertuna import _core  # noqa: E402
 from hypertuna.errors import InputError  # noqa: E402
 from hypertuna.fe.fields import DISPLACEMENT, FACE, STRAIN, STRESS  # noqa: E402
 from hypertuna.firmware.black_box import record_dtype  # noqa: E402
-from hypertuna.io.checkpoint import Journal, _summed  # noqa: E402
+from hypertuna.io.checkpoint import Journal, _with_checksum  # noqa: E402
 from hypertuna.io.door import CELLS, DEPTH, KINDS, MB, ROOM, ROWS, RUNS, UNPACKED  # noqa: E402
 from hypertuna.mission.read_log import read_log  # noqa: E402
 from hypertuna.parallel.checks import TEXTS, checksum  # noqa: E402
@@ -69,7 +69,7 @@ def journal(record: bytes, size: int) -> bytes:
         content = (made._path).read_bytes()
         total, lines = made._sum, [content]
     while size > 0:
-        line, total = _summed(record, total)
+        line, total = _with_checksum(record, total)
         lines.append(line)
         size -= len(line)
     return b"".join(lines)

@@ -31,7 +31,7 @@ RIGID = 1e6  # N, stiffness of an axis that keeps its length
 
 @dataclass(frozen=True)
 class AxisMember:
-    """A film or pipes in silicone."""
+    """A member on the axis of a joint, a film or pipes in silicone: stiffness in tension and buckling load."""
 
     stiffness: float  # E A in tension [N]
     bending: float  # E I [N m^2]
@@ -41,23 +41,23 @@ class AxisMember:
 
 
 def film(width: float, thickness: float, modulus: float, silicone: float) -> AxisMember:
-    """Return a film from its sizes [m] and its and the silicone's Young's moduli [Pa].
+    """Return stiffness and buckling load of a film from its sizes [m], its and the silicone's Young's moduli [Pa].
 
     It buckles across its thickness.
     """
     _check(width=width, thickness=thickness, modulus=modulus, silicone=silicone)
 
     def foundation(wave: float) -> float:
-        mean, _ = quad(
+        displacement, _ = quad(
             lambda s: (1 - s) * k0(wave * width * s), 0, 1, points=(min(1.0, 1 / (wave * width)),), limit=200
         )
-        return float(4 * math.pi * silicone / 3 / (2 * mean))
+        return float(4 * math.pi * silicone / 3 / (2 * displacement))
 
     return _member(modulus, width * thickness, width * thickness**3 / 12, foundation)
 
 
 def pipe(outer: float, inner: float, modulus: float, silicone: float) -> AxisMember:
-    """Return a pipe from its diameters [m] and its and the silicone's Young's moduli [Pa].
+    """Return stiffness and buckling load of a pipe from its diameters [m], its and the silicone's Young's moduli [Pa].
 
     Pipes far apart carry the sum of their loads; pipes side by side share the silicone, and carry less.
     """
@@ -67,8 +67,8 @@ def pipe(outer: float, inner: float, modulus: float, silicone: float) -> AxisMem
 
     def foundation(wave: float) -> float:
         x = wave * outer / 2
-        mean = i0e(x) * k0e(x) + x / 2 * (i0e(x) * k1e(x) - i1e(x) * k0e(x))
-        return 4 * math.pi * silicone / 3 / float(mean)
+        displacement = i0e(x) * k0e(x) + x / 2 * (i0e(x) * k1e(x) - i1e(x) * k0e(x))
+        return 4 * math.pi * silicone / 3 / float(displacement)
 
     area, second = (math.pi / part * (outer**power - inner**power) for part, power in ((4, 2), (64, 4)))
     return _member(modulus, area, second, foundation)
@@ -84,8 +84,8 @@ def buckling_load(bending: float, foundation: Callable[[float], float]) -> tuple
         wave = math.exp(exponent)
         return bending * wave**2 + foundation(wave) / wave**2
 
-    least = minimize_scalar(load, bounds=np.log(WAVES), method="bounded", options={"xatol": 1e-6})
-    return float(least.fun), math.exp(least.x)
+    minimum = minimize_scalar(load, bounds=np.log(WAVES), method="bounded", options={"xatol": 1e-6})
+    return float(minimum.fun), math.exp(minimum.x)
 
 
 def held_compression(robot: Robot, joint: str | int, pressure: ArrayLike) -> Array:
@@ -99,12 +99,12 @@ def held_compression(robot: Robot, joint: str | int, pressure: ArrayLike) -> Arr
         group.model_copy(update={"actuator": group.actuator.model_copy(update=rigid)}) if group.actuator else group
         for group in robot.joints
     )
-    model = next(one for one in joint_models(robot.model_copy(update={"joints": groups})) if one.name == name)
+    model = next(m for m in joint_models(robot.model_copy(update={"joints": groups})) if m.name == name)
     return np.asarray(-RIGID * (model["rest"] + model.balance(pressure)["strain"]))
 
 
 def _member(modulus: float, area: float, second: float, foundation: Callable[[float], float]) -> AxisMember:
-    """Return a member of a section's area [m^2] and second moment of area [m^4]."""
+    """Return a member from its modulus [Pa], area [m^2], second moment of area [m^4] and elastic foundation."""
     load, wave = buckling_load(modulus * second, foundation)
     return AxisMember(modulus * area, modulus * second, load, 2 * math.pi / wave, foundation(wave))
 

@@ -64,17 +64,17 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
     Range(min=0, below=1).check(reserve, "reserve", "give the fraction of the charge to keep, such as 0.1")
     battery = require(robot.battery, "battery", robot)
     columns = battery_columns(robot)
-    row, whole = np.array([*columns.values()]), battery.usable * (1 - reserve) * columns["charge"]
+    numbers, charge = np.array([*columns.values()]), battery.usable * (1 - reserve) * columns["charge"]
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    at = _core.battery_output(row, whole * (nodes + 1) / 2, np.full(POINTS, power))
-    edge = _core.battery_output(row, np.array([0.0, whole]), np.full(2, power))
-    most = (edge[:, 0] * edge[:, 1] - battery.electronics) * battery.efficiency
-    if (most < power * (1 - 1e-9)).any():
-        power_max = float(most.min())
+    output = _core.battery_output(numbers, charge * (nodes + 1) / 2, np.full(POINTS, power))
+    extremes = _core.battery_output(numbers, np.array([0.0, charge]), np.full(2, power))
+    powers = (extremes[:, 0] * extremes[:, 1] - battery.electronics) * battery.efficiency
+    if (powers < power * (1 - 1e-9)).any():
+        power_max = float(powers.min())
         rule = f"must be at most {power_max:.4g}, the battery's largest power with its inner resistance"
         raise InputError(rule, key="power", value=f"{power:g}", fix="give the mean power in W")
     # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.
-    endurance = float((weights * whole / 2 / at[:, 1]).sum())
+    endurance = float((weights * charge / 2 / output[:, 1]).sum())
     energy = battery.cells * battery.capacity * battery.voltage
     return CruisingRange(
         electrical_power=power,
@@ -87,6 +87,6 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
         energy_at_servos=power * endurance,
         range=abs(speed) * endurance,
         endurance=endurance,
-        voltage=(float(edge[0, 0]), float(edge[1, 0])),
-        servo_voltage_min=float(edge[:, 2].min()),
+        voltage=(float(extremes[0, 0]), float(extremes[1, 0])),
+        servo_voltage_min=float(extremes[:, 2].min()),
     )

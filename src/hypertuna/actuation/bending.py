@@ -54,7 +54,7 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
 
 @dataclass(frozen=True)
 class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
-    """Bend of a joint under the pressure of one side."""
+    """Bend of a joint under the pressure of one side: angle, oil and state of its muscles at each pressure."""
 
     robot: Robot
     joint: str  # name of the joint group
@@ -96,7 +96,7 @@ class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
         return float(np.trapezoid(path, self.volume))
 
     def r_squared(self) -> float:
-        """Return how linear the angle is on loading.
+        """Return the coefficient of determination of a line through the angle over the pressure on loading [1].
 
         Returns
         -------
@@ -176,36 +176,36 @@ def bend(
     """
     robot = robot_of(robot)
     rising = check_pressure(pressure)
-    active = check_side(side)
+    side_index = check_side(side)
     check_name(law, LAWS, "law", "law")
-    chosen = material or drive_unit(robot).material_set
+    material_set = material or drive_unit(robot).material_set
     printed = law == "as_printed"
-    model = soft_joint(robot, joint, chosen, friction=friction, plain=printed).with_law(**LAWS[law])
+    model = soft_joint(robot, joint, material_set, friction=friction, plain=printed).with_law(**LAWS[law])
     path = np.concatenate([rising, rising[::-1]]) if unload else rising
-    both = np.zeros((len(path), 2))
-    both[:, active] = path
-    bent = np.asarray(model.bend(both))
-    segments = bent[..., 0] * (1 - 2 * active)
+    pressures = np.zeros((len(path), 2))
+    pressures[:, side_index] = path
+    states = np.asarray(model.bend(pressures))
+    segments = states[..., 0] * (1 - 2 * side_index)
     n = len(rising)
-    rubs = friction and law == "corrected" and drive_unit(robot).friction > 0
+    has_friction = friction and law == "corrected" and drive_unit(robot).friction > 0
     return Bend(
         robot=robot,
         joint=joint_group(robot, joint)[0].name,
         side=side,
-        material=chosen,
+        material=material_set,
         law=law,
-        friction=rubs,
+        friction=has_friction,
         pressure=rising,
         angle=segments[:n].sum(axis=1),
         unload_pressure=path[n:] if unload else None,
         unload_angle=segments[n:].sum(axis=1) if unload else None,
         segments=segments,
-        **_muscles(robot, joint, chosen, bent, float(rising[-1]), active, printed),
+        **_muscles(robot, joint, material_set, states, float(rising[-1]), side_index, printed),
     )
 
 
 def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
-    """Return the coefficient of determination of the line through an angle [rad] between two pressures [Pa].
+    """Return the coefficient of determination of a line through angles [rad] between two pressures [Pa] [1].
 
     By default the paper's range (section III.A); NaN where fewer than three points lie between.
     """
@@ -237,42 +237,42 @@ def check_pressure(pressure: ArrayLike) -> Array:
 
 
 def check_side(side: str) -> int:
-    """Return 0 for left, 1 for right."""
+    """Return the index of a side: 0 for left, 1 for right."""
     return SIDES.index(check_choice(side, SIDES, "side"))
 
 
 def _muscles(
     robot: Robot, joint: str | int, material: str, bent: Array, pressure: float, active: int, printed: bool
 ) -> dict[str, Any]:
-    """Compute the state of the muscles: oil taken in, braid angle, lumens, and whether the joint locks."""
+    """Return the state of the muscles: oil taken in [m^3], largest braid angle, lumen left, shortening, and notes."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     length = joint_sections(robot, joint, plain=printed)[:, 0]
     hose, axis = muscle(robot, material), 1 + bent[..., 1]
-    turn = bent[..., 0] / length / np.sqrt(axis)
+    curvature = bent[..., 0] / length / np.sqrt(axis)
 
     def lumen(stretch: Array) -> Array:
         return np.asarray(hose.at(stretch.ravel(), pressure=0.0)["lumen"]).reshape(stretch.shape)
 
-    stretch = [axis - actuator.levers[0] * turn, axis + actuator.levers[1] * turn]
+    stretch = [axis - actuator.levers[0] * curvature, axis + actuator.levers[1] * curvature]
     short, long = stretch[active], stretch[1 - active]
-    gain = lumen(short) - lumen(np.ones(1))
-    volume = cast(int, group.drive_units) * (gain * length).sum(axis=1)
-    left = float((lumen(long) / lumen(np.ones(1))).min())
+    growth = lumen(short) - lumen(np.ones(1))
+    volume = cast(int, group.drive_units) * (growth * length).sum(axis=1)
+    lumen_left = float((lumen(long) / lumen(np.ones(1))).min())
     braid = math.acos(min(1.0, float(short.min()) * math.cos(unit.braid_angle)))
     shortening = -(bent[..., 1] * length).sum(axis=1) / actuator.length
-    facts = {"volume": volume, "braid_angle_max": braid, "lumen_left_min": left, "shortening": shortening}
-    if not printed and left < LUMEN_MIN:
+    facts = {"volume": volume, "braid_angle_max": braid, "lumen_left_min": lumen_left, "shortening": shortening}
+    if not printed and lumen_left < LUMEN_MIN:
         text = f"The joint locks below {pressure / 1e3:g} kPa: the lumen of the stretched muscles closes."
         return facts | {"status": "locked", "status_text": text}
-    angle, idle = (f"{math.degrees(value):.1f}" for value in (braid, NEUTRAL_BRAID))
-    text = f"At {pressure / 1e3:g} kPa the braid stands at {angle} deg (at {idle} a muscle pulls no more)"
-    shorter = "" if printed else f" and the joint is {1e3 * shortening.max() * actuator.length:.1f} mm shorter"
-    return facts | {"status": "free", "status_text": f"{text}{shorter}."}
+    angle, neutral = (f"{math.degrees(value):.1f}" for value in (braid, NEUTRAL_BRAID))
+    text = f"At {pressure / 1e3:g} kPa the braid stands at {angle} deg (at {neutral} a muscle pulls no more)"
+    note = "" if printed else f" and the joint is {1e3 * shortening.max() * actuator.length:.1f} mm shorter"
+    return facts | {"status": "free", "status_text": f"{text}{note}."}
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step from the printed equations to the corrected ones."""
+    """One step from the printed equations to the corrected ones, and the bend after it."""
 
     text: str  # the correction that it adds
     angle: float  # rad, of the joint with it

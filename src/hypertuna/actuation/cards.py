@@ -52,14 +52,14 @@ def sizes_card(sizes: Sizes) -> Card:
 
 
 def sizes_dataset(sizes: Sizes) -> Any:
-    """Return a variable per column, along the cases."""
+    """Return a data set of all cases: a variable for each column."""
     rows = [size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)} for size in sizes]
     units = column_units(Size)
 
     def column(name: str) -> tuple[str, list[Any], dict[str, str]]:
         unit = units.get(name, "W" if name.endswith("_w") else "")
-        about = {"units": unit} if unit else {}
-        return "case", [row[name] for row in rows], about | {"long_name": label(name.removesuffix(suffix(unit)))}
+        attributes = {"units": unit} if unit else {}
+        return "case", [row[name] for row in rows], attributes | {"long_name": label(name.removesuffix(suffix(unit)))}
 
     return dataset({name: column(name) for name in rows[0]}, {}, provenance(sizes.robot))
 
@@ -70,17 +70,17 @@ def _degrees(angle: float) -> str:
 
 
 def _servo_facts(size: Size) -> dict[str, str]:
-    """Return what a beat needs of a servo, beside what the servo has."""
-    left = size.servo_speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
+    """Return the torque and speed that a beat needs of a servo, and those that the servo has, as text."""
+    speed_left = size.servo_speed_limit * max(0.0, 1 - size.torque / size.torque_limit)
     return {
         "torque, at the pressure limit": f"{size.torque:.3g} of {size.torque_limit:.3g} N m",
-        "servo speed": f"{size.servo_speed:.3g} of {size.servo_speed_limit:.3g} rad/s, {left:.3g} at that torque",
+        "servo speed": f"{size.servo_speed:.3g} of {size.servo_speed_limit:.3g} rad/s, {speed_left:.3g} at that torque",
         "stroke": f"{_degrees(size.stroke)} of {_degrees(size.stroke_limit)} deg",
     }
 
 
 def _case_facts(size: Size) -> dict[str, str]:
-    """Return all of one case."""
+    """Return all numbers of one case by label, as text."""
     record = size.record()
     shares = ", ".join(f"{name} {watts:.2g}" for name, watts in size.electrical_power.items() if name != "total")
     turbulent = f", {TURBULENT}" if size.turbulent else ""
@@ -126,17 +126,17 @@ def _case_table(sizes: Sizes) -> Table:
 
 
 def _limits(size: Size) -> tuple[str, ...]:
-    """Name what costs bend: at the pressure limit, a faster servo would not help."""
+    """Return the names of the limits that reduce a case's bend; without the servo's where the pressure limits too."""
     return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
 
 
 def _letters(size: Size) -> str:
-    """Write the limits of a case in letters."""
+    """Return the letters of the limits of a case."""
     return "".join(LIMITS[name][0] for name in (*_limits(size), *["turbulent"] * size.turbulent))
 
 
 def _legend(sizes: Sizes) -> str:
-    """Explain the letters of these cases."""
+    """Return the meaning of the letters that these cases have."""
     used = "".join(map(_letters, sizes))
     return "; ".join(f"{letter} {text}" for letter, text in LIMITS.values() if letter in used) or "none"
 
@@ -146,14 +146,14 @@ def sizes_verdict(sizes: Sequence[Size]) -> str:
     cases: dict[tuple[float, ...], list[Size]] = {}
     for size in sizes:
         cases.setdefault(tuple(size.values.values()), []).append(size)
-    asked = f"{100 * REACHED:g} % of the commanded bend with enough torque for the pressure limit"
-    good = sorted(values for values, own in cases.items() if all(size.reached for size in own))
-    shares = {values: min(size.bend / size.command for size in own) for values, own in cases.items()}
-    chosen = good[0] if good else max(shares, key=shares.__getitem__)
-    named = listed([f"{key} = {value:.4g}" for key, value in zip(sizes[0].values, chosen, strict=True)])
-    if good:
-        return f"{len(good)} of {counted(len(cases), 'case')} reach {asked}; the smallest has {named}."
-    return f"No case reaches {asked}; the best one reaches {100 * shares[chosen]:.0f} %, with {named}."
+    goal = f"{100 * REACHED:g} % of the commanded bend with enough torque for the pressure limit"
+    sufficient = sorted(values for values, of_case in cases.items() if all(size.reached for size in of_case))
+    fractions = {values: min(size.bend / size.command for size in of_case) for values, of_case in cases.items()}
+    chosen = sufficient[0] if sufficient else max(fractions, key=fractions.__getitem__)
+    values_text = listed([f"{key} = {value:.4g}" for key, value in zip(sizes[0].values, chosen, strict=True)])
+    if sufficient:
+        return f"{len(sufficient)} of {counted(len(cases), 'case')} reach {goal}; the smallest has {values_text}."
+    return f"No case reaches {goal}; the best one reaches {100 * fractions[chosen]:.0f} %, with {values_text}."
 
 
 def _loads_svg(sizes: Sizes) -> str:
@@ -172,15 +172,15 @@ def bend_card(bend: Bend) -> Card:
 
 
 def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] = ()) -> Card:
-    """Show a bend and those of other material sets, or a sample of their pressures."""
-    several, columns = len(sets) > 1, {}
-    for name, one in sets.items():
-        columns[f"{name if several else 'loading'}\n[deg]"] = np.degrees(one.angle)
-        if one.unload_angle is not None:
-            columns[f"{name + ', ' if several else ''}unloading\n[deg]"] = np.degrees(one.unload_angle[::-1])
+    """Show a bend beside those of other material sets, at some or all pressures."""
+    many_sets, columns = len(sets) > 1, {}
+    for name, curve in sets.items():
+        columns[f"{name if many_sets else 'loading'}\n[deg]"] = np.degrees(curve.angle)
+        if curve.unload_angle is not None:
+            columns[f"{name + ', ' if many_sets else ''}unloading\n[deg]"] = np.degrees(curve.unload_angle[::-1])
     count = len(first.pressure)
-    picked = np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int))
-    rows = [(f"{first.pressure[k] / 1e3:.4g}", *(f"{column[k]:.2f}" for column in columns.values())) for k in picked]
+    chosen = np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int))
+    rows = [(f"{first.pressure[k] / 1e3:.4g}", *(f"{column[k]:.2f}" for column in columns.values())) for k in chosen]
     parts: list[Part] = [Table(["pressure\n[kPa]", *columns], rows, left=())]
     if count > ROWS:
         parts.append((f"{ROWS} of {count} pressures; -o FILE.csv and --json have all", "dim"))
@@ -189,12 +189,12 @@ def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] 
     if first.unload_angle is not None:
         loop = f"loop area {math.degrees(first.loop_area) / 1e3:.1f} kPa deg"
         parts.append(f"{loop}; friction loss {first.friction_loss:.2g} J")
-    if several:
+    if many_sets:
         low, high = spread(sets)
         parts.append(f"spread of the materials at {first.pressure[-1] / 1e3:g} kPa: {low:.1f} to {high:.1f} deg")
     parts += [f"{math.degrees(step.angle):6.2f} deg  {step.text}" for step in misprints]
     parts.append((first.status_text, "green" if first.status == "free" else "bold yellow"))
-    material = "" if several else f", material set {first.material}"
+    material = "" if many_sets else f", material set {first.material}"
     equations = "" if first.law == "corrected" else ", equations as printed"
     title = f"{first.robot.name}: joint {first.joint}, {first.side} side{material}{equations}"
     return Card(title, parts, lambda: _bend_svg(first))
@@ -208,5 +208,5 @@ def _bend_svg(bend: Bend) -> str:
 
 def spread(sets: Mapping[str, Bend]) -> tuple[float, float]:
     """Return the smallest and the largest bend of the sets at the last pressure [deg]."""
-    angles = [math.degrees(one.angle[-1]) for one in sets.values()]
+    angles = [math.degrees(curve.angle[-1]) for curve in sets.values()]
     return min(angles), max(angles)

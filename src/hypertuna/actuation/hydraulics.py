@@ -25,7 +25,7 @@ ASTM_OFFSET = 0.7  # cSt, of ASTM D341
 
 @dataclass(frozen=True)
 class Circuits:
-    """The circuits of a robot, two per joint, for the core. A joint without oil has its servo in the left row alone."""
+    """Numbers of a robot's circuits for the core, two rows a joint; without oil, its servo is in the left row."""
 
     names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j; "" for none
     columns: tuple[str, ...]  # by their names in core/include/hypertuna/actuation/circuit.hpp
@@ -55,11 +55,11 @@ def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
         value = f"{kelvin[outside].flat[0] - ZERO_CELSIUS:.4g} degC"
         fix = f"{oil.name} flows above its pour point, and its viscosity is known up to 100 C"
         raise InputError(f"must be from {low} to {high} degC", key="temperature", value=value, fix=fix)
-    ends = np.log10(np.array([40.0, 100.0]) + ZERO_CELSIUS)
-    heights = np.log10(np.log10(np.array([oil.viscosity_40, oil.viscosity_100]) * 1e6 + ASTM_OFFSET))
-    slope = (heights[1] - heights[0]) / (ends[1] - ends[0])
-    height = heights[0] + slope * (np.log10(kelvin) - ends[0])
-    result: Array = (10.0 ** (10.0**height) - ASTM_OFFSET) * 1e-6
+    log_kelvin = np.log10(np.array([40.0, 100.0]) + ZERO_CELSIUS)
+    log_log_nu = np.log10(np.log10(np.array([oil.viscosity_40, oil.viscosity_100]) * 1e6 + ASTM_OFFSET))
+    slope = (log_log_nu[1] - log_log_nu[0]) / (log_kelvin[1] - log_kelvin[0])
+    interpolated = log_log_nu[0] + slope * (np.log10(kelvin) - log_kelvin[0])
+    result: Array = (10.0 ** (10.0**interpolated) - ASTM_OFFSET) * 1e-6
     return result
 
 
@@ -90,7 +90,7 @@ def _rest_volume(robot: Robot, group: JointGroup) -> float:
 
 
 def pump_servo(robot: Robot) -> Servo:
-    """Return the servo that drives a cylinder, with all its values."""
+    """Return the servo that drives a cylinder of the pump; all its values must be given."""
     index = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
     k = require(index, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
@@ -130,8 +130,8 @@ def drive_names(robot: Robot, *, oil: bool = False) -> tuple[str, ...]:
 
     oil: those of circuits alone.
     """
-    own = ([f"{one.name}{end}" for end in one.drive.servos if one.drive.oil or not oil] for one in robot.joints)
-    return tuple(name for names in own for name in (*names, "", "")[: len(SIDES)])
+    pairs = ([f"{g.name}{end}" for end in g.drive.servos if g.drive.oil or not oil] for g in robot.joints)
+    return tuple(name for names in pairs for name in (*names, "", "")[: len(SIDES)])
 
 
 def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
@@ -140,23 +140,23 @@ def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
     They are filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
     """
     columns, rows = tuple(_core.circuit_columns()), []
-    at, nu = math.nan, math.nan
+    kelvin, nu = math.nan, math.nan
     if has_oil(robot):
         require(robot.pump, "pump", robot)
         oil = require(robot.oil, "oil", robot)
-        at = oil.temperature if temperature is None else temperature
-        nu = rounded_number(float(viscosity(oil, at)))
+        kelvin = oil.temperature if temperature is None else temperature
+        nu = rounded_number(float(viscosity(oil, kelvin)))
     for group in robot.joints:
         if group.servo is not None:
             rows += [_given(group.servo) | {"stall_torque": group.servo.torque}, {}]
         else:
             rows += [_circuit_of(robot, group, nu)] * len(SIDES)
     values = np.array([[row.get(name, 0.0) for name in columns] for row in rows], dtype=np.float64)
-    return Circuits(drive_names(robot), columns, values, at, nu)
+    return Circuits(drive_names(robot), columns, values, kelvin, nu)
 
 
 def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
-    """Return one circuit of a joint by the names of the core, with oil of a viscosity [m^2/s]."""
+    """Return the numbers of one circuit of a joint by the core's names, with oil of a viscosity [m^2/s]."""
     pump, oil = require(robot.pump, "pump", robot), require(robot.oil, "oil", robot)
     line = require(group.line, f"{joint_key(robot, group.name)}.line", robot)
     if line.fill_pressure <= oil.cavitation:
@@ -167,7 +167,7 @@ def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
 
 
 def require_oil(robot: Robot, key: str) -> None:
-    """Refuse an option that is about oil for a robot without."""
+    """Refuse an option that applies to oil alone for a robot without oil."""
     if not has_oil(robot):
         rule, fix = f"applies to oil, and servos turn all joints of {robot.name}", "leave it out"
         raise InputError(rule, file=robot.file or None, key=key, fix=fix)
@@ -191,40 +191,40 @@ def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Ar
 
     NaN beyond the dead centers.
     """
-    at = hydraulics.row(circuit)
-    crank, rod = at["crank"], at["rod"]
+    numbers = hydraulics.row(circuit)
+    crank, rod = numbers["crank"], numbers["rod"]
     # Triangle of crank, rod and the piston's distance from the axle: law of cosines.
-    reach = np.asarray(volume, dtype=np.float64) / at["area"] + at["start"] + rod - crank
+    distance = np.asarray(volume, dtype=np.float64) / numbers["area"] + numbers["start"] + rod - crank
     with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = (reach**2 + crank**2 - rod**2) / (2 * reach * crank)
-        result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - at["neutral"]
+        cosine = (distance**2 + crank**2 - rod**2) / (2 * distance * crank)
+        result: Array = np.pi - np.arccos(np.where(abs(cosine) <= 1, cosine, np.nan)) - numbers["neutral"]
     return result
 
 
 def _given(*parts: Part) -> dict[str, float]:
-    """Return the quantities of a circuit that tables of the description have under the same name."""
+    """Return the numbers that the core's circuit and tables of the description have under the same names."""
     return {name: getattr(part, name) for part in parts for name in _core.circuit_columns() if name in part.declared}
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
-    """Return one circuit by the names of the core."""
+    """Return the numbers of one circuit by the core's names; its units hold `rest` [m^3], `nu` is the oil's [m^2/s]."""
     area = np.pi / 4 * pump.bore**2
     sine, cosine = (without_last_bit(f(pump.neutral)) for f in (math.sin, math.cos))
-    on = pump.crank * (1 - cosine) - pump.rod + math.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)
-    chamber = pump.dead_volume + area * (2 * pump.crank - on)
-    held = rest + np.pi / 4 * line.bore**2 * line.length
+    piston_start = pump.crank * (1 - cosine) - pump.rod + math.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)
+    chamber = pump.dead_volume + area * (2 * pump.crank - piston_start)
+    volume = rest + np.pi / 4 * line.bore**2 * line.length
     fill = line.fill_pressure
-    swollen = 1 - fill / oil.bulk_modulus + oil.air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill)
+    expansion = 1 - fill / oil.bulk_modulus + oil.air * _core.ATMOSPHERE / (_core.ATMOSPHERE + fill)
     return _given(pump, servo, line, oil) | {
         "area": area,
-        "start": on,
+        "start": piston_start,
         "chamber": chamber,
         "seal": pump.seal_friction,
         "stall_torque": servo.torque,
         "resistance": line_resistance(line.length, line.bore, nu * oil.density),
         "loss": line_loss(line.bore, line.loss, oil.density),
         "inertance": line_inertance(line.length, line.bore, oil.density),
-        "oil_pump": chamber / swollen,
-        "oil_unit": (held + line.compliance * fill) / swollen,
-        "unit_rest": held,
+        "oil_pump": chamber / expansion,
+        "oil_unit": (volume + line.compliance * fill) / expansion,
+        "unit_rest": volume,
     }

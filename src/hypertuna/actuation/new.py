@@ -85,14 +85,14 @@ def first_robot(
 
 
 def _slow_to_dive(document: dict[str, Any]) -> float:
-    """Lessen the amplitudes until the fins dive the robot, and return its speed [m/s]."""
+    """Reduce the amplitudes until the fins can dive the robot, and return its speed [m/s]."""
     gait, limit = document["gaits"]["cruise"], DIVES * inversion_speed(parse(document))
-    whole = gait["amplitude_deg"]
+    full_amplitude = gait["amplitude_deg"]
     if (torque := "joints.servo.torque_n_m") in document["sources"]:
         document["sources"][torque] += " without --sea"
 
     def speed(percent: int) -> float:
-        gait["amplitude_deg"] = [round(percent * a / 100, 1) for a in whole]
+        gait["amplitude_deg"] = [round(percent * a / 100, 1) for a in full_amplitude]
         robot = parse(document)
         return swim(robot, named_gait(robot, "cruise")).speed
 
@@ -100,15 +100,15 @@ def _slow_to_dive(document: dict[str, Any]) -> float:
 
 
 def _drive(document: dict[str, Any], drive: Drive) -> None:
-    """Add what servos and hydraulics have in common: battery, sensors, controller."""
+    """Add battery, sensors, controller and the joints' limits to a document, as HyperTuna's."""
     sensors = SENSORS + OF_OIL * drive.oil
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     for group, (_, largest) in zip(document["joints"], document["gait_bounds"]["amplitude_deg"], strict=True):
         group |= {"amplitude_max_deg": largest, "bend_max_deg": largest}
     document["battery"] = tuna["battery"]
     document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in sensors]
-    highest = min(FASTER * document["gait_bounds"]["frequency_hz"][1], tuna["controller"]["frequency_max_hz"])
-    document["controller"] = tuna["controller"] | {"frequency_max_hz": float(f"{highest:.2g}")}
+    hertz_max = min(FASTER * document["gait_bounds"]["frequency_hz"][1], tuna["controller"]["frequency_max_hz"])
+    document["controller"] = tuna["controller"] | {"frequency_max_hz": float(f"{hertz_max:.2g}")}
     document["sources"] |= dict.fromkeys(("battery", "sensors", "controller"), AS_HYPERTUNA)
     document["sources"] |= {
         "joints.amplitude_max_deg": "estimate: 1.5 times the amplitude of the gait",
@@ -118,7 +118,7 @@ def _drive(document: dict[str, Any], drive: Drive) -> None:
 
 
 def _current_sensor(document: dict[str, Any], stall: float) -> None:
-    """Let the sensor of the servos' current read a stalled servo [A]: HyperTuna's, or one scaled to it."""
+    """Set the range of the sensor of the servos' current so that it reads the current of a stalled servo [A]."""
     sensor = next(sensor for sensor in document["sensors"] if sensor["quantity"] == "current")
     if (ratio := float(f"{STALLED * stall / sensor['high']:.2g}")) > 1:
         scaled = {key: ratio * sensor[key] for key in ("low", "high", "noise", "resolution", "bias")}
@@ -126,13 +126,13 @@ def _current_sensor(document: dict[str, Any], stall: float) -> None:
 
 
 def _tendons(document: dict[str, Any], shape: Shape) -> None:
-    """Let tendons beside the spine bend the joints of each group by equal parts, as far as the drum turns."""
+    """Add tendons beside the spine, which bend the joints of each group by equal parts as far as the drum turns."""
     fronts = np.cumsum([0.0, *document["links"]["length_m"]])
     for group in document["joints"]:
         levers: list[float] = []
         for link in group["links"]:
-            at = min(fronts[link], 0.98 * shape.fin_start * shape.length)
-            height = float(shape.sections(at, at + 1e-3 * shape.length)[1].mean())
+            station = min(fronts[link], 0.98 * shape.fin_start * shape.length)
+            height = float(shape.sections(station, station + 1e-3 * shape.length)[1].mean())
             levers.append(float(f"{LEVER * shape.width / shape.height * height / 2:.2g}"))
         drums = [float(f"{sum(levers[: i + 1]) / len(levers):.4g}") for i in range(len(levers))]
         group["tendons"] = {"drum_m": drums, "lever_m": [levers[: i + 1] for i in range(len(levers))]}
@@ -140,11 +140,11 @@ def _tendons(document: dict[str, Any], shape: Shape) -> None:
         f"estimate: each runs beside the spine, at {LEVER:g} times the half width at each joint; drums that share the "
         "bend equally, and turn as far as all joints of the group bend together"
     )
-    _servos(document, shape)
+    _drive_by_servos(document, shape)
 
 
-def _servos(document: dict[str, Any], _: Shape) -> None:
-    """Put a servo on the axle of each joint, or on the drum of its tendons."""
+def _drive_by_servos(document: dict[str, Any], _: Shape) -> None:
+    """Add a servo to each joint; fit battery, low voltage and current sensor to it, and remove the keys of pressure."""
     control = document["controller"]
     document["controller"] = {key: value for key, value in control.items() if not key.startswith("pressure_")}
     charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
@@ -173,22 +173,22 @@ def _torques(document: Mapping[str, Any]) -> list[float]:
     """Return the stall torque that each joint group's servo needs [N m]."""
     robot = parse(document)
     beat = swim(robot, named_gait(robot, "cruise")).trajectory
-    most = [np.abs(beat[name].to_numpy()).max(axis=0) for name in ("joint_torque", "motor_torque")]
-    each = (max(most[0][[*g.links]]) if g.tendons is None else most[1][k] for k, g in enumerate(robot.joints))
-    return [float(f"{max(0.05, RESERVE * largest):.2g}") for largest in each]
+    peaks = [np.abs(beat[name].to_numpy()).max(axis=0) for name in ("joint_torque", "motor_torque")]
+    loads = (max(peaks[0][[*g.links]]) if g.tendons is None else peaks[1][k] for k, g in enumerate(robot.joints))
+    return [float(f"{max(0.05, RESERVE * largest):.2g}") for largest in loads]
 
 
-def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
-    """Add muscles, pump, oil and lines: HyperTuna's, scaled to the sections; and its battery, once for its mass."""
+def _drive_by_oil(document: dict[str, Any], shape: Shape) -> None:
+    """Add muscles, pump, oil and lines, HyperTuna's scaled to the sections; and batteries by the robot's mass."""
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     strings = math.ceil(document["body"]["mass_kg"] / tuna["body"]["mass_kg"])
     document["battery"] = tuna["battery"] | {"cells": strings * tuna["battery"]["cells"]}
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
-    each = (bodies, [group["actuator"] for group in tuna["joints"]])
-    narrow, own = (min(min(body["semi_minor_m"]) for body in some) for some in each)
-    hose = DriveUnit.scaled(tuna["drive_unit"], width=narrow / own)
+    both = (bodies, [group["actuator"] for group in tuna["joints"]])
+    narrow, of_hypertuna = (min(min(body["semi_minor_m"]) for body in bodies_of) for bodies_of in both)
+    hose = DriveUnit.scaled(tuna["drive_unit"], width=narrow / of_hypertuna)
     document["drive_unit"] |= hose
     for group, body in zip(document["joints"], bodies, strict=True):
         pairs = max(1, round(0.8 * min(body["semi_major_m"]) / (1.25 * hose["outer_diameter_m"])))
@@ -197,7 +197,7 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
     document["pump"], document["servos"] = {"bore_m": 0.02 * shape.length, "crank_m": 0.048 * shape.length}, []
     document["pump"] |= {"rod_m": 0.12 * shape.length, "neutral_deg": 90.0, "dead_volume_m3": 1e-6}
     try:
-        _size(document)
+        _size_pump(document)
     except InputError:
         rule, value = "must fit the joints", "hydraulic, and the shortest joint has no room for hoses or hardly bends"
         fix = "give longer links behind the head or fewer joint groups, or take --actuation servo"
@@ -207,7 +207,7 @@ def _hydraulics(document: dict[str, Any], shape: Shape) -> None:
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
-MADE = {"servo": _servos, "tendons": _tendons, "hydraulic": _hydraulics}  # by --actuation: those of `DRIVES`
+MADE = {"servo": _drive_by_servos, "tendons": _tendons, "hydraulic": _drive_by_oil}  # by --actuation: those of `DRIVES`
 
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
@@ -232,19 +232,19 @@ SOURCES = {
 def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> dict[str, Any]:
     """Return the table of the soft body of a joint group: three segments at the front of its first link."""
     start, length = sum(lengths[: links[0]]), 0.6 * sum(lengths[i] for i in links)
-    part = float(f"{length / 3:.3g}")
-    places = np.minimum(start + part * np.arange(3.0), 0.98 * shape.fin_start * shape.length)
-    heights = [float(shape.sections(at, at + 1e-3 * shape.length)[1].mean()) for at in places]
+    segment = float(f"{length / 3:.3g}")
+    stations = np.minimum(start + segment * np.arange(3.0), 0.98 * shape.fin_start * shape.length)
+    heights = [float(shape.sections(station, station + 1e-3 * shape.length)[1].mean()) for station in stations]
     minor = [float(f"{shape.width / shape.height * height / 2:.3g}") for height in heights]
     major = [float(f"{height / 2:.3g}") for height in heights]
     lever = float(f"{0.55 * min(minor):.3g}")
-    return {"lever_m": lever, "segment_length_m": [part] * 3, "semi_major_m": major, "semi_minor_m": minor}
+    return {"lever_m": lever, "segment_length_m": [segment] * 3, "semi_major_m": major, "semi_minor_m": minor}
 
 
 def _line(
     shape: Shape, behind_head: float, pairs: int, body: Mapping[str, Any], hose: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the table of the oil line of a joint that begins so far behind the head [m]."""
+    """Return the table of a joint's oil line; `behind_head` [m] is the distance from the head to the joint."""
     length, bore = 0.15 * shape.length + behind_head, 0.8 * hose["outer_diameter_m"]
     units = pairs * hose["inner_diameter_m"] ** 2 * sum(body["segment_length_m"])
     volume = math.pi / 4 * (units + bore**2 * length)
@@ -252,8 +252,8 @@ def _line(
     return {key: float(f"{value:.2g}") for key, value in values.items()} | {"loss": 1.5, "fill_pressure_pa": 60e3}
 
 
-def _size(document: dict[str, Any]) -> None:
-    """Set bends and amplitudes to what the muscles reach, and the pump to the oil that they take."""
+def _size_pump(document: dict[str, Any]) -> None:
+    """Set bends and amplitudes to what the muscles reach, and the pump's bore and servos to the oil that they take."""
     pump, displaced = document["pump"], 0.0
     for j, model in enumerate(joint_models(parse(document))):
         bend = min(abs(float(model.balance([[PRESSURE, 0.0]])["angle"][0])), 0.9 * model.reach, BEND)
@@ -279,9 +279,9 @@ def _size(document: dict[str, Any]) -> None:
 
 
 def _displaced(compliance: float, model: JointModel, bend: float) -> float:
-    """Return the oil that a joint's bend takes from a cylinder, with that of hoses and air bubbles [m^3]."""
-    held = model.hold([-bend, bend])
+    """Return the oil volume that a joint's bend takes from a cylinder, with compliance and air bubbles [m^3]."""
+    state = model.hold([-bend, bend])
     straight = model.at(0.0)["volume"]
-    pressure = np.minimum(held["pressure"], PRESSURE)
+    pressure = np.minimum(state["pressure"], PRESSURE)
     swelling = compliance + AIR * straight / _core.ATMOSPHERE
-    return float(np.abs(held["volume"] - straight + swelling * (pressure - model.fill)).max())
+    return float(np.abs(state["volume"] - straight + swelling * (pressure - model.fill)).max())

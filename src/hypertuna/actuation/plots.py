@@ -34,8 +34,8 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = 
         axes.plot(pressure, np.degrees(curve.angle), color=FAINT, lw=1.1, ls=dashes, label=f"{curve.material} set")
     group = next(group for group in bend.robot.joints if group.name == bend.joint)
     if group.bend_max is not None and group.pressure_max is not None:
-        place = (group.pressure_max / 1e3, np.degrees(group.bend_max))
-        axes.plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="largest bend, as described")
+        described = (group.pressure_max / 1e3, np.degrees(group.bend_max))
+        axes.plot(*described, "x", color=INK, ms=7, mew=1.6, zorder=5, label="largest bend, as described")
     equations = "" if bend.law == "corrected" else ", equations as printed"
     axes.set_title(f"{bend.robot.name}, joint {bend.joint}, {bend.side} side{equations}")
     axes.set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
@@ -68,7 +68,7 @@ KEY_UNITS = ("N m", "rad/s", "m^2/s", "kg/m^3", "m^3/Pa", "kg m^2", "m^3", "Pa",
 
 
 def _key_axis(key: str) -> Axis:
-    """Return the axis of a key of the robot's file: its words and its unit."""
+    """Return the axis of a key of the robot's file: key, label and format of its values."""
     name = key.rpartition(".")[2]
     unit = next((unit for unit in KEY_UNITS if name.endswith(suffix(unit))), "")
     words = name.removesuffix(suffix(unit)).replace("_", " ")
@@ -76,7 +76,7 @@ def _key_axis(key: str) -> Axis:
 
 
 def _axes(sizes: Sequence[Size]) -> list[Axis]:
-    """Return all axes, that of the figure first: the key with most values, else the first of `AXES` that varies."""
+    """Return all axes: first the figure's, of the key with most values, else of the first of `AXES` that varies."""
     keys = [_key_axis(key) for key in sizes[0].values]
     axes = [*keys, *AXES]
     count = {axis: len({_value(size, axis[0]) for size in sizes}) for axis in axes}
@@ -106,18 +106,18 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             x = [_value(size, along) for size in chosen]
             bend = np.degrees([size.bend for size in chosen])
             label = ", ".join(axis[2].format(_value(chosen[0], axis[0])) for axis in varied)
-            big = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
-            marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + big}
+            growth = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
+            marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + growth}
             panels[0, column].plot(x, bend, **marks, label=label or None)
             limited = ["pressure" in size.limits for size in chosen]
-            hollow = marks | {"ls": "none", "mfc": "white", "mec": color}
-            panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **hollow)
-            below = [size.electrical_power["total"] if powers else size.corner for size in chosen]
-            panels[1, column].plot(x, below, **marks)
-        same = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis in AXES and axis not in varied]
+            open_marks = marks | {"ls": "none", "mfc": "white", "mec": color}
+            panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **open_marks)
+            lower = [size.electrical_power["total"] if powers else size.corner for size in chosen]
+            panels[1, column].plot(x, lower, **marks)
+        fixed = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis in AXES and axis not in varied]
         command = float(np.degrees(mine[0].command))
         panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
-        panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *same]))
+        panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *fixed]))
         panels[1, column].set_xlabel(xlabel)
     for axes in panels[0]:
         axes.set_ylim(*np.degrees(max(size.command for size in sizes)) * np.array([-0.03, 1.08]))
@@ -136,16 +136,16 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     if any("pressure" in size.limits for size in sizes):
         handles.append(panels[0, 0].plot([], [], "o", color=FAINT, mfc="white")[0])
         texts.append("at the pressure limit")
-    long = max(map(len, texts)) > 22 or width < WIDTH
-    figure.legend(handles, texts, loc="outside upper center", ncols=4 if long else 7, **TIGHT)
+    wide_texts = max(map(len, texts)) > 22 or width < WIDTH
+    figure.legend(handles, texts, loc="outside upper center", ncols=4 if wide_texts else 7, **TIGHT)
     return figure
 
 
 def _value(size: Size, column: str) -> float:
-    """Return a value of an axis, rounded so that equal ones compare equal."""
+    """Return a case's value on an axis, rounded so that equal ones compare equal."""
     return round(float(size.values[column] if column in size.values else columns(size)[column]), 9)
 
 
 def _values(size: Size, axes: Sequence[Axis]) -> tuple[float, ...]:
-    """Return the values of axes."""
-    return tuple(_value(size, column) for column, *_ in axes)
+    """Return a case's values on several axes."""
+    return tuple(_value(size, axis) for axis, *_ in axes)

@@ -42,7 +42,7 @@ class Mooney(NamedTuple):
 
 @dataclass(frozen=True)
 class TensileTest:
-    """A tensile test."""
+    """A tensile test: strain [1] and engineering stress [Pa]."""
 
     name: str  # of the material, or of the file
     strain: Array  # (points,) engineering strain
@@ -67,8 +67,8 @@ class TensileFit:
     def status(self) -> str:
         """The result in a sentence."""
         bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
-        ended = f", where the test ends ({100 * self.requested:.4g} % was requested)" if self.ended else ""
-        fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{ended}."
+        reason = f", where the test ends ({100 * self.requested:.4g} % was requested)" if self.ended else ""
+        fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{reason}."
         if not bound:
             return fitted
         free = ", ".join(f"{name} = {value / 1e3:.1f} kPa" for name, value in zip(("C1", "C2"), self.free, strict=True))
@@ -78,11 +78,11 @@ class TensileFit:
 def read_tensile(path: str | Path) -> TensileTest:
     """Read a tensile test from a CSV file; errors name file and line."""
     file, lines = str(path), read_lines(path)
-    head, columns, (percent, scale), true = _columns(lines, file)
-    mark = ";" if ";" in lines[head] else ","
+    top, columns, (percent, scale), true = _columns(lines, file)
+    separator = ";" if ";" in lines[top] else ","
     rows, omitted = [], 0
-    for k, line in enumerate(lines[head + 1 :], start=head + 2):
-        cells = [cell.strip() for cell in line.split(mark)]
+    for k, line in enumerate(lines[top + 1 :], start=top + 2):
+        cells = [cell.strip() for cell in line.split(separator)]
         if not any(cells):
             continue
         values = [cells[c] if c < len(cells) else "" for c in columns]  # rows may be short
@@ -97,8 +97,8 @@ def read_tensile(path: str | Path) -> TensileTest:
     if len(strain) and strain.max() > STRAIN_MAX:
         rule = "must be a fraction, 1 where the length has doubled"
         value, fix = f"up to {max(float(row[0]) for row in rows):g}", "divide it by 100, or end its name in (%)"
-        raise InputError(rule, file=file, key=lines[head].split(mark)[columns[0]].strip(), value=value, fix=fix)
-    header = (line.split(mark) for line in lines[:head])
+        raise InputError(rule, file=file, key=lines[top].split(separator)[columns[0]].strip(), value=value, fix=fix)
+    header = (line.split(separator) for line in lines[:top])
     names = (cells[1].strip() for cells in header if cells[0].strip() == "Material" and len(cells) > 1)
     return TensileTest(next(names, "") or Path(path).stem, strain, stress, omitted)
 
@@ -122,22 +122,22 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
     stretch, stress = 1 + test.strain[used], test.stress[used]
     basis = 2 * (stretch - stretch**-2)
     design = np.stack([basis, basis / stretch], axis=1)
-    bound = nnls(design, stress)[0]
-    if not bound.any():
+    constrained = nnls(design, stress)[0]
+    if not constrained.any():
         rule = "must have positive stresses at positive strains: a test in tension"
         value, fix = f"{stress.mean():.4g} Pa on the mean", "change the sign of the stress, or give a test in tension"
         raise InputError(rule, key=test.name, value=value, fix=fix)
-    free = np.linalg.lstsq(design, stress, rcond=None)[0]
+    unconstrained = np.linalg.lstsq(design, stress, rcond=None)[0]
     order = np.argsort(test.strain, kind="stable")
     at_100 = np.interp(1.0, test.strain[order], test.stress[order], right=np.nan)
     return TensileFit(
-        solid=Mooney(*map(float, bound)),
-        free=Mooney(*map(float, free)),
+        solid=Mooney(*map(float, constrained)),
+        free=Mooney(*map(float, unconstrained)),
         up_to=float(test.strain[used].max()),
         requested=up_to,
         ended=bool(test.strain.max() < up_to),
         points=int(used.sum()),
-        rms=float(np.sqrt(np.mean((design @ bound - stress) ** 2))),
+        rms=float(np.sqrt(np.mean((design @ constrained - stress) ** 2))),
         stress_100=float(at_100),
     )
 
@@ -163,7 +163,7 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
 
 
 def _number(text: str, place: str) -> float:
-    """Return the number in a cell."""
+    """Return the number in a cell; an error names its place."""
     value = parse_float(text)
     if not np.isfinite(value):
         raise InputError("must be a finite number", file=place, value=shown(text), fix="correct or empty that cell")

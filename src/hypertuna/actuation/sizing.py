@@ -38,7 +38,7 @@ MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
 
 @dataclass(frozen=True)
 class Size:
-    """One joint at one frequency, line bore and oil temperature."""
+    """Loads, limits and bend of one joint at one frequency, line bore and oil temperature."""
 
     joint: Annotated[str, Format()]  # name of the joint group
     temperature: Annotated[float, Format("degC")]  # K, of the oil
@@ -113,7 +113,7 @@ class Size:
 
 
 class Sizes(Plotted, Tabular, list[Size], data=lambda sizes: [size.record() for size in sizes]):
-    """Sizes of many cases of a robot."""
+    """List of the cases of a robot, each a `Size`."""
 
     def __init__(self, robot: Robot, sizes: Iterable[Size] = ()) -> None:
         super().__init__(sizes)
@@ -177,9 +177,9 @@ def size_over(
     cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     robots = [changed(robot, case, "--over") for case in cases]  # checks all input
     sizes = Sizes(robot)
-    for k, (case, other) in enumerate(zip(cases, robots, strict=True)):
+    for k, (case, variant) in enumerate(zip(cases, robots, strict=True)):
         report = progress and partial(_report, progress, k, len(cases))
-        sizes += [replace(size, values=case) for size in size_pump(other, progress=report, **options)]
+        sizes += [replace(size, values=case) for size in size_pump(variant, progress=report, **options)]
     return sizes
 
 
@@ -202,23 +202,23 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 
 
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
-    """Size one joint."""
+    """Return the size of one joint at a frequency [Hz] and an amplitude [rad]."""
     group, supply = robot.joints[j], supply_voltage(robot)
-    works_at = robot.controller.works_at if robot.controller is not None else None
-    limit = works_at or require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
+    working = robot.controller.works_at if robot.controller is not None else None
+    limit = working or require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     column = hydraulics.row(2 * j)
     hose = require(group.line, "joints.line", robot)
     line = _line(hydraulics, model, j, limit)
     time, period = _times(frequency, line["line_resistance"] * line["capacity_rest"])
     target = _target(hydraulics, model, j, amplitude * np.sin(2 * np.pi * frequency * time))
     rows = np.ascontiguousarray(hydraulics.values[2 * j : 2 * j + 2])
-    simulate = _simulation(robot, rows, model, supply, time[1], len(time))
-    run, fraction = _limited(simulate, _held(robot, target, time), period, limit)
-    last = target[-period:]
-    rest = math.ceil((SETTLED + LAGS * line["line_resistance"] * line["capacity_rest"]) / time[1])
-    ends = [last[round(share * period)] * fraction for share in (0.25, 0.75)]
-    slow = [simulate(np.tile(end, (rest, 1)))["bend"][-1] for end in ends]
-    static = abs(slow[0] - slow[1]) / 2
+    simulate = _simulator(robot, rows, model, supply, time[1], len(time))
+    run, fraction = _limited(simulate, _sent_by_ticks(robot, target, time), period, limit)
+    last_beat = target[-period:]
+    settling_rows = math.ceil((SETTLED + LAGS * line["line_resistance"] * line["capacity_rest"]) / time[1])
+    extremes = [last_beat[round(share * period)] * fraction for share in (0.25, 0.75)]
+    held_bends = [simulate(np.tile(angles, (settling_rows, 1)))["bend"][-1] for angles in extremes]
+    static = abs(held_bends[0] - held_bends[1]) / 2
     volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
     flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     size = Size(
@@ -232,8 +232,8 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
-        **_servo(column, rows[0], last, time[1], supply / column["voltage"], limit),
-        **_beat(column, run, fraction * last, frequency, time[1], fraction, amplitude, static),
+        **_servo(column, rows[0], last_beat, time[1], supply / column["voltage"], limit),
+        **_beat(column, run, fraction * last_beat, frequency, time[1], fraction, amplitude, static),
     )
     bad = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:
@@ -245,7 +245,7 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
 def _servo(
     column: dict[str, float], row: Array, target: Array, interval: float, voltage: float, limit: float
 ) -> dict[str, Any]:
-    """Compute loads and limits of a servo in a beat, at a fraction of its rated voltage."""
+    """Return loads and limits of a servo in a beat, at a fraction of its rated voltage."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
         "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
@@ -267,24 +267,24 @@ def _beat(
     command: float,
     static: float,
 ) -> dict[str, Any]:
-    """Evaluate the last beat of a run, and what limits it; static: the bend [rad] that its servo angles would hold."""
+    """Return bend, pressures, powers and limits of a run's last beat; `static` [rad] is the bend at slow motion."""
     period, rows = len(target), len(run["bend"])
     clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))
     commanded, actual = (abs(np.mean(angle[-period:] * clock[:, None], axis=0)) for angle in (target, run["angle"]))
     pressure = run["pump_pressure"][-period:]
-    kept: dict[str, float] = {}  # of what is asked for, where the pressure allows anything
+    parts: dict[str, float] = {}  # of what is asked for, where the pressure allows anything
     if fraction > 0:
-        kept = {"servo": float(np.min(actual / commanded)), "compliance": static / (fraction * command)}
-        kept["line"] = abs(harmonic) / (static * min(1.0, kept["servo"]))
-    missed = abs(harmonic) < REACHED * command
+        parts = {"servo": float(np.min(actual / commanded)), "compliance": static / (fraction * command)}
+        parts["line"] = abs(harmonic) / (static * min(1.0, parts["servo"]))
+    too_small = abs(harmonic) < REACHED * command
     limits = {
         "pressure": fraction < 1,
         "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
-        **{name: part < REACHED for name, part in kept.items()},
+        **{name: part < REACHED for name, part in parts.items()},
     }
-    if missed and not any(limits.values()):  # several small ones
-        limits[min(kept, key=kept.__getitem__)] = True
+    if too_small and not any(limits.values()):  # several small ones
+        limits[min(parts, key=parts.__getitem__)] = True
     shares = {"total": "power"} | {key.removeprefix("power_"): key for key in run if key.startswith("power_")}
     return {
         "bend": abs(harmonic),
@@ -297,7 +297,7 @@ def _beat(
 
 
 def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict[str, Any]:
-    """Compute line and actuator for small motions, and up to the pressure limit."""
+    """Return numbers of line and actuator for small motions, and up to the pressure limit."""
     column = hydraulics.row(2 * j)
     resistance, inertance = column["resistance"], column["inertance"]
     small = SMALL * limit
@@ -344,18 +344,18 @@ def _target(hydraulics: Circuits, model: JointModel, j: int, bend: Array) -> Arr
     return target
 
 
-def _held(robot: Robot, target: Array, time: Array) -> Array:
-    """Hold each target for a tick of the controller, if the robot has one."""
+def _sent_by_ticks(robot: Robot, target: Array, time: Array) -> Array:
+    """Return the targets (rows, 2) as a controller sends them: each held for its tick."""
     if robot.controller is None:
         return target
-    tick = np.floor(time * robot.controller.rate + 1e-9) / robot.controller.rate
-    return np.stack([np.interp(tick, time, side) for side in target.T], axis=1)
+    sent = np.floor(time * robot.controller.rate + 1e-9) / robot.controller.rate
+    return np.stack([np.interp(sent, time, side) for side in target.T], axis=1)
 
 
-def _simulation(
+def _simulator(
     robot: Robot, rows: Array, model: JointModel, supply: float, interval: float, count: int
 ) -> Callable[[Array], dict[str, Array]]:
-    """Return the run of a joint for targets (rows, 2) at an interval [s], of which `count` are not too many."""
+    """Return a function that runs a joint for servo angles (count, 2) [rad] at an interval [s]."""
     step = STABLE / _core.circuit_stiffness(rows[0], STIFF, 0.0)
     if not step >= SHORTEST:
         rule = f"must not be so stiff that a run needs steps of less than {SHORTEST:g} s"
@@ -371,9 +371,9 @@ def _simulation(
         )
 
     def run(target: Array) -> dict[str, Array]:
-        rows_of = np.ascontiguousarray(target)
+        angles = np.ascontiguousarray(target)
         result: dict[str, Array] = _core.run_pair(
-            rows, model.row, target=rows_of, supply=supply, interval=interval, steps=steps
+            rows, model.row, target=angles, supply=supply, interval=interval, steps=steps
         )
         return result
 
@@ -383,10 +383,10 @@ def _simulation(
 def _limited(
     run: Callable[[Array], dict[str, Array]], target: Array, period: int, limit: float
 ) -> tuple[dict[str, Array], float]:
-    """Run a beat, with the largest fraction of the command at which the cylinders stay below the pressure limit."""
-    whole, low, high = run(target), 0.0, 1.0
-    if whole["pump_pressure"][-period:].max() <= limit:
-        return whole, 1.0
+    """Return a run and the largest fraction of the command at which the cylinders stay below the pressure limit."""
+    full, low, high = run(target), 0.0, 1.0
+    if full["pump_pressure"][-period:].max() <= limit:
+        return full, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         within = run(middle * target)["pump_pressure"][-period:].max() <= limit

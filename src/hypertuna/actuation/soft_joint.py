@@ -26,7 +26,7 @@ SMALL = 1e-5  # rad and strain, of differences
 
 @dataclass(frozen=True)
 class JointModel:
-    """A soft joint as one section: what bend, strain and pressures have to do with each other (core joint.hpp).
+    """A soft joint reduced to one section, which relates bend, strain and pressures (core joint.hpp).
 
     Strains of the axis are relative to the filled, straight joint.
     """
@@ -46,14 +46,14 @@ class JointModel:
         return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
     def at(self, angle: ArrayLike, strain: ArrayLike = 0.0, pressure: ArrayLike = math.inf) -> dict[str, Array]:
-        """Evaluate at angles (n,) [rad], strains and pressures (n, 2) [Pa], by default so high that braids are taut.
+        """Return moments and volumes at angles (n,) [rad], strains and pressures (n, 2) [Pa], by default high ones.
 
         energy [J], elastic [N m] (-dU/dangle), axial [J] (-dU/dstrain), and with a column per side volume [m^3], slope
         [m^3/rad], gain [m^3] (dV/dstrain), friction [N m/Pa] and carried [Pa].
         """
-        bend, long = np.broadcast_arrays(np.atleast_1d(np.asarray(angle, dtype=np.float64)), strain)
+        bend, strains = np.broadcast_arrays(np.atleast_1d(np.asarray(angle, dtype=np.float64)), strain)
         both = np.broadcast_to(np.asarray(pressure, dtype=np.float64), (len(bend), 2))
-        return _core.joint_load(self.row, angle=bend.copy(), strain=long.astype(np.float64), pressure=both.copy())
+        return _core.joint_load(self.row, angle=bend.copy(), strain=strains.astype(np.float64), pressure=both.copy())
 
     def hold(self, angle: ArrayLike, lowest: float = -math.inf) -> dict[str, Array]:
         """Return strain (n,), pressure (n, 2) [Pa] and volume (n, 2) [m^3] that hold angles (n,) [rad].
@@ -66,9 +66,9 @@ class JointModel:
 
     def balance(self, pressure: ArrayLike, moment: ArrayLike = 0.0) -> dict[str, Array]:
         """Return angle (n,) [rad], strain (n,), volume (n, 2) [m^3] under pressures (n, 2) [Pa] and moments [N m]."""
-        both = np.atleast_2d(np.asarray(pressure, dtype=np.float64))
-        outer = np.broadcast_to(np.asarray(moment, dtype=np.float64), len(both))
-        return _core.balance_joint(self.row, pressure=both, moment=outer.copy())
+        pressures = np.atleast_2d(np.asarray(pressure, dtype=np.float64))
+        moments = np.broadcast_to(np.asarray(moment, dtype=np.float64), len(pressures))
+        return _core.balance_joint(self.row, pressure=pressures, moment=moments.copy())
 
 
 def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
@@ -85,21 +85,21 @@ def mooney(robot: Robot, material: str, material_set: str | None = None) -> Moon
     if material not in robot.materials:
         fix = did_you_mean(material, robot.materials)
         raise InputError("is not a material of [materials]", file=robot.file or None, key=material, fix=fix)
-    solid: Material = robot.materials[material]
-    sheet = Mooney(solid.modulus_100 / 3.5, 0.0)  # Mooney.modulus_100, solved for C1
+    table: Material = robot.materials[material]
+    from_data_sheet = Mooney(table.modulus_100 / 3.5, 0.0)  # Mooney.modulus_100, solved for C1
     if name == "datasheet":
-        return sheet
+        return from_data_sheet
     fix = f"give it for the material set {name}, or choose another set"
     if name == "fe":
-        return Mooney(require(solid.modulus_fe, f"materials.{material}.modulus_fe_pa", robot, fix) / 6, 0.0)
-    tested = Mooney(*require(solid.tensile, f"materials.{material}.tensile_pa", robot, fix))
+        return Mooney(require(table.modulus_fe, f"materials.{material}.modulus_fe_pa", robot, fix) / 6, 0.0)
+    tested = Mooney(*require(table.tensile, f"materials.{material}.tensile_pa", robot, fix))
     if name == "tensile":
         return tested
-    return Mooney(math.sqrt(sheet.c1 * tested.c1), math.sqrt(sheet.c2 * tested.c2))
+    return Mooney(math.sqrt(from_data_sheet.c1 * tested.c1), math.sqrt(from_data_sheet.c2 * tested.c2))
 
 
 def drive_unit(robot: Robot) -> DriveUnit:
-    """Return the table of the muscle."""
+    """Return the table ``[drive_unit]`` of a robot that has muscles."""
     return require(robot.drive_unit, "drive_unit", robot)
 
 
@@ -165,18 +165,18 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
     area, second = np.pi * a * b, np.pi / 4 * a * b**3  # of an ellipse
     if plain:
         return np.stack([length, area, actuator.stiffness_factor * second, 0 * area], axis=1)
-    radius, soft = unit.outer_diameter / 2, actuator.length
-    hole = np.pi * radius**2
-    area = area - 2 * count * hole
-    second = second - count * hole * sum(lever**2 + radius**2 / 4 for lever in actuator.levers)
-    around = np.sqrt(radius**2 + area / (2 * count * np.pi)) - radius  # each hose swells its share of the section
-    ends = 2 * unit.outer_diameter  # glued to the plates, one diameter of a hose neither swells nor shortens
+    radius, free_length = unit.outer_diameter / 2, actuator.length
+    hole_area = np.pi * radius**2
+    area = area - 2 * count * hole_area
+    second = second - count * hole_area * sum(lever**2 + radius**2 / 4 for lever in actuator.levers)
+    sleeve = np.sqrt(radius**2 + area / (2 * count * np.pi)) - radius  # each hose swells its share of the section
+    glued = 2 * unit.outer_diameter  # glued to the plates, one diameter of a hose neither swells nor shortens
     fix = "describe a longer joint, or thinner hoses"
-    if min(area.min(), second.min()) <= 0 or soft <= ends:
-        rule = f"must have room for its hoses, and be longer than two diameters of a hose, {ends:g} m"
+    if min(area.min(), second.min()) <= 0 or free_length <= glued:
+        rule = f"must have room for its hoses, and be longer than two diameters of a hose, {glued:g} m"
         key = f"{joint_key(robot, group.name)}.actuator.segment_length_m"
-        raise InputError(rule, file=robot.file or None, key=key, value=f"{soft:g} m in all", fix=fix)
-    return np.stack([length * (1 - ends / soft), area, actuator.stiffness_factor * second, around], axis=1)
+        raise InputError(rule, file=robot.file or None, key=key, value=f"{free_length:g} m in all", fix=fix)
+    return np.stack([length * (1 - glued / free_length), area, actuator.stiffness_factor * second, sleeve], axis=1)
 
 
 def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel, ...]:
@@ -189,7 +189,7 @@ def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel,
 
 
 def _model(robot: Robot, g: int, material: str | None) -> JointModel:
-    """Reduce one joint to one section."""
+    """Return a joint with muscles as one section."""
     if not robot.joints[g].drive.oil:
         return JointModel(robot.joints[g].name, np.zeros(len(_core.joint_columns())), 0.0, math.inf)
     group, actuator = joint_group(robot, g)
@@ -197,7 +197,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
     highest = require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
     fill = group.line.fill_pressure if group.line is not None else 0.0
     section = soft_joint(robot, g, material, friction=False).one_section(left=highest, right=0.0)
-    one = [rounded_number(value) for value in section]
+    sizes = [rounded_number(value) for value in section]
     wall, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     values = {
         **{"outer": unit.outer_diameter, "inner": unit.inner_diameter},
@@ -205,24 +205,24 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
         **{"hose_c1": wall.c1, "hose_c2": wall.c2, "matrix_c1": matrix.c1, "matrix_c2": matrix.c2},
         **{"friction": unit.friction, "units": cast(int, group.drive_units)},
         **dict(zip(("left", "right"), actuator.levers, strict=True)),
-        **dict(zip(("length", "area", "second", "sleeve"), one, strict=True)),
+        **dict(zip(("length", "area", "second", "sleeve"), sizes, strict=True)),
     }
     row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # nothing on its axis
     # Kelvin-Voigt: relaxation time times stiffness, as at rest.
     model = JointModel(group.name, row, fill, 0.0)
-    bar = {"elastic": matrix.modulus * one[2] / one[0], "axial": matrix.modulus * one[1] * one[0]}
-    whole = {
+    solid = {"elastic": matrix.modulus * sizes[2] / sizes[0], "axial": matrix.modulus * sizes[1] * sizes[0]}
+    joint = {
         "elastic": model.stiffness,
         "axial": -float(np.diff(model.at(0.0, [-SMALL, SMALL])["axial"])[0]) / (2 * SMALL),
     }
     slow, fast = (robot.materials[name].relaxation for name in (unit.matrix, unit.hose))
-    viscosity = {name: slow * bar[name] + fast * (whole[name] - bar[name]) for name in bar}
+    viscosity = {name: slow * solid[name] + fast * (joint[name] - solid[name]) for name in solid}
     values |= {"viscosity": viscosity["elastic"], "axial_viscosity": viscosity["axial"], "rest": 0.0}
     values |= dict(zip(("axis_stiffness", "axis_buckling"), actuator.axis, strict=True))
     row = np.array([values[name] for name in _core.joint_columns()])
-    rest = float(JointModel(group.name, row, fill, 0.0).balance([fill, fill])["strain"][0])
-    row[_core.joint_columns().index("rest")] = rest
+    strain = float(JointModel(group.name, row, fill, 0.0).balance([fill, fill])["strain"][0])
+    row[_core.joint_columns().index("rest")] = strain
     row.flags.writeable = False  # cached and shared
-    stretch = 1 + rest
-    room = hose.closing_stretch(LUMEN_MIN) - stretch
-    return JointModel(group.name, row, fill, room * one[0] * math.sqrt(stretch) / max(actuator.levers))
+    stretch = 1 + strain
+    stretch_left = hose.closing_stretch(LUMEN_MIN) - stretch
+    return JointModel(group.name, row, fill, stretch_left * sizes[0] * math.sqrt(stretch) / max(actuator.levers))

@@ -25,8 +25,8 @@ def plate_springs(length: Sequence[float], height: Sequence[float], thickness: f
     beam's is: k = 3 E I / length of one segment. Sizes in m, `modulus` in Pa.
     """
     bending = [modulus * h * thickness**3 / 12 for h in height]
-    halves = [one / 2 / stiffness for one, stiffness in zip(length, bending, strict=True)]
-    compliances = [one + other for one, other in zip([0.0, *halves], halves, strict=False)]
+    halves = [segment / 2 / stiffness for segment, stiffness in zip(length, bending, strict=True)]
+    compliances = [segment + following for segment, following in zip([0.0, *halves], halves, strict=False)]
     factor = 1 + 1 / (2 * len(length) ** 2)
     return [factor / compliance for compliance in compliances]
 
@@ -60,22 +60,22 @@ def _undrive_last(document: dict[str, Any]) -> None:
 
 
 def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
-    """Return the document with a last link in segments."""
+    """Return the document with its last link cut in segments."""
     _, lengths = shape_of(**sizes)
-    least = SEGMENTS * SHORTEST * math.fsum(lengths)
-    if lengths[-1] < least or len(lengths) + SEGMENTS - 1 not in LINKS:
-        rule = f"must leave the fin {least:.3g} m and two links to spare with --tail flexible"
+    shortest = SEGMENTS * SHORTEST * math.fsum(lengths)
+    if lengths[-1] < shortest or len(lengths) + SEGMENTS - 1 not in LINKS:
+        rule = f"must leave the fin {shortest:.3g} m and two links to spare with --tail flexible"
         fix = "give fewer and longer links, or take --tail passive"
         key = "--lengths" if sizes.get("lengths") else "--links"
         raise InputError(rule, key=key, value=f"{len(lengths)}, the last of {lengths[-1]:.3g} m", fix=fix)
-    parts = [*lengths[:-1], *[lengths[-1] / SEGMENTS] * SEGMENTS]
+    segment_lengths = [*lengths[:-1], *[lengths[-1] / SEGMENTS] * SEGMENTS]
     others: Any = {key: value for key, value in sizes.items() if key not in ("links", "length", "lengths")}
-    finer = new_robot(document["name"], lengths=parts, **others)
-    finer["links"]["name"] = document["links"]["name"][:-1] + [f"fin {i + 1}" for i in range(SEGMENTS)]
-    kept = {key: document[key] for key in ("description", "joints", "gaits", "gait_bounds")}
-    given = {key: document["sources"][key] for key in ("links.length_m", "body.mass_kg")}
-    given["links.length_m"] += f"; the fin in {SEGMENTS} equal segments"
-    return finer | kept | {"sources": finer["sources"] | given}
+    segmented = new_robot(document["name"], lengths=segment_lengths, **others)
+    segmented["links"]["name"] = document["links"]["name"][:-1] + [f"fin {i + 1}" for i in range(SEGMENTS)]
+    unchanged = {key: document[key] for key in ("description", "joints", "gaits", "gait_bounds")}
+    sources = {key: document["sources"][key] for key in ("links.length_m", "body.mass_kg")}
+    sources["links.length_m"] += f"; the fin in {SEGMENTS} equal segments"
+    return segmented | unchanged | {"sources": segmented["sources"] | sources}
 
 
 def _add_springs(document: dict[str, Any], links: range) -> None:
@@ -83,8 +83,8 @@ def _add_springs(document: dict[str, Any], links: range) -> None:
     columns, frequency = document["links"], document["gaits"]["cruise"]["frequency_hz"]
     length = [columns["length_m"][i] for i in links]
     height = [columns["lateral_area_m2"][i] / columns["length_m"][i] for i in links]
-    springs = plate_springs(length, height, (12 / MODULUS) ** (1 / 3), MODULUS)  # of a plate 1 m high of 1 N m^2
-    tables = [{"link": i, "stiffness_n_m_per_rad": k} for i, k in zip(links, springs, strict=True)]
+    relative = plate_springs(length, height, (12 / MODULUS) ** (1 / 3), MODULUS)  # of a plate 1 m high of 1 N m^2
+    tables = [{"link": i, "stiffness_n_m_per_rad": k} for i, k in zip(links, relative, strict=True)]
     robot = parse(document | {"hinges": tables})
     scale = RATIO / softness(robot, frequency)
     for table, inertia in zip(tables, reduced_inertia(robot).diagonal().tolist(), strict=True):

@@ -21,32 +21,32 @@ MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantitie
 
 @cards.of(BenchFit)
 def bench_card(fit: BenchFit) -> Card:
-    """Show the unknowns with their intervals, the errors, and the warnings."""
+    """Show a fit: unknowns with intervals, determined combinations, errors and warnings."""
     bench, n, known = fit.bench, len(fit.free), len(fit.combinations)
     joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(fit.described.joints[j].name for j in bench.joints)}"
     rms = ", ".join(f"{key.replace('_', f' {value:.2g} ')}" for key, value in at_border(fit.rms).items())
     alone = sum(row["determined"] for row in fit.parameters)
-    many = "" if alone == n else "; the fitted values are one of many sets that fit as well"
-    determined = f"The bench determines {alone} of {n} unknowns, and {counted(known, 'combination')} of them{many}."
+    remark = "" if alone == n else "; the fitted values are one of many sets that fit as well"
+    determined = f"The bench determines {alone} of {n} unknowns, and {counted(known, 'combination')} of them{remark}."
     parts: list[Part] = [(determined, "bold"), f"rms of the residuals: {rms}", _unknown_table(fit)]
     rows = [
         [
-            one.text,
-            f"{one.value:.3g}",
-            f"{one.low:.3g} .. {one.high:.3g}, {half_text(math.log(one.high / one.low) / 2)}",
+            c.text,
+            f"{c.value:.3g}",
+            f"{c.low:.3g} .. {c.high:.3g}, {half_text(math.log(c.high / c.low) / 2)}",
         ]
-        for one in fit.combinations
+        for c in fit.combinations
     ]
     if rows:
         parts.append(Table(["combination, over the described one", "value", "95 % interval"], rows, whole=0))
-    used = {name for one in fit.combinations for name in one.exponents}
+    used = {name for c in fit.combinations for name in c.exponents}
     parts += [(f"{name} = {meaning}", "dim") for name, meaning in FACTORS.values() if name in used]
     spectrum = (f"{d.singular_value:.2g}" if d.singular_value > 1e-3 else "0" for d in fit.directions)
     parts.append(f"singular values, bench over bounds: {', '.join(spectrum)}")
     parts += [(warning, "yellow") for warning in fit.warnings]
     parts.append((f"{fit.stop} {fit.seconds:.1f} s in all.", "green" if fit.converged else "bold red"))
-    bent = np.isfinite(fit.bench.angle)
-    angles = np.degrees([fit.bench.angle[bent], fit.angle[bent]]).T.tolist()
+    with_angle = np.isfinite(fit.bench.angle)
+    angles = np.degrees([fit.bench.angle[with_angle], fit.angle[with_angle]]).T.tolist()
     title = f"{fit.robot.name}, {joints}: {counted(len(bench.angle), 'row')}"
     return Card(title, parts, partial(computed_svg, angles, "bend [deg]", "a row of the bench"))
 
@@ -63,13 +63,13 @@ def _unknown_table(fit: BenchFit) -> Table:
 
 
 def half_text(log: float) -> str:
-    """Write half an interval of a logarithm: as a percentage, or as a factor where it is wide."""
+    """Write half of an interval of a logarithm: as a percentage, or as a factor where it is wide."""
     return f"\u00b1{100 * log:.2g} %" if log < SMALL else f"\u00d7/\u00f7 {math.exp(log):.2g}"
 
 
 @cards.of(Family)
 def family_card(found: Family) -> Card:
-    """Show what was measured, what the bench leaves open, and the most informative measurements."""
+    """Show a family: measured values, open quantities, unknowns, and the most informative measurements."""
     bench, robot, population = found.space.bench, found.space.robot, found.population
     joints = f"joint{'s' * (len(bench.joints) > 1)} {' and '.join(robot.joints[j].name for j in bench.joints)}"
     facts = [
@@ -110,17 +110,17 @@ def family_card(found: Family) -> Card:
     return Card(title, parts, partial(bars_svg, bars, "90 % interval over the median"))
 
 
-def fact_text(one: Mapping[str, Any]) -> str:
-    """Name a measured value."""
-    falling = ", falling" if one["branch"] == BRANCHES[1] else ""
-    return f"{one['joint']}, {one['side']}, {one['pressure_kpa']:g} kPa{falling}: {one['kind']}"
+def fact_text(fact: Mapping[str, Any]) -> str:
+    """Return the name of a measured value: quantity, joint, side and pressure."""
+    falling = ", falling" if fact["branch"] == BRANCHES[1] else ""
+    return f"{fact['joint']}, {fact['side']}, {fact['pressure_kpa']:g} kPa{falling}: {fact['kind']}"
 
 
-def _told(one: Next) -> str:
-    """Write what a measurement would tell."""
-    expected = ", or ".join(f"{low:.3g} to {high:.3g}" for low, high in one.expected)
-    most = list(one.narrows.items())
-    parts = [f"{text} to {100 * ratio:.0f} %" for text, ratio in most[:NARROWED]]
-    parts += [f"{len(most) - NARROWED} more"] * (len(most) > NARROWED)
+def _told(measurement: Next) -> str:
+    """Return the readings to expect of a measurement, and what it narrows, as text."""
+    expected = ", or ".join(f"{low:.3g} to {high:.3g}" for low, high in measurement.expected)
+    narrows = list(measurement.narrows.items())
+    parts = [f"{text} to {100 * ratio:.0f} %" for text, ratio in narrows[:NARROWED]]
+    parts += [f"{len(narrows) - NARROWED} more"] * (len(narrows) > NARROWED)
     narrowed = ", ".join(parts) or "nothing by a tenth"
-    return f"{one.bits:4.1f} bits  {one.text}: {expected} {one.unit}. It narrows {narrowed}."
+    return f"{measurement.bits:4.1f} bits  {measurement.text}: {expected} {measurement.unit}. It narrows {narrowed}."

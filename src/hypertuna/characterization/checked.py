@@ -28,7 +28,7 @@ Point = tuple[dict[str, float], str]  # values by kind [SI], and why there are n
 
 @dataclass(frozen=True)
 class Checked:
-    """The chosen design of a family at every measured value, by finite elements and by the fast model.
+    """The chosen design of a family by finite elements and by the fast model, at each measured value.
 
     Finite elements have no friction: the fast model without friction is compared with them.
     """
@@ -43,8 +43,8 @@ class Checked:
     @property
     def difference(self) -> Array:
         """Relative difference (elements,), fast model without friction minus finite elements; NaN at rest."""
-        rest = np.array([fact["pressure_kpa"] == 0 for fact in self.family.facts])
-        reference = np.where(rest | (self.by_elements == 0), np.nan, self.by_elements)
+        at_rest = np.array([fact["pressure_kpa"] == 0 for fact in self.family.facts])
+        reference = np.where(at_rest | (self.by_elements == 0), np.nan, self.by_elements)
         return np.asarray((self.model - self.by_elements) / reference)
 
     @property
@@ -55,8 +55,8 @@ class Checked:
         for fact, *values, fault in zip(self.family.facts, *columns, self.faults, strict=True):
             model, elements, difference = map(float, values)
             factor = KINDS[fact["kind"]].factor
-            told = {"without_friction": factor * model, "elements": factor * elements, "difference_percent": difference}
-            rows.append({key: fact[key] for key in FACTS} | told | {"fault": fault})
+            both = {"without_friction": factor * model, "elements": factor * elements, "difference_percent": difference}
+            rows.append({key: fact[key] for key in FACTS} | both | {"fault": fault})
         return rows
 
     @property
@@ -74,7 +74,7 @@ def check_chosen(
     solve: Callable[[Robot, int, FeOptions], Joint] = joint_by_elements,
 ) -> Checked:
     """Solve the chosen design of a family by finite elements at the pressures of its bench; `solve` replaces them."""
-    begun, bench, chosen = time.monotonic(), family.space.bench, family.members[family.middle].robot
+    started, bench, chosen = time.monotonic(), family.space.bench, family.members[family.middle].robot
     unit = drive_unit(chosen).model_copy(update={"friction": 0.0})
     robot, options = chosen.model_copy(update={"drive_unit": unit}), options or FeOptions(mesh=MESH)
     groups: dict[tuple[int, int, bool], list[int]] = {}  # rows by joint, side and whether the joint is held
@@ -92,23 +92,23 @@ def check_chosen(
 
     joints = {joint: _Solver(robot, joint, solve(robot, joint, options), tick) for joint in bench.joints}
     found, faults = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}, [""] * len(bench.joint)
-    for (joint, side, held), own in sorted(groups.items()):
+    for (joint, side, held), rows in sorted(groups.items()):
         points = (joints[joint].held if held else joints[joint].free)(side, rising[joint, side, held].tolist())
-        for row in own:
+        for row in rows:
             values, faults[row] = points[float(bench.pressure[row])]
             for kind, value in values.items():
                 found[kind][row] = value
-    places = zip(found["moment"].tolist(), bench.joint.tolist(), bench.arm.tolist(), strict=True)
-    found["moment"] = np.array([held_at(m, joint_group(robot, joint)[1].length, arm) for m, joint, arm in places])
+    held_rows = zip(found["moment"].tolist(), bench.joint.tolist(), bench.arm.tolist(), strict=True)
+    found["moment"] = np.array([held_at(m, joint_group(robot, joint)[1].length, arm) for m, joint, arm in held_rows])
     measured = family.space.elements
     model, elements = (measured.of(values) for values in (computed(robot, bench), found))
-    told = tuple(faults[row] for row in measured.row.tolist())
-    return Checked(family, options, model, elements, told, time.monotonic() - begun)
+    messages = tuple(faults[row] for row in measured.row.tolist())
+    return Checked(family, options, model, elements, messages, time.monotonic() - started)
 
 
 @dataclass(frozen=True)
 class _Solver:
-    """A joint that is solved at pressures (n,) [Pa] of a side: values by kind [SI] and fault, by pressure."""
+    """A joint solved at pressures (n,) [Pa] of one side; results by pressure: values by kind [SI], and fault."""
 
     robot: Robot
     joint: int
@@ -116,7 +116,7 @@ class _Solver:
     tick: Callable[[], None]  # after each solution
 
     def free(self, side: int, rising: list[float]) -> dict[float, Point]:
-        """Bend or shorten the joint, from rest: 0 is the first pressure. Beyond a fault all pressures have it."""
+        """Return results of the free joint from rest, the first pressure, on; after a fault all have that fault."""
         path, states, fault = [_pair(side, pressure) for pressure in rising], [], ""
         points: dict[float, Point] = {}
         for k, pressure in enumerate(rising):
@@ -127,21 +127,21 @@ class _Solver:
         return points
 
     def held(self, side: int, rising: list[float]) -> dict[float, Point]:
-        """Hold the joint straight: by the fast model's couple, by one that takes back its bend, by their secant."""
+        """Return results of the joint held straight by a couple: the secant of the fast model's and a corrected one."""
         points: dict[float, Point] = {}
         stiffness, sign = joint_models(self.robot)[self.joint].stiffness, 1 - 2 * side
         for pressure in rising:
             couple = -sign * blocked_moment(self.robot, self.joint, pressure, side)
             first = last = self._solve(couple, [_pair(side, pressure)])
             if not first["fault"]:
-                other = couple - stiffness * first["angle"]
-                last = self._solve(other, [_pair(side, pressure)])
+                second_couple = couple - stiffness * first["angle"]
+                last = self._solve(second_couple, [_pair(side, pressure)])
             if fault := self._fault(side, pressure, last["fault"], ", held straight"):
                 points[pressure] = {}, fault
                 continue
-            turn = last["angle"] - first["angle"]
-            straight = other - last["angle"] * (other - couple) / turn if turn else couple
-            points[pressure] = {"moment": -sign * straight}, ""
+            difference = last["angle"] - first["angle"]
+            holding = second_couple - last["angle"] * (second_couple - couple) / difference if difference else couple
+            points[pressure] = {"moment": -sign * holding}, ""
         return points
 
     def _solve(self, couple: float, path: list[Pair]) -> Mapping[str, Any]:
@@ -160,12 +160,12 @@ class _Solver:
 
 
 def _pair(side: int, pressure: float) -> Pair:
-    """Return the pressures of the left and right side."""
+    """Return the pressures of left and right side, from that of one side or of both."""
     return pressure if side != 1 else 0.0, pressure if side else 0.0
 
 
 def _since(rest: Mapping[str, Any], state: Mapping[str, Any], side: int) -> dict[str, float]:
-    """Return what a bench measures since rest [SI], by kind."""
+    """Return what a bench measures of a state, relative to rest [SI], by kind."""
     values = {"shortening": rest["length"] - state["length"]}
     if side == len(SIDES):
         return values

@@ -34,7 +34,7 @@ PREFERRED = (
 
 @dataclass(frozen=True)
 class Combination:
-    """A product of powers of the unknowns that the bench determines."""
+    """A product of powers of the unknowns that the bench determines, with its interval."""
 
     exponents: dict[str, float]  # rounded, by `Unknown.factor`
     unknown: str  # with exponent 1: determined as well as the combination if the others are known
@@ -48,30 +48,30 @@ class Combination:
 def combinations(
     free: Sequence[Unknown], z: Array, directions: Sequence[Direction], cov: Array, samples: Array, quantile: float
 ) -> tuple[Combination, ...]:
-    """Return as many products of powers as directions are determined, each solved for one unknown, the sharpest first.
+    """Return as many products of powers as directions are determined, each solved for one unknown, narrowest first.
 
     z: the fit (n,), logarithms from the described values in prior standard deviations; cov: their covariance (n, n);
     samples: other points (samples, n) that fit; quantile: of the 95 % interval, in standard deviations.
     """
-    vectors = np.array([one.vector for one in directions])
-    known = np.hypot(1, [one.singular_value for one in directions])
-    precision, left = np.asarray(vectors.T * known**2 @ vectors), list(range(len(free)))
+    vectors = np.array([direction.vector for direction in directions])
+    narrowings = np.hypot(1, [direction.singular_value for direction in directions])
+    precision, remaining = np.asarray(vectors.T * narrowings**2 @ vectors), list(range(len(free)))
     products: list[Combination] = []
     for narrowing in SHARPNESS:
-        count = int(np.sum(known >= narrowing)) - len(products)
-        chosen = _solvable(free, precision, left, narrowing)[:count]
-        others = [k for k in range(len(left)) if k not in chosen]
-        own = np.linalg.inv(precision[np.ix_(chosen, chosen)])
-        known_by = [left[i] for i in others]
-        products += [_combination(free, left[k], known_by, z, cov, samples, quantile) for k in chosen]
-        follow = own @ precision[np.ix_(chosen, others)]
-        precision = np.asarray(precision[np.ix_(others, others)] - precision[np.ix_(others, chosen)] @ follow)
-        left = known_by
-    return tuple(sorted(products, key=lambda one: one.high / one.low))
+        count = int(np.sum(narrowings >= narrowing)) - len(products)
+        chosen = _solvable(free, precision, remaining, narrowing)[:count]
+        others = [k for k in range(len(remaining)) if k not in chosen]
+        inverse = np.linalg.inv(precision[np.ix_(chosen, chosen)])
+        unsolved = [remaining[i] for i in others]
+        products += [_combination(free, remaining[k], unsolved, z, cov, samples, quantile) for k in chosen]
+        regression = inverse @ precision[np.ix_(chosen, others)]
+        precision = np.asarray(precision[np.ix_(others, others)] - precision[np.ix_(others, chosen)] @ regression)
+        remaining = unsolved
+    return tuple(sorted(products, key=lambda direction: direction.high / direction.low))
 
 
 def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], narrowing: float) -> list[int]:
-    """Choose unknowns that would all be narrowed by this factor if the rest of those left were known."""
+    """Return indices of unknowns that are all narrowed by a factor once the other remaining unknowns are known."""
     chosen: list[int] = []
     for k in sorted(range(len(left)), key=lambda i: PREFERRED.index(free[left[i]].kind)):
         block = precision[np.ix_([*chosen, k], [*chosen, k])]
@@ -83,12 +83,12 @@ def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], na
 def _combination(
     free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, samples: Array, quantile: float
 ) -> Combination:
-    """Return the product of unknown k and few others, with rounded exponents and the interval of that product."""
-    prior_sd, n = np.array([one.prior_sd for one in free]), len(free)
+    """Return the product of unknown k and few of the others, with rounded exponents, and its interval."""
+    prior_sd, n = np.array([unknown.prior_sd for unknown in free]), len(free)
 
     def sd_of(exponents: Array) -> float:
-        along = exponents * prior_sd
-        return math.sqrt(float(along @ cov @ along))
+        scaled = exponents * prior_sd
+        return math.sqrt(float(scaled @ cov @ scaled))
 
     def solved(by: Sequence[int]) -> Array:
         # the best exponents of these unknowns: regression with the covariance
@@ -96,30 +96,30 @@ def _combination(
         vector[by] = -np.linalg.solve(cov[np.ix_(by, by)], cov[by, k])
         return np.asarray(vector * prior_sd[k] / prior_sd)
 
-    kept = list(others)
-    enough = max(WIDER * sd_of(solved(kept)), SLIGHT)
-    while kept:
-        fewer = min(([j for j in kept if j != i] for i in kept), key=lambda by: sd_of(solved(by)))
-        if sd_of(solved(fewer)) > enough:
+    used = list(others)
+    acceptable = max(WIDER * sd_of(solved(used)), SLIGHT)
+    while used:
+        fewer = min(([j for j in used if j != i] for i in used), key=lambda by: sd_of(solved(by)))
+        if sd_of(solved(fewer)) > acceptable:
             break
-        kept = fewer
-    exact = solved(kept)
+        used = fewer
+    exact = solved(used)
     for grid in GRIDS:
         exponents = np.asarray(grid * np.round(exact / grid))
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):
             break
-    along = exponents * prior_sd
-    middle = float(along @ z)
+    scaled = exponents * prior_sd
+    middle = float(scaled @ z)
     low, high = middle - quantile * sd_of(exponents), middle + quantile * sd_of(exponents)
     if len(samples) >= MIN_SAMPLES:  # a product holds near the fit; samples farther away that fit too show its error
-        values = samples @ along
-        about, reach = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
-        low, high = min(low, about - reach), max(high, about + reach)
-    names = {one.factor: round(float(e), 2) for one, e in zip(free, exponents, strict=True) if e}
+        values = samples @ scaled
+        center, half_width = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
+        low, high = min(low, center - half_width), max(high, center + half_width)
+    names = {unknown.factor: round(float(e), 2) for unknown, e in zip(free, exponents, strict=True) if e}
     return Combination(
         exponents=names,
         unknown=free[k].factor,
-        narrowing=2 * quantile * float(np.linalg.norm(along)) / (high - low),
+        narrowing=2 * quantile * float(np.linalg.norm(scaled)) / (high - low),
         value=math.exp(middle),
         low=math.exp(low),
         high=math.exp(high),
@@ -128,12 +128,12 @@ def _combination(
 
 
 def _product(exponents: Mapping[str, float]) -> str:
-    """Format a product of powers as a fraction."""
+    """Return a product of powers as text: a fraction."""
     parts: tuple[list[str], list[str]] = ([], [])
     for name, e in sorted(exponents.items(), key=lambda one: -abs(one[1])):
         power = "" if abs(abs(e) - 1) < 1e-9 else f"^{abs(e):.3g}"
         parts[e < 0].append(f"{name}{power}")
-    over, under = (" ".join(part) for part in parts)
-    if not under:
-        return over
-    return f"{over or '1'} / ({under})" if len(parts[1]) > 1 else f"{over or '1'} / {under}"
+    numerator, denominator = (" ".join(part) for part in parts)
+    if not denominator:
+        return numerator
+    return f"{numerator or '1'} / ({denominator})" if len(parts[1]) > 1 else f"{numerator or '1'} / {denominator}"

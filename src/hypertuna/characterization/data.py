@@ -65,7 +65,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Bench:
-    """Measurements; every array has one entry per row of the files, NaN for what a row does not measure."""
+    """Measurements of a bench; every array has one entry per row of the files, NaN where a row lacks the quantity."""
 
     joint: NDArray[np.int64]  # joint group, from 0
     side: NDArray[np.int64]  # side under pressure: 0 for left, 1 for right, 2 for both
@@ -101,25 +101,25 @@ def read_bench(paths: str | Path | Sequence[str | Path], robot: Robot) -> Bench:
     if not files:
         raise InputError("must name at least one file", key="bench", fix="give a CSV file of pressures and angles")
     rows = [row for path in files for row in _read(path, robot)]
-    tops: dict[tuple[str, str, int, int], float] = {}
+    top_pressures: dict[tuple[str, str, int, int], float] = {}
     for row in rows:
         key = (row.file, row.run, row.joint, row.side)
-        tops[key] = max(tops.get(key, 0.0), row.pressure)
+        top_pressures[key] = max(top_pressures.get(key, 0.0), row.pressure)
     loops: dict[tuple[int, int, float], list[int]] = {}
     for k, row in enumerate(rows):
         if math.isfinite(row.moment):
             continue
-        loops.setdefault((row.joint, row.side, tops[row.file, row.run, row.joint, row.side]), []).append(k)
+        loops.setdefault((row.joint, row.side, top_pressures[row.file, row.run, row.joint, row.side]), []).append(k)
     columns = {name: np.array([getattr(row, name) for row in rows]) for name in MEASURED}
-    members = tuple(Loop(*key, np.array(own)) for key, own in loops.items())
-    of_rows, lines = tuple(row.file for row in rows), tuple(row.line for row in rows)
-    bench = Bench(**columns, loops=members, files=of_rows, lines=lines, warnings=_warnings(rows))
+    loop_tuple = tuple(Loop(*key, np.array(rows_of_loop)) for key, rows_of_loop in loops.items())
+    row_files, lines = tuple(row.file for row in rows), tuple(row.line for row in rows)
+    bench = Bench(**columns, loops=loop_tuple, files=row_files, lines=lines, warnings=_warnings(rows))
     _check_direction(bench, robot)
     return bench
 
 
 def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
-    """Read one file: CSV, or a radio log."""
+    """Return the rows of one file: CSV, or a radio log."""
     if Path(path).suffix.lower() == ".mcap":
         return bench_rows(path, robot)
     table = read_table(path, RUNS)
@@ -131,7 +131,7 @@ def _read(path: str | Path, robot: Robot) -> list[BenchRow]:
 
 
 def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchRow:
-    """Return the row of its cells; errors name the column."""
+    """Return a row of the bench from its cells; errors name the column."""
     side = check_choice(cells["side"].lower(), (*SIDES, BOTH), "side")
     fix = "give the gauge pressure of the side that bends the joint"
     pressure = _number(cells, "pressure_kpa", (NOT_NEGATIVE, fix), (MAX_PRESSURE, "give it in kPa"))
@@ -157,27 +157,27 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchR
 
 def _measured(cells: Mapping[str, str], kind: str) -> tuple[float, float] | None:
     """Return a quantity of a row and its standard deviation [SI]; None for an empty cell."""
-    one = KINDS[kind]
-    if not cells.get(one.column):
+    quantity = KINDS[kind]
+    if not cells.get(quantity.column):
         return None
-    value = _number(cells, one.column)
+    value = _number(cells, quantity.column)
     if kind == "angle":
-        MAX_ANGLE.check(abs(value), one.column, "give it in deg")
-    value /= one.factor
+        MAX_ANGLE.check(abs(value), quantity.column, "give it in deg")
+    value /= quantity.factor
     fix = "give the standard deviation, or leave the cell empty"
     if cells.get(SD[kind]):
-        return value, _number(cells, SD[kind], (POSITIVE, fix)) / one.factor
-    return value, math.nan if one.estimated else usual_sd(kind, value)
+        return value, _number(cells, SD[kind], (POSITIVE, fix)) / quantity.factor
+    return value, math.nan if quantity.estimated else usual_sd(kind, value)
 
 
 def usual_sd(kind: str, value: float) -> float:
-    """Return the standard deviation of a usual instrument at a value [SI]."""
+    """Return the standard deviation of a usual instrument for a quantity at a value [SI]."""
     sd = KINDS[kind].sd
     return sd if sd > 0 else max(-sd * abs(value), SMALLEST)
 
 
 def _held(cells: Mapping[str, str]) -> tuple[tuple[float, float] | None, float]:
-    """Return the moment of a force that holds a joint, its standard deviation [N m], and the arm [m]."""
+    """Return moment [N m] and standard deviation of a force that holds a joint, None without one, and its arm [m]."""
     if not cells.get(FORCE):
         if cells.get(ARM):
             raise InputError("belongs to a force", key=ARM, fix=f"give {FORCE} too, or leave the cell empty")
@@ -196,7 +196,7 @@ def _held(cells: Mapping[str, str]) -> tuple[tuple[float, float] | None, float]:
 
 def _check_measured(measured: Mapping[str, tuple[float, float]], side: str) -> None:
     """Check that a row measures something, and that its quantities belong together."""
-    columns = [one.column for one in KINDS.values()]
+    columns = [quantity.column for quantity in KINDS.values()]
     if not measured:
         raise InputError("must have a measured value", value="empty", fix=f"give {', '.join(columns)} or {FORCE}")
     if side == BOTH and (others := [KINDS[kind].column for kind in measured if kind != "shortening"]):
@@ -222,8 +222,8 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
     """Return a finite number within limits, each with the fix for a number beyond it."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
-        given, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"
-        raise InputError("must be a finite number", key=key, value=shown(given) if given else "empty", fix=fix)
+        text, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"
+        raise InputError("must be a finite number", key=key, value=shown(text) if text else "empty", fix=fix)
     CELL.check(value, key, "correct that number, or remove the line")
     for limit, fix in limits:
         limit.check(value, key, fix)
@@ -231,11 +231,11 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
 
 
 def _check_direction(bench: Bench, robot: Robot) -> None:
-    """Check that bends are positive toward the passive side, on the right side too."""
+    """Check that bends are positive toward the side without pressure, also on the right side."""
     for loop in bench.loops:
-        high = loop.rows[(bench.pressure[loop.rows] > loop.top / 2) & np.isfinite(bench.angle[loop.rows])]
-        if len(high) and np.median(bench.angle[high]) < 0:
-            k = int(high[np.argmin(bench.angle[high])])
+        upper_rows = loop.rows[(bench.pressure[loop.rows] > loop.top / 2) & np.isfinite(bench.angle[loop.rows])]
+        if len(upper_rows) and np.median(bench.angle[upper_rows]) < 0:
+            k = int(upper_rows[np.argmin(bench.angle[upper_rows])])
             rule = f"must be positive for the {SIDES[loop.side]} side of joint {robot.joints[loop.joint].name}, too"
             key, value = f"line {bench.lines[k]}, angle_deg", f"{math.degrees(bench.angle[k]):g}"
             fix = "measure the angle from the straight joint, positive away from the pressurized side"

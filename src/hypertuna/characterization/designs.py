@@ -1,4 +1,4 @@
-"""Designs of an actuator as points of a box: one unknown of each joint is solved for, so that its sharpest bend is met.
+"""Designs of an actuator as points of a box: one unknown of each joint is solved for, to meet its best measured bend.
 
 Measured bends leave a thin, curved sheet of designs. Its points are drawn as the noise of one bend of each joint and as
 all unknowns but one, which follows from them.
@@ -32,7 +32,7 @@ NO_ROOM, NO_BEND, LOCKED = (
 
 @dataclass(frozen=True)
 class Solved:
-    """An unknown that is solved for from a bend under the rising pressure of one side."""
+    """An unknown of a joint that is solved for from a measured bend under the rising pressure of one side."""
 
     unknown: int  # index of the free ones
     element: int  # index of the measured values
@@ -43,7 +43,7 @@ class Solved:
 
 @dataclass(frozen=True)
 class Design:
-    """A design within the bounds, or what excludes it."""
+    """A design within the bounds: its robot and unknowns, its fit to the bench, or the reason that excludes it."""
 
     robot: Robot
     values: Array  # (n,), of the unknowns [SI]
@@ -55,7 +55,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Designs:
-    """Unknowns of a robot's actuators and what was measured of them.
+    """The space of an actuator's designs: robot, bench, unknowns, measured values, and which unknowns are solved for.
 
     A point (n + s,) holds, between 0 and 1, where each unknown is between the logarithms of its bounds, of a solved one
     which of its solutions is taken, and then the noise of the s bends that are solved for, in standard deviations.
@@ -69,79 +69,80 @@ class Designs:
     solved: tuple[Solved, ...]
 
     def values(self, point: Array) -> Array:
-        """Return the unknowns (n,) [SI] of a point; those that are solved for are of no use."""
-        ends = ((one.log(one.lower), one.log(one.upper)) for one in self.free)
-        return np.array([one.value(a + x * (b - a)) for one, (a, b), x in zip(self.free, ends, point, strict=False)])
+        """Return the unknowns (n,) [SI] at a point; the entries of solved unknowns are placeholders."""
+        ends = ((u.log(u.lower), u.log(u.upper)) for u in self.free)
+        return np.array([u.value(a + x * (b - a)) for u, (a, b), x in zip(self.free, ends, point, strict=False)])
 
     def at(self, point: Array) -> Design:
         """Return the design of a point (n + s,)."""
         values = self.values(point)
         robot = with_unknowns(self.robot, self.free, values, checked=False)
         try:
-            if all(self.free[one.unknown].kind != "lever" for one in self.solved):
+            if all(self.free[s.unknown].kind != "lever" for s in self.solved):
                 robot = self._with_room(robot)
-            weight = 0.0
-            for k, one in enumerate(self.solved):
-                robot, values[one.unknown], own = self._solve(robot, one, point, float(point[len(self.free) + k]))
-                weight += own
+            log_weight = 0.0
+            for k, s in enumerate(self.solved):
+                robot, values[s.unknown], log_part = self._solve(robot, s, point, float(point[len(self.free) + k]))
+                log_weight += log_part
             robot = self._with_room(robot)
-            off = self._off(robot)
+            deviations = self._off(robot)
         except InputError as error:  # of sections without room for the muscles too
             return Design(robot, values, str(error) if str(error) in (NO_BEND, LOCKED) else NO_ROOM)
-        if not np.isfinite(off).all():
+        if not np.isfinite(deviations).all():
             return Design(robot, values, LOCKED)
-        return Design(robot, values, "", weight, off, -0.5 * float(off @ off))
+        return Design(robot, values, "", log_weight, deviations, -0.5 * float(deviations @ deviations))
 
     def _with_room(self, robot: Robot) -> Robot:
         for joint in self.bench.joints:
             robot = with_room(robot, joint)
         return robot
 
-    def _solve(self, robot: Robot, one: Solved, point: Array, noise: float) -> tuple[Robot, float, float]:
-        """Solve for an unknown: return robot, value [SI] and the logarithm of its density."""
-        unknown = self.free[one.unknown]
-        target = float(self.elements.measured[one.element] + noise * self.sd[one.element])
+    def _solve(self, robot: Robot, solved: Solved, point: Array, noise: float) -> tuple[Robot, float, float]:
+        """Return the robot that meets the bend of a solved unknown, the unknown's value [SI] and its log density."""
+        unknown = self.free[solved.unknown]
+        target = float(self.elements.measured[solved.element] + noise * self.sd[solved.element])
 
         def changed(value: float) -> Robot:
             return with_unknowns(robot, (unknown,), np.array([value]), checked=False)
 
-        plain = joint_sections(changed(1.0), one.joint) if unknown.kind == "stiffness_factor" else None
+        plain = joint_sections(changed(1.0), solved.joint) if unknown.kind == "stiffness_factor" else None
 
-        def off(value: float) -> float:  # nearly linear in a stiffness
+        def miss(value: float) -> float:  # nearly linear in a stiffness
             if plain is not None:
-                model = soft_joint(robot, one.joint, sections=plain * (1, 1, value, 1))
+                model = soft_joint(robot, solved.joint, sections=plain * (1, 1, value, 1))
             else:
-                model = soft_joint(changed(value), one.joint)
-            return target / max(one.sign * float(np.asarray(model.bend(one.both))[..., 0].sum()), NEAR * target) - 1
+                model = soft_joint(changed(value), solved.joint)
+            bend = solved.sign * float(np.asarray(model.bend(solved.both))[..., 0].sum())
+            return target / max(bend, NEAR * target) - 1
 
         grid = np.geomspace(unknown.lower, unknown.upper, GRID[unknown.kind])
-        ends = np.array([off(value) for value in grid.tolist()])
+        misses = np.array([miss(value) for value in grid.tolist()])
         # a longer lever pulls harder, and shortens its muscle more: two may give the same bend
-        crossings = np.flatnonzero(ends[:-1] * ends[1:] < 0)
+        crossings = np.flatnonzero(misses[:-1] * misses[1:] < 0)
         if not len(crossings):
             raise InputError(NO_BEND)
-        m = crossings[min(int(point[one.unknown] * len(crossings)), len(crossings) - 1)]
-        value = _crossing(off, (float(grid[m]), float(grid[m + 1])), (float(ends[m]), float(ends[m + 1])))
-        slope = (off(value * (1 + NEAR)) - off(value)) / NEAR
-        found = changed(value)
-        _check_ends(found, one)
-        return found, value, math.log(len(crossings) / max(abs(slope), NEAR))
+        k = crossings[min(int(point[solved.unknown] * len(crossings)), len(crossings) - 1)]
+        value = _crossing(miss, (float(grid[k]), float(grid[k + 1])), (float(misses[k]), float(misses[k + 1])))
+        slope = (miss(value * (1 + NEAR)) - miss(value)) / NEAR
+        solution = changed(value)
+        _check_ends(solution, solved)
+        return solution, value, math.log(len(crossings) / max(abs(slope), NEAR))
 
     def _off(self, robot: Robot) -> Array:
-        """Return computed minus measured over noise (elements,); 0 for those solved for."""
+        """Return the off (elements,): computed minus measured over noise; 0 for elements that are solved for."""
         off = np.zeros(len(self.sd))
-        others = np.setdiff1d(np.arange(len(off)), [one.element for one in self.solved])
+        others = np.setdiff1d(np.arange(len(off)), [solved.element for solved in self.solved])
         if len(others):
             off[others] = ((self.elements.of(computed(robot, self.bench)) - self.elements.measured) / self.sd)[others]
         return off
 
 
-def _crossing(of: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float]) -> float:
+def _crossing(function: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float]) -> float:
     """Return where a function that is nearly a line crosses 0 between two ends, by the Illinois method."""
     (a, b), (at_a, at_b) = ends, values
     for _ in range(MAX_STEPS):
         x = (a * at_b - b * at_a) / (at_b - at_a)
-        at_x = of(x)
+        at_x = function(x)
         if abs(at_x) < PRECISE:
             break
         if at_x * at_b < 0:
@@ -152,16 +153,16 @@ def _crossing(of: Callable[[float], float], ends: tuple[float, float], values: t
     return x
 
 
-def _check_ends(robot: Robot, one: Solved) -> None:
-    """Check that no muscle comes to an end: a stretched hose that closes, a shortened one whose braid pulls no more."""
-    actuator, hose = joint_group(robot, one.joint)[1], muscle(robot)
-    bent = np.asarray(soft_joint(robot, one.joint).bend(one.both))[0]
+def _check_ends(robot: Robot, solved: Solved) -> None:
+    """Check that muscles work at a solved bend: stretched hoses stay open, and shortened braids still pull."""
+    actuator, hose = joint_group(robot, solved.joint)[1], muscle(robot)
+    bent = np.asarray(soft_joint(robot, solved.joint).bend(solved.both))[0]
     axis = 1 + bent[:, 1]
-    turn = np.abs(bent[:, 0]) / joint_sections(robot, one.joint)[:, 0] / np.sqrt(axis)
-    long, short = axis + max(actuator.levers) * turn, axis - max(actuator.levers) * turn
+    bend = np.abs(bent[:, 0]) / joint_sections(robot, solved.joint)[:, 0] / np.sqrt(axis)
+    stretched, shortened = axis + max(actuator.levers) * bend, axis - max(actuator.levers) * bend
     unit = robot.drive_unit
-    braid = math.cos(unit.braid_angle) if unit is not None else 1.0
-    if long.max() > hose.closing_stretch(LUMEN_MIN) or short.min() * braid < math.cos(NEUTRAL_BRAID):
+    cosine = math.cos(unit.braid_angle) if unit is not None else 1.0
+    if stretched.max() > hose.closing_stretch(LUMEN_MIN) or shortened.min() * cosine < math.cos(NEUTRAL_BRAID):
         raise InputError(LOCKED)
 
 
@@ -173,31 +174,31 @@ def designs(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model_error: float = 0.03,
 ) -> Designs:
-    """Lay out a bench for a family.
+    """Return the space of designs that a family of a bench is sampled from.
 
     free, bounds: as for `unknowns`. model_error: of the fast model, relative to each measured value.
     """
-    both = [joint for joint in bench.joints if len(bench.sides(joint)) == 2]
-    frees = unknowns(robot, bench.joints, names=free, both_sides=both, bounds=bounds, optional=True)
+    both_sides = [joint for joint in bench.joints if len(bench.sides(joint)) == 2]
+    frees = unknowns(robot, bench.joints, names=free, both_sides=both_sides, bounds=bounds, optional=True)
     measured = elements(bench)
     columns = zip(measured.kind.tolist(), measured.measured.tolist(), measured.sd.tolist(), strict=True)
     noise = np.array([usual_sd(kind, value) if math.isnan(sd) else sd for kind, value, sd in columns])
     sd = np.hypot(noise, model_error * np.abs(measured.measured))
-    solved = [one for joint in bench.joints if (one := _solved(bench, frees, measured, sd, joint)) is not None]
+    solved = [choice for joint in bench.joints if (choice := _solved(bench, frees, measured, sd, joint)) is not None]
     return Designs(robot, bench, frees, measured, sd, tuple(solved))
 
 
 def _solved(bench: Bench, frees: Sequence[Unknown], measured: Elements, sd: Array, joint: int) -> Solved | None:
-    """Choose the unknown to solve for and the sharpest bend of a joint; None where it lacks either."""
-    own = [(kind, k) for kind in GRID for k, one in enumerate(frees) if (one.kind, one.joint) == (kind, joint)]
+    """Return the unknown of a joint to solve for, with its most precise bend; None where the bench lacks either."""
+    solvable = [(kind, k) for kind in GRID for k, u in enumerate(frees) if (u.kind, u.joint) == (kind, joint)]
     row = measured.row
     bends = (measured.kind == "angle") & (bench.joint[row] == joint) & ~bench.unload[row] & (measured.measured > 0)
-    if not own or not bends.any():
+    if not solvable or not bends.any():
         return None
     relative = np.round(sd[bends] / measured.measured[bends], 2)
     _, _, k = min(
         zip(relative.tolist(), (-bench.pressure[row[bends]]).tolist(), np.flatnonzero(bends).tolist(), strict=True)
     )
-    side, both = int(bench.side[row[k]]), np.zeros((1, 2))
-    both[0, side] = bench.pressure[row[k]]
-    return Solved(own[0][1], k, joint, both, 1 - 2 * side)
+    side, pressures = int(bench.side[row[k]]), np.zeros((1, 2))
+    pressures[0, side] = bench.pressure[row[k]]
+    return Solved(solvable[0][1], k, joint, pressures, 1 - 2 * side)

@@ -63,7 +63,7 @@ class Candidate:
     factor: float = 1.0  # displayed units per SI unit
 
     def noise(self, value: float) -> float:
-        """Return the standard deviation at a value [SI]."""
+        """Return the standard deviation of the measurement at a value [SI]."""
         return self.sd if self.sd > 0 else -self.sd * abs(value)
 
 
@@ -74,143 +74,143 @@ def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
     C - C g g^T C / (t^2 + g^T C g); g comes from central differences of the model.
     """
     cov, n = fit.covariance, len(fit.free)
-    half = [fit.quantile * u.relative(float(v)) for u, v in zip(fit.free, fit.values, strict=True)]
+    half_widths = [fit.quantile * u.relative(float(v)) for u, v in zip(fit.free, fit.values, strict=True)]
     before = np.sqrt(np.diag(cov))
     gains = []
-    for one in candidates(fit.described, fit.bench, fit.free):
-        value = one.of(fit.robot)
-        sd = one.noise(value)
+    for candidate in candidates(fit.described, fit.bench, fit.free):
+        value = candidate.of(fit.robot)
+        sd = candidate.noise(value)
         if not sd:  # relative to a value of 0, as a bend at 0 kPa
             continue
-        gradient = np.array([_derivative(fit, one, k) for k in range(n)])
+        gradient = np.array([_derivative(fit, candidate, k) for k in range(n)])
         covariance = cov @ gradient
         variance = float(gradient @ covariance)
         after = np.sqrt(np.diag(cov) - covariance**2 / (sd**2 + variance))
         narrowed = [k for k in np.argsort(after / before).tolist() if after[k] < NARROWED * before[k]]
         gains.append(
             InformationGain(
-                text=one.text,
-                value=value * one.factor,
-                sd=sd * one.factor,
-                unit=one.unit,
-                half_interval=fit.quantile * math.sqrt(variance) * one.factor,
+                text=candidate.text,
+                value=value * candidate.factor,
+                sd=sd * candidate.factor,
+                unit=candidate.unit,
+                half_interval=fit.quantile * math.sqrt(variance) * candidate.factor,
                 bits=0.5 * math.log2(1 + variance / sd**2),
-                before={fit.free[k].name: half[k] * float(before[k]) for k in narrowed},
-                after={fit.free[k].name: half[k] * float(after[k]) for k in narrowed},
+                before={fit.free[k].name: half_widths[k] * float(before[k]) for k in narrowed},
+                after={fit.free[k].name: half_widths[k] * float(after[k]) for k in narrowed},
             )
         )
-    return tuple(sorted(gains, key=lambda one: -one.bits))
+    return tuple(sorted(gains, key=lambda candidate: -candidate.bits))
 
 
-def _derivative(fit: BenchFit, one: Candidate, k: int) -> float:
-    """Differentiate a measurement by the logarithm of unknown k."""
+def _derivative(fit: BenchFit, candidate: Candidate, k: int) -> float:
+    """Return the derivative of a measurement's value [SI] by the logarithm of unknown k."""
     unknown, mask = fit.free[k], np.eye(len(fit.free), dtype=bool)[k]
     up, down = (
-        one.of(with_unknowns(fit.described, fit.free, np.where(mask, value, fit.values), checked=False))
+        candidate.of(with_unknowns(fit.described, fit.free, np.where(mask, value, fit.values), checked=False))
         for value in (unknown.value(unknown.log(float(fit.values[k])) + side * STEP) for side in (1, -1))
     )
     return (up - down) / (2 * STEP)
 
 
 def candidates(described: Robot, bench: Bench, free: Sequence[Unknown]) -> list[Candidate]:
-    """List measurements of parts, of a drive unit alone, and of every joint on the bench."""
+    """Return possible measurements: of parts, of a drive unit alone, and of every joint on the bench."""
     top = float(bench.pressure.max())
-    at = f"at {top / 1e3:g} kPa"
+    at_top = f"at {top / 1e3:g} kPa"
     outer, inner, angle = (partial(_of_unit, name) for name in ("outer_diameter", "inner_diameter", "braid_angle"))
-    found = [
+    parts = [
         Candidate("outer diameter of the hose, by caliper", outer, CALIPER, "mm", 1e3),
         Candidate("inner diameter of the hose, by pin gauge", inner, CALIPER, "mm", 1e3),
         Candidate("braid angle at rest, by photograph", angle, PHOTOGRAPH, "deg", 180 / math.pi),
-        Candidate(f"blocked force of one drive unit {at}", lambda r: _pull(r, top, 1.0), -LOAD_CELL, "N"),
-        Candidate(f"free contraction of one drive unit {at}", lambda r: _contraction(r, top), STRAIN, "%", 100.0),
+        Candidate(f"blocked force of one drive unit {at_top}", lambda r: _pull(r, top, 1.0), -LOAD_CELL, "N"),
+        Candidate(f"free contraction of one drive unit {at_top}", lambda r: _contraction(r, top), STRAIN, "%", 100.0),
     ]
     for part in ("hose", "matrix"):
-        if f"{part}_modulus" in {one.kind for one in free}:
+        if f"{part}_modulus" in {c.kind for c in free}:
             name = getattr(drive_unit(described), part)
             text, modulus = f"tensile test of the {part}'s silicone", mooney(described, name).modulus
-            found.append(Candidate(text, partial(_relative, name, modulus), -TENSILE_TEST, "of described"))
-    return found + [one for j in bench.joints for one in [*_held(described, bench, j), *_of_joint(described, bench, j)]]
+            parts.append(Candidate(text, partial(_relative, name, modulus), -TENSILE_TEST, "of described"))
+    return parts + [c for j in bench.joints for c in [*_held(described, bench, j), *_of_joint(described, bench, j)]]
 
 
 def _held(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """List measurements of a joint that is held, or that both sides shorten, which the bench lacks."""
-    name, own = described.joints[joint].name, bench.joint == joint
-    top = float(bench.pressure[own].max())
-    at = f"at {top / 1e3:g} kPa"
+    """Return measurements that the bench lacks of a joint held straight, or shortened by both sides."""
+    name, of_joint = described.joints[joint].name, bench.joint == joint
+    top = float(bench.pressure[of_joint].max())
+    at_top = f"at {top / 1e3:g} kPa"
 
     def force(robot: Robot) -> float:
         return blocked_moment(robot, joint, top, arm=ARM) / ARM
 
-    found = []
-    if not np.isfinite(bench.moment[own]).any():
-        text = f"blocked force of joint {name} {at}, on a luggage scale {1e3 * ARM:g} mm from its middle"
-        found.append(Candidate(text, force, KINDS["moment"].sd, "N"))
-    if not np.isfinite(bench.shortening[own]).any():
-        text = f"shortening of joint {name}, {BOTH} sides {at}, by ruler"
-        found.append(
+    result = []
+    if not np.isfinite(bench.moment[of_joint]).any():
+        text = f"blocked force of joint {name} {at_top}, on a luggage scale {1e3 * ARM:g} mm from its middle"
+        result.append(Candidate(text, force, KINDS["moment"].sd, "N"))
+    if not np.isfinite(bench.shortening[of_joint]).any():
+        text = f"shortening of joint {name}, {BOTH} sides {at_top}, by ruler"
+        result.append(
             Candidate(text, partial(_both_shorter, joint=joint, pressure=top), KINDS["shortening"].sd, "mm", 1e3)
         )
-    return found
+    return result
 
 
 def open_quantities(described: Robot, bench: Bench) -> list[Candidate]:
-    """List what the bench does not measure of its joints at their highest pressures."""
-    return [one for joint in bench.joints for one in _open(described, bench, joint)]
+    """Return the quantities of the bench's joints at their highest pressures that the bench does not measure."""
+    return [candidate for joint in bench.joints for candidate in _open(described, bench, joint)]
 
 
 def _open(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """List what the bench does not measure of a joint at its highest pressure."""
+    """Return the quantities of a joint at its highest pressure that the bench does not measure."""
     top = float(bench.pressure[bench.joint == joint].max())
-    at = (bench.joint == joint) & (bench.pressure == top)
-    both = bench.side == len(SIDES)
+    rows_at_top = (bench.joint == joint) & (bench.pressure == top)
+    both_sides = bench.side == len(SIDES)
     name = f"of joint {described.joints[joint].name}"
 
-    def lacks(kind: str, rows: NDArray[np.bool_] = ~both) -> bool:
-        return not np.isfinite(getattr(bench, kind)[at & rows]).any()
+    def lacks(kind: str, rows: NDArray[np.bool_] = ~both_sides) -> bool:
+        return not np.isfinite(getattr(bench, kind)[rows_at_top & rows]).any()
 
-    def of(text: str, value: Callable[[Robot, int, float], float], unit: str, factor: float = 1.0) -> Candidate:
-        return Candidate(text, lambda robot: value(robot, joint, top), 0.0, unit, factor)
+    def of(text: str, function: Callable[[Robot, int, float], float], unit: str, factor: float = 1.0) -> Candidate:
+        return Candidate(text, lambda robot: function(robot, joint, top), 0.0, unit, factor)
 
     at_top = f"{name} at {top / 1e3:g} kPa"
     return [
         *[of(f"blocked moment {at_top}", blocked_moment, "N m")] * lacks("moment"),
         *[of(f"bend {at_top}", _angle, "deg", 180 / math.pi)] * lacks("angle"),
         *[of(f"shortening {at_top}", _shorter, "mm", 1e3)] * lacks("shortening"),
-        *[of(f"shortening by both sides {at_top}", _both_shorter, "mm", 1e3)] * lacks("shortening", both),
+        *[of(f"shortening by both sides {at_top}", _both_shorter, "mm", 1e3)] * lacks("shortening", both_sides),
         *[of(f"oil volume {at_top}", _volume, "ml", 1e6)] * lacks("volume"),
         of(f"moment per bend {name} without pressure", _stiffness, "N m/rad"),
     ]
 
 
 def _angle(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute the bend by one side [rad]."""
+    """Return the bend of a joint by one side [rad]."""
     return float(bend(robot, joint, [pressure]).angle[0])
 
 
 def _shorter(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute how much one side shortens a joint [m]."""
+    """Return the shortening of a joint by one side [m]."""
     return float(bend(robot, joint, [pressure]).shortening[0]) * joint_group(robot, joint)[1].length
 
 
 def _both_shorter(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute how much both sides shorten a joint [m]."""
+    """Return the shortening of a joint by both sides [m]."""
     return float(shortening(robot, joint, np.array([pressure]))[0])
 
 
 def _volume(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute the oil that one side takes in [m^3]."""
+    """Return the oil that one side of a joint takes in [m^3]."""
     return float(bend(robot, joint, [pressure]).volume[0])
 
 
 def _stiffness(robot: Robot, joint: int, pressure: float) -> float:
-    """Compute the moment per bend without pressure [N m/rad]."""
+    """Return the moment per bend of a joint without pressure [N m/rad]."""
     return joint_models(robot)[joint].stiffness
 
 
 def _of_joint(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """List measurements of a joint; bends only on sides and branches that the bench lacks."""
-    name, own = described.joints[joint].name, bench.joint == joint
-    top = float(bench.pressure[own].max())
+    """Return measurements of a joint: its sizes, its oil, and bends on sides and branches that the bench lacks."""
+    name, of_joint = described.joints[joint].name, bench.joint == joint
+    top = float(bench.pressure[of_joint].max())
 
     def lever(robot: Robot) -> float:
         return joint_group(robot, joint)[1].lever
@@ -218,28 +218,28 @@ def _of_joint(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
     def length(robot: Robot) -> float:
         return joint_group(robot, joint)[1].segment_length[0]
 
-    stiffness, volume = (partial(value, joint=joint, pressure=top) for value in (_stiffness, _volume))
-    found = [
+    stiffness, volume = (partial(function, joint=joint, pressure=top) for function in (_stiffness, _volume))
+    result = [
         Candidate(f"lever of joint {name}, cut open", lever, RULER, "mm", 1e3),
         Candidate(f"segment length of joint {name}, cut open", length, RULER, "mm", 1e3),
         Candidate(f"moment per bend of joint {name} without pressure", stiffness, -BENDING_TEST, "N m/rad"),
     ]
-    if not np.isfinite(bench.volume[own]).any():
+    if not np.isfinite(bench.volume[of_joint]).any():
         text = f"oil volume of joint {name} at {top / 1e3:g} kPa, by syringe"
-        found.append(Candidate(text, volume, -SYRINGE, "ml", 1e6))
+        result.append(Candidate(text, volume, -SYRINGE, "ml", 1e6))
     for side, word in enumerate(SIDES):
-        rows = own & (bench.side == side) & np.isfinite(bench.angle)
+        rows = of_joint & (bench.side == side) & np.isfinite(bench.angle)
         for unload, branch in ((False, "loading"), (True, "unloading")):
             if not (rows & (bench.unload == unload)).any() and not (unload and not rows.any()):
-                at = top / 2 if unload else top
-                text = f"{word} bend of joint {name}, {branch}, at {at / 1e3:g} kPa"
-                angle = partial(_bend, joint, word, sorted({at, top}), unload)
-                found.append(Candidate(text, angle, GONIOMETER, "deg", 180 / math.pi))
-    return found
+                pressure = top / 2 if unload else top
+                text = f"{word} bend of joint {name}, {branch}, at {pressure / 1e3:g} kPa"
+                angle = partial(_bend, joint, word, sorted({pressure, top}), unload)
+                result.append(Candidate(text, angle, GONIOMETER, "deg", 180 / math.pi))
+    return result
 
 
 def _of_unit(name: str, robot: Robot) -> float:
-    """Return a number of the drive units [SI]."""
+    """Return a number of the drive unit by name [SI]."""
     return float(getattr(drive_unit(robot), name))
 
 
@@ -249,18 +249,18 @@ def _relative(material: str, described: float, robot: Robot) -> float:
 
 
 def _bend(joint: int, side: str, pressure: list[float], unload: bool, robot: Robot) -> float:
-    """Compute the bend at the top of rising pressures [Pa], or unloaded to the least of them [rad]."""
+    """Return the bend [rad] at the highest of rising pressures [Pa], or unloaded to the lowest of them."""
     curve = bend(robot, joint, pressure, side=side, unload=unload)
     return float((curve.angle if curve.unload_angle is None else curve.unload_angle)[-1])
 
 
 def _pull(robot: Robot, pressure: float, stretch: float) -> float:
-    """Compute the pull of one drive unit without friction [N]."""
+    """Return the pull of one drive unit without friction [N] at a pressure [Pa] and a stretch."""
     return float(np.asarray(muscle(robot).at(np.array([stretch]), pressure=pressure)["pull"])[0])
 
 
 def _contraction(robot: Robot, pressure: float) -> float:
-    """Compute the contraction at which the pull of one drive unit is zero [1]."""
+    """Return the contraction at which one drive unit no longer pulls [1]."""
     from scipy.optimize import brentq
 
     neutral = math.cos(NEUTRAL_BRAID) / math.cos(drive_unit(robot).braid_angle)  # there the pressure pulls no more

@@ -35,7 +35,7 @@ NARROWED = 0.9  # of its interval: ranges narrowed less are not listed
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of a joint that the bench leaves open."""
+    """A quantity of a joint that the bench does not measure, with its value in each member."""
 
     text: str
     unit: str
@@ -50,7 +50,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Next:
-    """A further measurement, and what it would tell."""
+    """A further measurement, with its expected readings and what it would narrow."""
 
     text: str
     unit: str
@@ -61,7 +61,7 @@ class Next:
 
 @dataclass(frozen=True)
 class Family(Plotted, Tabular, data=lambda family: family.rows):
-    """A sample of the designs that meet a bench; all members count alike."""
+    """A sample of the designs that meet a bench; all members have equal weight."""
 
     space: Designs
     population: Population
@@ -75,25 +75,25 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
 
     @property
     def members(self) -> tuple[Design, ...]:
-        """Designs of the sample, each with its robot."""
+        """Designs of the sample."""
         return self.population.members
 
     @property
     def values(self) -> Array:
         """Unknowns (members, n) [SI]."""
-        return np.array([one.values for one in self.members])
+        return np.array([member.values for member in self.members])
 
     @property
     def rows(self) -> list[dict[str, Any]]:
         """Unknowns with their bounds, 90 % intervals and the chosen member, lengths in mm and angles in degrees."""
         rows = []
-        for k, one in enumerate(self.space.free):
-            unit, factor = BORDER[one.unit]
+        for k, u in enumerate(self.space.free):
+            unit, factor = BORDER[u.unit]
             low, median, high = np.quantile(factor * self.values[:, k], INTERVAL).tolist()
-            bounds = {"lower": one.lower * factor, "upper": one.upper * factor}
-            ends = {"low": low, "median": median, "high": high}
+            bounds = {"lower": u.lower * factor, "upper": u.upper * factor}
+            interval = {"low": low, "median": median, "high": high}
             chosen = {"chosen": float(self.values[self.middle, k]) * factor}
-            rows.append({"name": one.name, "unit": unit, "described": one.described * factor} | bounds | ends | chosen)
+            rows.append({"name": u.name, "unit": unit, "described": u.described * factor} | bounds | interval | chosen)
         return rows
 
     @property
@@ -105,17 +105,17 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
             low, median, high = np.quantile(factor * self.found[:, e], INTERVAL).tolist()
             place = {"file": bench.files[row], "line": bench.lines[row]}
             side, branch = (*SIDES, BOTH)[int(bench.side[row])], BRANCHES[int(bench.unload[row])]
-            where = {"joint": self.space.robot.joints[bench.joint[row]].name, "side": side, "branch": branch}
-            where |= {"pressure_kpa": bench.pressure[row] / 1e3}
-            told = {"kind": kind, "unit": KINDS[kind].unit, "measured": factor * measured.measured[e]}
-            told |= {"sd": factor * self.space.sd[e], "low": low, "median": median, "high": high}
+            source = {"joint": self.space.robot.joints[bench.joint[row]].name, "side": side, "branch": branch}
+            source |= {"pressure_kpa": bench.pressure[row] / 1e3}
+            quantity = {"kind": kind, "unit": KINDS[kind].unit, "measured": factor * measured.measured[e]}
+            quantity |= {"sd": factor * self.space.sd[e], "low": low, "median": median, "high": high}
             off = (self.found[self.middle, e] - measured.measured[e]) / self.space.sd[e]
-            rows.append(place | where | told | {"chosen": factor * self.found[self.middle, e], "residual": off})
+            rows.append(place | source | quantity | {"chosen": factor * self.found[self.middle, e], "residual": off})
         return rows
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the bench, and of measured values that no design comes near to."""
+        """Warnings of the bench, and on measured values that no member comes near."""
         far = [
             f"{one['file']}, line {one['line']}: the {one['kind']} is {one['measured']:.3g} {one['unit']}, but "
             f"{one['median']:.3g} in the middle of the family: it was misread, or its standard deviation is larger."
@@ -129,21 +129,21 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
         """Record of the family, for JSON."""
         population = self.population
         ranges = [
-            {"quantity": one.text, "unit": one.unit}
-            | dict(zip(("low", "median", "high"), one.interval, strict=True))
-            | {"chosen": float(one.values[self.middle])}
-            for one in self.quantities
+            {"quantity": item.text, "unit": item.unit}
+            | dict(zip(("low", "median", "high"), item.interval, strict=True))
+            | {"chosen": float(item.values[self.middle])}
+            for item in self.quantities
         ]
         return {
             "members": len(self.members),
-            "distinct": len({id(one) for one in self.members}),
+            "distinct": len({id(item) for item in self.members}),
             "unknowns": self.rows,
             "facts": self.facts,
             "ranges": ranges,
-            "next": [vars(one) for one in self.next],
+            "next": [vars(item) for item in self.next],
             "chosen": self.middle,
-            "values": {one.name: self.values[:, k] * BORDER[one.unit][1] for k, one in enumerate(self.space.free)},
-            "quantities": {one.text: one.values for one in self.quantities},
+            "values": {item.name: self.values[:, k] * BORDER[item.unit][1] for k, item in enumerate(self.space.free)},
+            "quantities": {item.text: item.values for item in self.quantities},
             "warnings": self.warnings,
             "seed": self.seed,
             "model_error": self.model_error,
@@ -171,7 +171,7 @@ def family(
     free, bounds: as for `fit_bench`, but all unknowns are alike within their bounds, and what holds the axis is one of
     them. members: size of the sample. model_error: of the fast model, relative to each measured value.
     """
-    begun = time.monotonic()
+    started = time.monotonic()
     COUNT.check(members, "members", "leave it out")
     ERROR.check(model_error, "model error", "give it as a fraction, such as 0.03")
     space = designs(robot, bench, free, bounds=bounds, model_error=model_error)
@@ -181,16 +181,16 @@ def family(
             progress(PARTS * stage + PARTS * done // total, 2 * PARTS)
 
     population = populate(space, members, seed=seed, progress=partial(report, 0))
-    fish = [one.robot for one in population.members]
-    found = np.array([space.elements.of(computed(one, bench)) for one in fish])
-    quantities = tuple(Quantity(one.text, one.unit, _of(one, fish)) for one in open_quantities(robot, bench))
+    robots = [c.robot for c in population.members]
+    found = np.array([space.elements.of(computed(c, bench)) for c in robots])
+    quantities = tuple(Quantity(c.text, c.unit, _of(c, robots)) for c in open_quantities(robot, bench))
     middle = _middle(space, population.members, quantities, (found - space.elements.measured) / space.sd)
-    more, ahead = [], candidates(robot, bench, space.free)
-    for k, one in enumerate(ahead, 1):
-        more += [judged] if (judged := _next(one, _of(one, fish), quantities)) is not None else []
-        report(1, k, len(ahead))
-    ranked = tuple(sorted(more, key=lambda one: -one.bits))
-    return Family(space, population, found, quantities, ranked, middle, seed, model_error, time.monotonic() - begun)
+    measurements, possible = [], candidates(robot, bench, space.free)
+    for k, c in enumerate(possible, 1):
+        measurements += [measurement] if (measurement := _next(c, _of(c, robots), quantities)) is not None else []
+        report(1, k, len(possible))
+    ranked = tuple(sorted(measurements, key=lambda c: -c.bits))
+    return Family(space, population, found, quantities, ranked, middle, seed, model_error, time.monotonic() - started)
 
 
 def chosen_robot(family: Family) -> Robot:
@@ -198,59 +198,59 @@ def chosen_robot(family: Family) -> Robot:
     space, low, high = family.space, *np.quantile(family.values, (INTERVAL[0], INTERVAL[-1]), axis=0)
     chosen = family.members[family.middle]
     texts: dict[str, list[str]] = {}
-    for k, one in enumerate(space.free):
-        unit, factor = BORDER[one.unit]
-        ends = f"{low[k] * factor:.3g} to {high[k] * factor:.3g} {unit}".removesuffix(" 1")
-        for key in keys_of(space.robot, one):
-            texts.setdefault(key, []).append(f"{one.name} {chosen.values[k] * factor:.3g} (90 % from {ends})")
+    for k, unknown in enumerate(space.free):
+        unit, factor = BORDER[unknown.unit]
+        interval = f"{low[k] * factor:.3g} to {high[k] * factor:.3g} {unit}".removesuffix(" 1")
+        for key in keys_of(space.robot, unknown):
+            texts.setdefault(key, []).append(f"{unknown.name} {chosen.values[k] * factor:.3g} (90 % from {interval})")
     files = ", ".join(dict.fromkeys(space.bench.files))
-    what = f"one of {len(family.members)} designs of hypertuna joint family (seed {family.seed}) that meet {files}"
-    return sourced(chosen.robot, space.robot, {key: f"{what}: {', '.join(parts)}" for key, parts in texts.items()})
+    origin = f"one of {len(family.members)} designs of hypertuna joint family (seed {family.seed}) that meet {files}"
+    return sourced(chosen.robot, space.robot, {key: f"{origin}: {', '.join(parts)}" for key, parts in texts.items()})
 
 
 def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[Quantity], off: Array) -> int:
     """Return the member whose unknowns, open quantities and residuals (members, elements) are nearest to the middle."""
-    unknowns = np.array([[u.log(v) for u, v in zip(space.free, one.values.tolist(), strict=True)] for one in members])
-    logs = np.hstack([unknowns, np.log(np.maximum([one.values for one in quantities], TINY)).T])
-    away = (logs - np.median(logs, axis=0)) / np.maximum(logs.std(axis=0), TINY)
-    return int(np.argmin((away**2).sum(axis=1) + (off**2).sum(axis=1)))
+    unknowns = np.array([[u.log(v) for u, v in zip(space.free, m.values.tolist(), strict=True)] for m in members])
+    logs = np.hstack([unknowns, np.log(np.maximum([m.values for m in quantities], TINY)).T])
+    distances = (logs - np.median(logs, axis=0)) / np.maximum(logs.std(axis=0), TINY)
+    return int(np.argmin((distances**2).sum(axis=1) + (off**2).sum(axis=1)))
 
 
-def _of(one: Candidate, fish: Sequence[Robot]) -> Array:
-    """Compute a quantity of every member (members,), in its displayed unit."""
-    return one.factor * np.array([one.of(robot) for robot in fish])
+def _of(candidate: Candidate, robots: Sequence[Robot]) -> Array:
+    """Return a quantity of every member (members,), in its displayed unit."""
+    return candidate.factor * np.array([candidate.of(robot) for robot in robots])
 
 
-def _next(one: Candidate, values: Array, quantities: Sequence[Quantity]) -> Next | None:
-    """Judge a measurement by its values (members,) in the family; None for one that is always 0.
+def _next(candidate: Candidate, values: Array, quantities: Sequence[Quantity]) -> Next | None:
+    """Return what a measurement with values (members,) in the family would narrow; None for one that is always 0.
 
     Each member, with each error of the instrument, makes a reading. How much narrower the logarithm of a quantity is
     about its cubic in the logarithm of the reading is what the reading tells.
     """
-    sd = np.array([one.factor * one.noise(value / one.factor) for value in values.tolist()])
+    sd = np.array([candidate.factor * candidate.noise(value / candidate.factor) for value in values.tolist()])
     if not (sd > 0).all():
         return None
-    nodes, share = np.polynomial.hermite_e.hermegauss(NODES)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
     reading = np.log(np.maximum(values + np.outer(nodes, sd), sd / 2)).ravel()
-    root = np.sqrt(np.repeat(share / share.sum() / len(values), len(values)))
+    root_weights = np.sqrt(np.repeat(weights / weights.sum() / len(values), len(values)))
     terms = np.vander((reading - reading.mean()) / max(float(reading.std()), TINY), DEGREE + 1)
     logs = np.log(np.maximum([quantity.values for quantity in quantities], TINY)).T
-    about = np.tile(logs - logs.mean(axis=0), (NODES, 1)) * root[:, np.newaxis]
-    weighted = terms * root[:, np.newaxis]
-    left = about - weighted @ np.linalg.lstsq(weighted, about, rcond=None)[0]
-    ratio = np.linalg.norm(left, axis=0) / np.maximum(np.linalg.norm(about, axis=0), TINY)
+    centered = np.tile(logs - logs.mean(axis=0), (NODES, 1)) * root_weights[:, np.newaxis]
+    weighted = terms * root_weights[:, np.newaxis]
+    residuals = centered - weighted @ np.linalg.lstsq(weighted, centered, rcond=None)[0]
+    ratio = np.linalg.norm(residuals, axis=0) / np.maximum(np.linalg.norm(centered, axis=0), TINY)
     narrows = {quantities[q].text: float(ratio[q]) for q in np.argsort(ratio).tolist() if ratio[q] < NARROWED}
     bits = float(-np.log2(np.clip(ratio, TINY, 1.0)).sum())
-    return Next(one.text, one.unit, bits, _expected(values), narrows)
+    return Next(candidate.text, candidate.unit, bits, _expected(values), narrows)
 
 
 def _expected(values: Array) -> tuple[tuple[float, float], ...]:
-    """Return 90 % of the values, as two intervals where a gap splits them."""
+    """Return the interval with 90 % of the values, as two intervals where a gap splits them."""
     low, _, high = np.quantile(values, INTERVAL).tolist()
     inside = np.sort(values[(low <= values) & (values <= high)])
-    few = len(inside) // 10  # members that make a part of their own
-    gaps = np.diff(inside)[few : len(inside) - few]
+    smallest_part = len(inside) // 10  # members that make a part of their own
+    gaps = np.diff(inside)[smallest_part : len(inside) - smallest_part]
     if not len(gaps) or gaps.max() <= SPLIT * (high - low):
         return ((low, high),)
-    k = few + int(np.argmax(gaps))
+    k = smallest_part + int(np.argmax(gaps))
     return (low, float(inside[k])), (float(inside[k + 1]), high)

@@ -45,7 +45,7 @@ PARTS = 100  # of a stage, for the progress
 
 @dataclass(frozen=True)
 class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
-    """A fit of an actuator's unknowns to bench runs."""
+    """A fit of an actuator's unknowns to bench runs: values, intervals, combinations and errors."""
 
     robot: Robot  # with the fitted values and their sources
     described: Robot  # before the fit
@@ -82,13 +82,13 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
         """Unknowns with their intervals, lengths in mm and angles in degrees."""
         rows = []
         columns = (self.free, self.values, self.low, self.high, self.narrowing)
-        for one, value, low, high, narrowing in zip(*columns, strict=True):
-            unit, factor = BORDER[one.unit]
-            sizes = {"described": one.described, "value": value, "low": low, "high": high}
-            bounds = {"lower": one.lower * factor, "upper": one.upper * factor}
-            judged = {"narrowing": narrowing, "determined": _determined(narrowing, low, high)}
-            facts = {"unit": unit, "counted": UNKNOWNS[one.kind].counted} | bounds | judged
-            rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts)
+        for unknown, value, low, high, narrowing in zip(*columns, strict=True):
+            unit, factor = BORDER[unknown.unit]
+            sizes = {"described": unknown.described, "value": value, "low": low, "high": high}
+            bounds = {"lower": unknown.lower * factor, "upper": unknown.upper * factor}
+            judgment = {"narrowing": narrowing, "determined": _determined(narrowing, low, high)}
+            facts = {"unit": unit, "counted": UNKNOWNS[unknown.kind].counted} | bounds | judgment
+            rows.append({"name": unknown.name} | {key: size * factor for key, size in sizes.items()} | facts)
         return rows
 
     @property
@@ -101,8 +101,8 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
             "joints_measured": [self.described.joints[j].name for j in self.bench.joints],
             "unknowns": self.parameters,
             "determined": len(self.combinations),
-            "combinations": [vars(one) for one in self.combinations],
-            "spectrum": [{key: getattr(one, name) for name, key in directions.items()} for one in self.directions],
+            "combinations": [vars(item) for item in self.combinations],
+            "spectrum": [{key: getattr(item, name) for name, key in directions.items()} for item in self.directions],
             "noise": at_border(self.noise),
             "rms": at_border(self.rms),
             "fit_hash": self.robot.hash,
@@ -117,12 +117,12 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
 
 def _determined(narrowing: float, low: float, high: float) -> bool:
-    """Whether the bench determines a value: it narrows its interval threefold, to a factor of 2 to either side."""
+    """Return whether the bench determines a value: its interval is narrowed threefold, to a factor of 2 at most."""
     return bool(narrowing >= DETERMINED and high <= KNOWN**2 * low)
 
 
 def at_border(levels: Mapping[str, float]) -> dict[str, float]:
-    """Return errors by kind in displayed units, with the unit in the name."""
+    """Return errors by kind in displayed units, with column names that have the unit."""
     return {KINDS[kind].column: level * KINDS[kind].factor for kind, level in levels.items()}
 
 
@@ -142,7 +142,7 @@ def fit_bench(
     free, bounds [SI] and loss as for `unknowns` and `hypertuna.identify`; starts: searches from the description, then
     from Sobol points of this seed; progress: called with parts and total.
     """
-    begun = time.monotonic()
+    started = time.monotonic()
     problem = bench_problem(robot, bench, free, bounds, loss, starts)
     low, high = problem.bounds()
     points = estimator.start_points([np.zeros(len(problem.free))], low, high, starts, seed)
@@ -156,11 +156,11 @@ def fit_bench(
 
     rough, refined, levels = estimator.fit(points, levels, search, lambda z, now: _levels(problem, z, now))
     result = refined[-1] | {"evaluations": sum(result["evaluations"] for result in (*rough, *refined))}
-    return replace(_result(problem, result, levels, ticks[-1]), seconds=time.monotonic() - begun)
+    return replace(_result(problem, result, levels, ticks[-1]), seconds=time.monotonic() - started)
 
 
 def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
-    """Return a counter of the steps of a stage, whose number is unknown: it stops before the last part."""
+    """Return a function that reports one more step of a stage with an unknown number of steps, never the last part."""
     part = 0
 
     def tick() -> None:
@@ -175,7 +175,7 @@ def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int)
 def _search(
     problem: BenchProblem, start: Array, levels: dict[str, float], tolerance: float, tick: Callable[[], None]
 ) -> dict[str, Any]:
-    """Search from one start (n,); `tick` is called at every evaluation of residuals or Jacobians."""
+    """Return the best point found from a start (n,); `tick` is called at every evaluation of residuals or Jacobians."""
 
     def residual(z: Array) -> Array:
         tick()
@@ -186,11 +186,11 @@ def _search(
         return problem.jacobian(z, levels, rough=True)
 
     low, high = problem.bounds()
-    inside, rows = INSIDE * (high - low), len(problem.measured)
-    one = np.ones(rows, dtype=np.intp)
+    margin, rows = INSIDE * (high - low), len(problem.measured)
+    unit_groups = np.ones(rows, dtype=np.intp)
     result = estimator.minimize(
-        estimator.LeastSquares(residual, jacobian, low, high, problem.loss, np.arange(rows), one),
-        np.clip(start, low + inside, high - inside),
+        estimator.LeastSquares(residual, jacobian, low, high, problem.loss, np.arange(rows), unit_groups),
+        np.clip(start, low + margin, high - margin),
         ftol=tolerance,
         xtol=tolerance,
         gtol=tolerance,
@@ -200,16 +200,16 @@ def _search(
 
 
 def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[str, float]:
-    """Estimate the noise [rad and m^3] that is not stated from the residuals at z (n,)."""
+    """Return the noise [rad and m^3] of kinds without stated noise, from the residuals at z (n,)."""
     # degrees of freedom enter the scale's equation in the tank's `_levels`: equal for a linear loss
     rows = len(problem.measured)
-    square = problem.residual(z, levels)[:rows] ** 2
+    squares = problem.residual(z, levels)[:rows] ** 2
     share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
     new = dict(levels)
     for name, level in levels.items():
         own = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
         if share > 0:
-            new[name] = max(level * (residual_scale(square[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
+            new[name] = max(level * (residual_scale(squares[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
     return new
 
 
@@ -222,51 +222,51 @@ def _rms(problem: BenchProblem, errors: Array) -> dict[str, float]:
 def _result(
     problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], tick: Callable[[], None]
 ) -> BenchFit:
-    """Return the fit of a search result."""
+    """Return the fit with intervals, combinations and warnings, from a search's result."""
     rows, bench, z, (low, high) = len(problem.measured), problem.bench, result["x"], problem.bounds()
     residual, jacobian = problem.residual(z, levels), problem.jacobian(z, levels)
     freedom = rows - effective_parameters(jacobian)
     if levels:
         _check_freedom(problem, freedom)
-    square, share = residual[:rows] ** 2, max(freedom, 1.0) / rows
-    scale = max(1.0, residual_scale(square, problem.loss) / math.sqrt(share))
-    factor = interval_factor(square, problem.loss, scale, np.ones(rows, dtype=np.intp), max(freedom, 1.0))
+    squares, share = residual[:rows] ** 2, max(freedom, 1.0) / rows
+    scale = max(1.0, residual_scale(squares, problem.loss) / math.sqrt(share))
+    factor = interval_factor(squares, problem.loss, scale, np.ones(rows, dtype=np.intp), max(freedom, 1.0))
     quantile = estimator.t_quantile(max(freedom, 1.0)) if levels or scale > 1 else NORMAL_QUANTILE
     jacobian[:rows] /= factor
 
     def scaled(point: Array) -> Array:
-        at = problem.residual(point, levels)
-        at[:rows] /= factor
-        return at
+        residual_at = problem.residual(point, levels)
+        residual_at[:rows] /= factor
+        return residual_at
 
     options: dict[str, Any] = {"quantile": quantile, "prior": 1.0, "profile": (scaled, jacobian)}
     estimate = estimator.estimate(jacobian[:rows], z, low, high, unit=np.ones(len(z)), **options)
     points = randomized_fits(problem, z, levels, factor, jacobian, tick=tick)
-    ends = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
-    ends = np.clip(ends, *np.array([[one.lower, one.upper] for one in problem.free]).T)  # against rounding
+    intervals = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
+    intervals = np.clip(intervals, *np.array([[item.lower, item.upper] for item in problem.free]).T)  # against rounding
     # the bench determines directions that it narrows threefold: 1 / sqrt(1 + s^2) is left
     directions = tuple(estimate.directions(lambda s, sd: math.hypot(1, s) >= DETERMINED))
     values = problem.values(z)
     robot = with_unknowns(problem.robot, problem.free, values)
-    found = computed(robot, bench)
-    errors = problem.elements.of(found) - problem.measured
+    computed_values = computed(robot, bench)
+    errors = problem.elements.of(computed_values) - problem.measured
     fit = BenchFit(
         robot=robot,
         described=problem.robot,
         bench=bench,
         free=problem.free,
         values=values,
-        low=ends[0],
-        high=ends[1],
+        low=intervals[0],
+        high=intervals[1],
         narrowing=1 / estimate.sd,
         covariance=np.outer(problem.prior_sd, problem.prior_sd) * estimate.covariance,
         directions=directions,
         combinations=tuple(
-            one
-            for one in combinations(problem.free, z, directions, estimate.covariance, points, quantile)
-            if one.high <= KNOWN**2 * one.low
+            item
+            for item in combinations(problem.free, z, directions, estimate.covariance, points, quantile)
+            if item.high <= KNOWN**2 * item.low
         ),
-        found=found,
+        found=computed_values,
         noise=levels,
         rms=_rms(problem, errors),
         residual_scale=scale,
@@ -280,12 +280,12 @@ def _result(
         samples=np.array([problem.values(point) for point in points]),
         warnings=(),
     )
-    bound = estimator.on_bound(z, low, high)
-    return replace(fit, robot=_with_sources(fit), warnings=(*bench.warnings, *_warnings(fit, bound)))
+    sides = estimator.on_bound(z, low, high)
+    return replace(fit, robot=_with_sources(fit), warnings=(*bench.warnings, *_warnings(fit, sides)))
 
 
 def _check_freedom(problem: BenchProblem, freedom: float) -> None:
-    """Check that noise which is not stated can be estimated from the residuals."""
+    """Check that the rows suffice to estimate the noise that is not stated."""
     if freedom < MIN_FREEDOM:
         rows = len(problem.measured)
         n = len(problem.free)
@@ -296,16 +296,16 @@ def _check_freedom(problem: BenchProblem, freedom: float) -> None:
 
 def _with_sources(fit: BenchFit) -> Robot:
     """Return the fitted robot with the bench as the source of fitted values."""
-    files = ", ".join(dict.fromkeys(fit.bench.files))
+    file_names = ", ".join(dict.fromkeys(fit.bench.files))
     texts: dict[str, list[str]] = {}
-    for one, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
-        alone = _determined(narrowing, low, high)
-        note = "" if alone else "; not determined by itself, one of many values that fit as well"
-        ends = f"95 % from {low / one.described:.3g} to {high / one.described:.3g}"
-        for key in keys_of(fit.described, one):
-            texts.setdefault(key, []).append(f"{one.name} {value / one.described:.3g} ({ends}{note})")
-    what = f"fitted by hypertuna joint fit to {files}; times what was described"
-    return sourced(fit.robot, fit.described, {key: f"{what}: {', '.join(parts)}" for key, parts in texts.items()})
+    for u, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):
+        determined = _determined(narrowing, low, high)
+        note = "" if determined else "; not determined by itself, one of many values that fit as well"
+        interval = f"95 % from {low / u.described:.3g} to {high / u.described:.3g}"
+        for key in keys_of(fit.described, u):
+            texts.setdefault(key, []).append(f"{u.name} {value / u.described:.3g} ({interval}{note})")
+    origin = f"fitted by hypertuna joint fit to {file_names}; times what was described"
+    return sourced(fit.robot, fit.described, {key: f"{origin}: {', '.join(parts)}" for key, parts in texts.items()})
 
 
 def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:
@@ -316,10 +316,10 @@ def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:
             f"Residuals are {fit.residual_scale:.2g} times the stated noise: the model cannot meet all rows, or "
             "the noise is understated. The intervals include this."
         )
-    for one, value, side in zip(fit.free, fit.values.tolist(), bound, strict=True):
+    for unknown, value, side in zip(fit.free, fit.values.tolist(), bound, strict=True):
         if side:
-            warnings.append(f"{one.name} is on a bound, {value:.4g} {one.unit}".removesuffix(" 1") + ".")
-    if not fit.bench.unload.any() and any(one.kind == "friction" for one in fit.free):
+            warnings.append(f"{unknown.name} is on a bound, {value:.4g} {unknown.unit}".removesuffix(" 1") + ".")
+    if not fit.bench.unload.any() and any(unknown.kind == "friction" for unknown in fit.free):
         warnings.append("No row has branch = unload: friction shows in the loop only.")
     if not fit.converged:
         warnings.append("The search did not converge: more --starts may help.")

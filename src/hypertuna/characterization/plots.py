@@ -28,13 +28,13 @@ def plot_bench(fit: BenchFit, *, width: float = WIDTH) -> Figure:
     grid = figure.add_gridspec(2, len(joints), height_ratios=(1.15, 1))
     for column, joint in enumerate(joints):
         _plot_joint(figure.add_subplot(grid[0, column]), fit, joint)
-    below = grid[1, :].subgridspec(1, 2, width_ratios=(1, 1.15))
-    _plot_spectrum(figure.add_subplot(below[0]), fit)
-    _plot_unknowns(figure.add_subplot(below[1]), fit)
-    known: dict[str, Any] = {}
+    lower_row = grid[1, :].subgridspec(1, 2, width_ratios=(1, 1.15))
+    _plot_spectrum(figure.add_subplot(lower_row[0]), fit)
+    _plot_unknowns(figure.add_subplot(lower_row[1]), fit)
+    legend: dict[str, Any] = {}
     for axes in figure.axes[: len(joints)]:
-        known |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    figure.legend(list(known.values()), list(known), loc="outside upper right", ncols=5, **TIGHT)
+        legend |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    figure.legend(list(legend.values()), list(legend), loc="outside upper right", ncols=5, **TIGHT)
     return figure
 
 
@@ -45,10 +45,10 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
         if loop.joint != joint or not np.isfinite(bench.angle[loop.rows]).any():
             continue
         sign, color = 1 - 2 * loop.side, COLORS[1 - loop.side]
-        pressure, back = np.linspace(0, loop.top, POINTS), bool(bench.unload[loop.rows].any())
-        curve = bend(fit.robot, joint, pressure, side=SIDES[loop.side], unload=back)
-        for line, (path, angle) in zip(("-", (0, (4, 2))), curve.branches.values(), strict=False):
-            axes.plot(path / 1e3, sign * np.degrees(angle), color=color, lw=1.2, ls=line)
+        pressure, unloads = np.linspace(0, loop.top, POINTS), bool(bench.unload[loop.rows].any())
+        curve = bend(fit.robot, joint, pressure, side=SIDES[loop.side], unload=unloads)
+        for dashes, (pressures, bend_angle) in zip(("-", (0, (4, 2))), curve.branches.values(), strict=False):
+            axes.plot(pressures / 1e3, sign * np.degrees(bend_angle), color=color, lw=1.2, ls=dashes)
         for unload, face in ((False, color), (True, "white")):
             rows = loop.rows[bench.unload[loop.rows] == unload]
             if len(rows):
@@ -59,10 +59,10 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
     # rows so far from the fit that they were likely misread
     noise = np.where(np.isnan(bench.angle_sd), fit.noise.get("angle", np.nan), bench.angle_sd)
     misread = np.abs(fit.angle - bench.angle) > FAR * fit.residual_scale * noise
-    off = np.flatnonzero((bench.joint == joint) & misread)
-    if len(off):
-        signs = 1 - 2 * bench.side[off]
-        place = (bench.pressure[off] / 1e3, signs * np.degrees(bench.angle[off]))
+    misread_rows = np.flatnonzero((bench.joint == joint) & misread)
+    if len(misread_rows):
+        signs = 1 - 2 * bench.side[misread_rows]
+        place = (bench.pressure[misread_rows] / 1e3, signs * np.degrees(bench.angle[misread_rows]))
         axes.plot(*place, "x", color=INK, ms=10, mew=1.3, zorder=5, label="far from the fit")
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_title(f"joint {fit.robot.joints[joint].name}")
@@ -70,17 +70,17 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
 
 
 def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
-    """Plot the singular values: information of the bench over that of the prior."""
-    values = np.array([one.singular_value for one in fit.directions])
+    """Plot the singular values: information of the bench relative to that of the prior."""
+    values = np.array([direction.singular_value for direction in fit.directions])
     rank = np.arange(1, len(values) + 1)
-    known = np.array([one.constrained for one in fit.directions])
+    determined = np.array([direction.constrained for direction in fit.directions])
     threshold = math.sqrt(DETERMINED**2 - 1)  # 1 / sqrt(1 + s^2) of an interval is left
     axes.axhspan(MIN_SINGULAR / 2, threshold, color=FAINT, alpha=0.12, lw=0)
     zero = values < MIN_SINGULAR
     if zero.any():
-        ends = np.full(zero.sum(), MIN_SINGULAR)
-        axes.plot(rank[zero], ends, "v", mec=FAINT, mfc="white", ms=5, label="unidentifiable", zorder=3)
-    for shown, color, label in ((known, COLORS[1], "determined"), (~known & ~zero, FAINT, "not determined")):
+        at_zero = np.full(zero.sum(), MIN_SINGULAR)
+        axes.plot(rank[zero], at_zero, "v", mec=FAINT, mfc="white", ms=5, label="unidentifiable", zorder=3)
+    for shown, color, label in ((determined, COLORS[1], "determined"), (~determined & ~zero, FAINT, "not determined")):
         if shown.any():
             axes.vlines(rank[shown], MIN_SINGULAR / 2, values[shown], color=color, lw=1.0)
             axes.plot(rank[shown], values[shown], "o", color=color, ms=5, label=label)
@@ -95,14 +95,14 @@ def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
 
 def _plot_unknowns(axes: Axes, fit: BenchFit) -> None:
     """Plot each unknown's interval within its bounds."""
-    for row, one in enumerate(fit.parameters):
-        color = COLORS[1] if one["determined"] else FAINT
-        extent = math.log(one["upper"] / one["lower"])
-        low, value, high = (math.log(one[key] / one["lower"]) / extent for key in ("low", "value", "high"))
+    for row, unknown in enumerate(fit.parameters):
+        color = COLORS[1] if unknown["determined"] else FAINT
+        extent = math.log(unknown["upper"] / unknown["lower"])
+        low, value, high = (math.log(unknown[key] / unknown["lower"]) / extent for key in ("low", "value", "high"))
         axes.plot([0, 1], [-row, -row], color=FAINT, lw=0.6, alpha=0.5)
         axes.plot([low, high], [-row, -row], color=color, lw=3, solid_capstyle="butt")
         axes.plot(value, -row, "o", color=color, mec="white", ms=4.5)
-    axes.set_yticks(-np.arange(len(fit.free)), [one.name for one in fit.free], fontsize=7.5, color=INK)
+    axes.set_yticks(-np.arange(len(fit.free)), [unknown.name for unknown in fit.free], fontsize=7.5, color=INK)
     axes.set_xticks([0, 1], ["lower", "upper"])
     axes.set_xlabel("bounds, logarithmic")
     axes.set_title("95 % intervals")

@@ -26,7 +26,7 @@ EXCLUDED = {
 @plots.of(Family)
 @styled
 def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
-    """Plot a family, a panel for each joint: `width` [inch]."""
+    """Plot blocked moments of members and excluded designs over the lever, a panel for each joint: `width` [inch]."""
     joints = family.space.bench.joints
     figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(joints)))
@@ -38,13 +38,13 @@ def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
 
 
 def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
-    """Plot the members, colored by what a ruler would say, over the designs that are excluded."""
+    """Plot a joint's members, colored by their shortening, over the designs that are excluded."""
     bench = family.space.bench
     top = float(bench.pressure[bench.joint == joint].max())
 
-    def place(one: Design) -> tuple[float, float]:
+    def place(design: Design) -> tuple[float, float]:
         try:
-            return 1e3 * joint_group(one.robot, joint)[1].lever, blocked_moment(one.robot, joint, top)
+            return 1e3 * joint_group(design.robot, joint)[1].lever, blocked_moment(design.robot, joint, top)
         except InputError:  # muscles that overlap
             return math.nan, math.nan
 
@@ -71,8 +71,8 @@ def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
     axes.set(xlabel="lever [mm]", ylabel="blocked moment [N m]", yscale="log")
 
 
-def _excluded(one: Design) -> str:
-    """Return what excludes a design drawn from the bounds, or nothing."""
-    if one.excluded or one.off is None:
-        return one.excluded
-    return "another measured value" if np.abs(one.off).max() > FAR else ""
+def _excluded(design: Design) -> str:
+    """Return the reason that excludes a design drawn from the bounds, empty if none does."""
+    if design.excluded or design.off is None:
+        return design.excluded
+    return "another measured value" if np.abs(design.off).max() > FAR else ""

@@ -1,4 +1,4 @@
-"""Sequential Monte Carlo: points that are drawn from the prior and moved until they count by what was measured.
+"""Sequential Monte Carlo: points drawn from the prior, then moved until they sample the posterior with equal weights.
 
 The likelihood enters by powers that rise from 0 to 1 (tempering). At each, points are drawn anew by their weights, and
 moved by differences of others (differential evolution, ter Braak 2006).
@@ -22,7 +22,7 @@ MAX_DRAWS = 100  # of the prior for each point that is asked for
 
 @dataclass(frozen=True)
 class Population:
-    """Points that count alike, and what they were drawn from."""
+    """Points of equal weight from the posterior of designs, and the draws from the prior."""
 
     points: Array  # (count, n + s)
     members: tuple[Design, ...]
@@ -35,75 +35,75 @@ class Population:
 def populate(
     space: Designs, count: int, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
 ) -> Population:
-    """Draw points (count,) of a space of designs by what was measured."""
-    rng, uniform, normal = np.random.default_rng(seed), len(space.free), len(space.solved)
+    """Return points (count,) of a space of designs, sampled from the posterior given what was measured."""
+    rng, unknown_count, solved_count = np.random.default_rng(seed), len(space.free), len(space.solved)
     drawn: list[Design] = []
     accepted: list[tuple[Array, Design]] = []
     while len(accepted) < count:
         if len(drawn) >= MAX_DRAWS * count:
             raise _too_few(drawn, len(accepted))
-        point = np.append(rng.random(uniform), rng.standard_normal(normal))
+        point = np.append(rng.random(unknown_count), rng.standard_normal(solved_count))
         drawn.append(space.at(point))
         if not drawn[-1].excluded:
             accepted.append((point, drawn[-1]))
         if progress is not None:
             progress(max(len(accepted), len(drawn) // MAX_DRAWS), 2 * count)
-    points, members = np.array([point for point, _ in accepted]), [one for _, one in accepted]
+    points, members = np.array([point for point, _ in accepted]), [design for _, design in accepted]
     evaluations, power, powers = len(drawn), 0.0, [0.0]
-    weight = np.array([one.weight for one in members])
+    log_weight = np.array([design.weight for design in members])
     while True:
-        fit = np.array([one.fit for one in members])
-        step = _step(weight, fit, 1 - power)
-        power, chance = power + step, np.exp(weight + step * fit - (weight + step * fit).max())
+        fit = np.array([design.fit for design in members])
+        step = _step(log_weight, fit, 1 - power)
+        power, chance = power + step, np.exp(log_weight + step * fit - (log_weight + step * fit).max())
         chosen = np.searchsorted(np.cumsum(chance) / chance.sum(), (rng.random() + np.arange(count)) / count)
         points, members = points[chosen], [members[k] for k in np.minimum(chosen, count - 1)]
         for part, tried in _moves(space, points, members, power, rng):
             evaluations += tried
             if progress is not None:
                 progress(count + int(count * (power - (1 - part) * step)), 2 * count)
-        weight = np.zeros(count)
+        log_weight = np.zeros(count)
         powers.append(power)
         if power >= 1:
             return Population(points, tuple(members), tuple(drawn[:count]), len(drawn), evaluations, tuple(powers))
 
 
 def _too_few(drawn: list[Design], met: int) -> InputError:
-    """Write that hardly any design meets the bench, and what excludes the others."""
-    reasons = Counter(one.excluded for one in drawn if one.excluded).most_common()
+    """Return the error that hardly any design meets the bench, with the reasons that exclude the others."""
+    reasons = Counter(design.excluded for design in drawn if design.excluded).most_common()
     texts = ", ".join(f"{count} have {reason}" for reason, count in reasons)
     rule, fix = f"must be met by one in {MAX_DRAWS} designs within the bounds", "check the file, or give wider --bounds"
     return InputError(rule, key="bench", value=f"met by {met} of {len(drawn)}: {texts}", fix=fix)
 
 
 def _step(weight: Array, fit: Array, rest: float) -> float:
-    """Return how far the power may rise, at most by `rest`, so that enough of the points count."""
+    """Return the largest rise of the power, at most `rest`, that leaves enough effective points."""
 
     def effective(step: float) -> float:
         chance = np.exp(weight + step * fit - (weight + step * fit).max())
         return float(chance.sum() ** 2 / (chance**2).sum()) / len(chance)
 
-    enough = min(KEPT, 0.9 * effective(0.0))
-    if effective(rest) >= enough:
+    needed = min(KEPT, 0.9 * effective(0.0))
+    if effective(rest) >= needed:
         return rest
     low, high = 0.0, rest
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (middle, high) if effective(middle) >= enough else (low, middle)
+        low, high = (middle, high) if effective(middle) >= needed else (low, middle)
     return low
 
 
 def _moves(
     space: Designs, points: Array, members: list[Design], power: float, rng: np.random.Generator
 ) -> Iterator[tuple[float, int]]:
-    """Move points (count, n + s) and their designs in place by Metropolis steps.
+    """Move points (count, n + s) and their designs in place by Metropolis steps; yield progress and number of trials.
 
     Yields after each move of all points which part of the moves is done at least, and how many designs it tried.
     """
     (count, size), uniform = points.shape, len(space.free)
-    scale, moved = 2.38 / np.sqrt(2 * size), 0
+    scale, moved_count = 2.38 / np.sqrt(2 * size), 0
 
-    def density(point: Array, one: Design) -> float:
-        return one.weight + power * one.fit - 0.5 * float(point[uniform:] @ point[uniform:])
+    def density(point: Array, proposal: Design) -> float:
+        return proposal.weight + power * proposal.fit - 0.5 * float(point[uniform:] @ point[uniform:])
 
     for sweep in range(1, SWEEPS + 1):
         accepted = 0
@@ -113,12 +113,12 @@ def _moves(
                 a, b = points[rng.choice(others, 2, replace=False)]
                 new = points[k] + scale * (a - b) + SPREAD * rng.standard_normal(size)
                 new[:uniform] = np.abs((new[:uniform] + 1) % 2 - 1)  # reflected at 0 and 1
-                one = space.at(new)
-                if one.excluded or np.log(rng.random()) >= density(new, one) - density(points[k], members[k]):
+                proposal = space.at(new)
+                if proposal.excluded or np.log(rng.random()) >= density(new, proposal) - density(points[k], members[k]):
                     continue
-                points[k], members[k], accepted = new, one, accepted + 1
-        moved += accepted
-        yield max(sweep / SWEEPS, min(1.0, moved / (MOVED * count))), count
+                points[k], members[k], accepted = new, proposal, accepted + 1
+        moved_count += accepted
+        yield max(sweep / SWEEPS, min(1.0, moved_count / (MOVED * count))), count
         scale *= float(np.exp(accepted / count - 0.25))
-        if moved >= MOVED * count:
+        if moved_count >= MOVED * count:
             return

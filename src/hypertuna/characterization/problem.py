@@ -28,7 +28,7 @@ STARTS = Whole(min=1, max=1024)
 
 @dataclass(frozen=True)
 class Elements:
-    """The measured values of a bench, kind after kind; every array has one entry per value."""
+    """The measured values of a bench, sorted by kind; every array has one entry per value."""
 
     kind: NDArray[np.str_]
     row: NDArray[np.int64]  # of the bench
@@ -36,21 +36,21 @@ class Elements:
     sd: Array  # stated noise [SI], NaN for none
 
     def of(self, rows: Mapping[str, Array]) -> Array:
-        """Return the entries (elements,) of arrays by kind (rows,)."""
+        """Return the entries (elements,) of arrays (rows,) by kind."""
         return np.array([rows[kind][row] for kind, row in zip(self.kind.tolist(), self.row.tolist(), strict=True)])
 
 
 def elements(bench: Bench) -> Elements:
-    """List the measured values of a bench."""
-    found = [(kind, row) for kind in KINDS for row in np.flatnonzero(np.isfinite(getattr(bench, kind))).tolist()]
-    kind, row = (np.array(column) for column in zip(*found, strict=True))
-    measured, sd = (np.array([getattr(bench, k + end)[r] for k, r in found]) for end in ("", "_sd"))
+    """Return the measured values of a bench, sorted by kind."""
+    pairs = [(kind, row) for kind in KINDS for row in np.flatnonzero(np.isfinite(getattr(bench, kind))).tolist()]
+    kind, row = (np.array(column) for column in zip(*pairs, strict=True))
+    measured, sd = (np.array([getattr(bench, k + end)[r] for k, r in pairs]) for end in ("", "_sd"))
     return Elements(kind, row, measured, sd)
 
 
 @dataclass(frozen=True)
 class BenchProblem:
-    """Bench and unknowns, laid out for a fit.
+    """Residuals and bounds of a fit: bench, unknowns and measured values.
 
     A point z (n,) is the logarithm of every unknown from its described value, in units of its prior standard deviation.
     """
@@ -69,23 +69,23 @@ class BenchProblem:
     @property
     def prior_sd(self) -> Array:
         """Prior standard deviation (n,) of each logarithm."""
-        return np.array([one.prior_sd for one in self.free])
+        return np.array([unknown.prior_sd for unknown in self.free])
 
     @property
     def unknown_kinds(self) -> tuple[str, ...]:
-        """Kinds whose noise has to be estimated."""
+        """Kinds of quantities whose noise is not stated, and must be estimated."""
         return tuple(dict.fromkeys(self.elements.kind[np.isnan(self.elements.sd)].tolist()))
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the bounds as points (n,)."""
-        rows = [sorted(one.log(end) - one.log(one.described) for end in (one.lower, one.upper)) for one in self.free]
+        """Return the lowest and the highest point (n,)."""
+        rows = [sorted(u.log(end) - u.log(u.described) for end in (u.lower, u.upper)) for u in self.free]
         low, high = (np.array(rows) / self.prior_sd[:, np.newaxis]).T
         return low, high
 
     def values(self, z: Array) -> Array:
-        """Return the unknowns (n,) at a point."""
+        """Return the unknowns (n,) [SI] at a point."""
         logs = (z * self.prior_sd).tolist()
-        return np.array([one.value(one.log(one.described) + x) for one, x in zip(self.free, logs, strict=True)])
+        return np.array([u.value(u.log(u.described) + x) for u, x in zip(self.free, logs, strict=True)])
 
     def residual(self, z: Array, levels: Mapping[str, float], joint: int | None = None) -> Array:
         """Return computed minus measured over noise (elements,), then the residuals of the prior: z itself.
@@ -94,53 +94,53 @@ class BenchProblem:
         """
         robot = with_unknowns(self.robot, self.free, self.values(z), checked=False)
         try:
-            found = self.elements.of(computed(robot, self.bench, joint))
+            values = self.elements.of(computed(robot, self.bench, joint))
         except InputError:  # no such joint can be built, such as one without room for its hoses
-            found = np.full(len(self.measured), np.nan)
+            values = np.full(len(self.measured), np.nan)
         level = np.array([levels.get(name, np.nan) for name in self.elements.kind])
-        scaled = (found - self.measured) / np.where(np.isnan(self.elements.sd), level, self.elements.sd)
-        sound = np.where(np.isfinite(scaled), np.clip(scaled, -FAILED, FAILED), FAILED)
-        own = self.bench.joint == (self.bench.joint if joint is None else joint)
-        return np.concatenate([np.where(own[self.elements.row], sound, np.nan), z])
+        scaled = (values - self.measured) / np.where(np.isnan(self.elements.sd), level, self.elements.sd)
+        clipped = np.where(np.isfinite(scaled), np.clip(scaled, -FAILED, FAILED), FAILED)
+        of_joint = self.bench.joint == (self.bench.joint if joint is None else joint)
+        return np.concatenate([np.where(of_joint[self.elements.row], clipped, np.nan), z])
 
     def jacobian(self, z: Array, levels: Mapping[str, float], *, rough: bool = False) -> Array:
-        """Differentiate the residual: by central differences, or one-sided ones for a search."""
+        """Return the derivatives of the residual by the point: central differences, or one-sided ones for a search."""
         step, columns = ROUGH_STEP if rough else STEP, []
         center = self.residual(z, levels) if rough else None
-        for k, one in enumerate(self.free):
+        for k, unknown in enumerate(self.free):
             change = np.zeros(len(z))
-            change[k] = step / one.prior_sd
-            up = self.residual(z + change, levels, one.joint)  # an unknown of one joint moves no row of another
-            down = self.residual(z - change, levels, one.joint) if center is None else center
+            change[k] = step / unknown.prior_sd
+            up = self.residual(z + change, levels, unknown.joint)  # an unknown of one joint moves no row of another
+            down = self.residual(z - change, levels, unknown.joint) if center is None else center
             column = (up - down) / (change[k] * (1 if rough else 2))
             columns.append(np.where(np.isnan(column), 0.0, column))
         return np.stack(columns, axis=1)
 
 
 def computed(robot: Robot, bench: Bench, joint: int | None = None) -> dict[str, Array]:
-    """Compute all kinds of quantities [SI] for the rows of a bench, (rows,) each, NaN but for a joint's rows.
+    """Return all kinds of quantities [SI] for the rows of a bench, (rows,) each, NaN but for a joint's rows.
 
     Oil volumes are those of drive units; of moments only those of held joints, and nothing else of these.
     """
-    found = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}
+    result = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}
     for loop in bench.loops:
         if joint is not None and loop.joint != joint:
             continue
-        rising, place = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
+        rising, at = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
         unload = bench.unload[loop.rows]
         path = _path(robot, loop, rising, unload=bool(unload.any()))
-        on_path = np.where(unload, len(path["shortening"]) - 1 - place[:-1], place[:-1])  # unloading starts at the top
+        on_path = np.where(unload, len(path["shortening"]) - 1 - at[:-1], at[:-1])  # unloading starts at the top
         for kind, values in path.items():
-            found[kind][loop.rows] = values[on_path]
+            result[kind][loop.rows] = values[on_path]
     for k in np.flatnonzero(np.isfinite(bench.moment)).tolist():
         if joint is None or bench.joint[k] == joint:
             pressure, side = float(bench.pressure[k]), int(bench.side[k])
-            found["moment"][k] = blocked_moment(robot, int(bench.joint[k]), pressure, side, arm=float(bench.arm[k]))
-    return found
+            result["moment"][k] = blocked_moment(robot, int(bench.joint[k]), pressure, side, arm=float(bench.arm[k]))
+    return result
 
 
 def _path(robot: Robot, loop: Loop, rising: Array, *, unload: bool) -> dict[str, Array]:
-    """Compute a loop from rest: one side up and maybe back, or both sides at once."""
+    """Return the quantities along a loop from rest: one side up and maybe back, or both sides at once."""
     if loop.side == len(SIDES):
         return {
             "shortening": shortening(robot, loop.joint, np.concatenate([rising, rising[::-1]]) if unload else rising)
@@ -152,48 +152,48 @@ def _path(robot: Robot, loop: Loop, rising: Array, *, unload: bool) -> dict[str,
 
 
 def shortening(robot: Robot, joint: int, pressure: Array) -> Array:
-    """Compute how much the axis of a joint gets shorter (n,) [m] under pressures of both sides (n,) [Pa]."""
-    bent = np.asarray(soft_joint(robot, joint).bend(np.column_stack([pressure, pressure])))
-    return np.asarray(-bent[..., 1] @ joint_sections(robot, joint)[:, 0])
+    """Return the shortening of a joint's axis (n,) [m] under pressures of both sides (n,) [Pa]."""
+    states = np.asarray(soft_joint(robot, joint).bend(np.column_stack([pressure, pressure])))
+    return np.asarray(-states[..., 1] @ joint_sections(robot, joint)[:, 0])
 
 
 def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, arm: float = math.inf) -> float:
-    """Compute the moment [N m] that holds a joint straight under the rising pressure [Pa] of one side.
+    """Return the moment [N m] that holds a joint straight under the rising pressure [Pa] of one side.
 
     Friction takes its part. arm: distance [m] of the force that holds it from its middle, as in `held_at`.
     """
     model = joint_models(robot)[joint]
-    both = np.zeros((1, 2))
-    both[0, side] = pressure
-    strain = _strain(model, both)
-    load = model.at(0.0, strain, both)
-    moment = float(load["elastic"][0] + load["slope"][0] @ both[0]) * (1 - 2 * side)
-    rubs = float(load["friction"][0] @ np.maximum(0.0, both[0] - load["carried"][0]))
-    return held_at(moment - rubs, joint_group(robot, joint)[1].length, arm)
+    pressures = np.zeros((1, 2))
+    pressures[0, side] = pressure
+    strain = _strain(model, pressures)
+    load = model.at(0.0, strain, pressures)
+    moment = float(load["elastic"][0] + load["slope"][0] @ pressures[0]) * (1 - 2 * side)
+    friction = float(load["friction"][0] @ np.maximum(0.0, pressures[0] - load["carried"][0]))
+    return held_at(moment - friction, joint_group(robot, joint)[1].length, arm)
 
 
 def held_at(moment: float, length: float, arm: float) -> float:
-    """Return the moment of a force that holds a joint at a distance [m] from its middle, from that of a couple [N m].
+    """Return the moment of a force at a distance [m] from a joint's middle that holds it like a couple [N m].
 
     The joint, as long as L, is a beam that does not move at the force: the moment is smaller by 1 + (L / arm)^2 / 12.
     """
     return moment / (1 + (length / arm) ** 2 / 12)
 
 
-def _strain(model: JointModel, both: Array) -> float:
-    """Return the strain of a straight joint at which its axial force vanishes; the force falls with the strain."""
+def _strain(model: JointModel, pressures: Array) -> float:
+    """Return the strain at which a straight joint's axial force, which falls with the strain, is zero."""
 
     def thrust(strain: float) -> float:
-        load = model.at(0.0, strain, both)
-        return float(load["axial"][0] + load["gain"][0] @ both[0])
+        load = model.at(0.0, strain, pressures)
+        return float(load["axial"][0] + load["gain"][0] @ pressures[0])
 
-    far, step = 0.0, math.copysign(STRAIN_STEP, thrust(0.0))
-    while thrust(far) * step > 0 and abs(far) < 1:
-        far += step
-    if not thrust(far) * step <= 0:
+    end, step = 0.0, math.copysign(STRAIN_STEP, thrust(0.0))
+    while thrust(end) * step > 0 and abs(end) < 1:
+        end += step
+    if not thrust(end) * step <= 0:
         rule, fix = "must have a length under this pressure", "give a lower pressure"
         raise InputError(rule, key=f"joint {model.name}", fix=fix)
-    return float(brentq(thrust, far - step, far, xtol=1e-9)) if far else 0.0
+    return float(brentq(thrust, end - step, end, xtol=1e-9)) if end else 0.0
 
 
 def bench_problem(
@@ -204,11 +204,11 @@ def bench_problem(
     loss: str,
     starts: int,
 ) -> BenchProblem:
-    """Lay out a bench for a fit; arguments as for `hypertuna.characterization.fit.fit_bench`."""
+    """Return the residuals of a bench; arguments as for `hypertuna.characterization.fit.fit_bench`."""
     check_name(loss, LOSSES, "loss", "loss")
     STARTS.check(starts, "starts", "leave it out")
-    both = [j for j in bench.joints if len(bench.sides(j)) == 2]
-    frees = unknowns(robot, bench.joints, names=free, both_sides=both, bounds=bounds)
+    both_sides = [j for j in bench.joints if len(bench.sides(j)) == 2]
+    frees = unknowns(robot, bench.joints, names=free, both_sides=both_sides, bounds=bounds)
     return BenchProblem(
         robot=robot,
         bench=bench,

@@ -12,30 +12,30 @@ PIPES = 2  # oil lines of a joint, one a side
 
 
 def with_room(robot: Robot, joint: int) -> Robot:
-    """Return the robot with drive units that a joint has room for, as close as they must be, or raise InputError.
+    """Return the robot with drive units as close as they must be; InputError if the joint has no room for them.
 
     The rules of finite elements hold in the narrowest section (`joint_body`). Between the muscles of the two sides is
     room for a film on the axis, and there, or above and below them, for the pipes of every joint behind.
     """
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
-    tight = unit.outer_diameter + WALL
-    if actuator.spacing is None or actuator.spacing < tight:
-        spaced = group.model_copy(update={"actuator": actuator.model_copy(update={"spacing": tight})})
-        joints = tuple(spaced if g == joint else other for g, other in enumerate(robot.joints))
+    spacing = unit.outer_diameter + WALL
+    if actuator.spacing is None or actuator.spacing < spacing:
+        group_spaced = group.model_copy(update={"actuator": actuator.model_copy(update={"spacing": spacing})})
+        joints = tuple(group_spaced if g == joint else other for g, other in enumerate(robot.joints))
         robot = robot.model_copy(update={"joints": joints})
     body = joint_body(robot, joint)
     gap = min(actuator.levers) - body.radius - WALL
     if gap < 0:
         rule, fix = "must leave room for a film on the axis", "give a longer lever or thinner hoses"
         raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)
-    behind = [other.line.bore for other in robot.joints[joint + 1 :] if other.line is not None]
-    pipe = max(behind, default=0.0) / 2 + PIPE
-    if not behind or gap >= pipe:
+    bores = [other.line.bore for other in robot.joints[joint + 1 :] if other.line is not None]
+    pipe = max(bores, default=0.0) / 2 + PIPE
+    if not bores or gap >= pipe:
         return robot
     top = max(channel.z for channel in body.channels)
-    apart = body.radius + WALL + pipe
-    lowest = top + math.sqrt(max(0.0, apart**2 - min(actuator.levers) ** 2))
-    highest = lowest + (PIPES * len(behind) / 2 - 1) * (2 * pipe + WALL)  # half of them below the muscles
+    distance = body.radius + WALL + pipe
+    lowest = top + math.sqrt(max(0.0, distance**2 - min(actuator.levers) ** 2))
+    highest = lowest + (PIPES * len(bores) / 2 - 1) * (2 * pipe + WALL)  # half of them below the muscles
     if _to_rim(float(body.semi_major.min()), float(body.semi_minor.min()), highest) < pipe + WALL:
         rule, fix = "must leave room for the oil pipes of the joints behind", "give a longer lever or thinner hoses"
         raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)

@@ -1,4 +1,4 @@
-"""Randomized fits to bench runs: how far products of powers hold along the profile of good fits."""
+"""Randomized fits to bench runs, which show how widely products of powers hold along the set of good fits."""
 
 from collections.abc import Callable, Mapping
 
@@ -33,12 +33,12 @@ def randomized_fits(
     rng, rows = np.random.default_rng(seed), len(problem.measured)
     low, high = problem.bounds()
     start = problem.residual(z, levels)[:rows] / factor
-    guiding = np.abs(start) < OUTLIER
-    allowed = start[guiding] @ start[guiding] + len(z) + MAX_SIGMA * np.sqrt(2 * len(z))
+    inliers = np.abs(start) < OUTLIER
+    allowed = start[inliers] @ start[inliers] + len(z) + MAX_SIGMA * np.sqrt(2 * len(z))
     fits = []
 
     def residual_at(x: Array) -> Array:
-        return problem.residual(x, levels)[:rows][guiding] / factor
+        return problem.residual(x, levels)[:rows][inliers] / factor
 
     for _ in range(COUNT):
         if tick is not None:
@@ -46,18 +46,18 @@ def randomized_fits(
         mean = rng.standard_normal(len(low))  # of the prior, normal about the description, truncated at the bounds
         while (outside := (mean < low) | (mean > high)).any():
             mean[outside] = rng.standard_normal(int(outside.sum()))
-        noise = rng.standard_normal(rows)[guiding]
-        x, residual, local = z, start[guiding], jacobian[:rows][guiding].copy()
-        for part in PARTS:
-            step = _step(local, residual + part * noise, x - part * mean, low - x, high - x)
+        noise = rng.standard_normal(rows)[inliers]
+        x, residual, jacobian_here = z, start[inliers], jacobian[:rows][inliers].copy()
+        for fraction in PARTS:
+            step = _step(jacobian_here, residual + fraction * noise, x - fraction * mean, low - x, high - x)
             x = np.clip(x + step, low, high)
             new = residual_at(x)
             if (size := step @ step) > 0:
-                local += np.outer(new - residual - local @ step, step / size)
+                jacobian_here += np.outer(new - residual - jacobian_here @ step, step / size)
             residual = new
         for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # with a new Jacobian
-            local = problem.jacobian(x, levels, rough=True)[:rows][guiding] / factor
-            step = _step(local, residual + noise, x - mean, low - x, high - x)
+            jacobian_here = problem.jacobian(x, levels, rough=True)[:rows][inliers] / factor
+            step = _step(jacobian_here, residual + noise, x - mean, low - x, high - x)
             step *= min(1.0, MAX_STEP / float(np.abs(step).max()))
             x = np.clip(x + step, low, high)
             residual = residual_at(x)
@@ -66,13 +66,13 @@ def randomized_fits(
     return np.array(fits).reshape(-1, len(z))
 
 
-def _step(jacobian: Array, residual: Array, off: Array, low: Array, high: Array) -> Array:
+def _step(jacobian: Array, residual: Array, prior_offset: Array, low: Array, high: Array) -> Array:
     """Return the step (n,) to the least squares of residuals and prior; unknowns that meet a bound stay there."""
-    matrix = np.concatenate([jacobian, np.eye(len(off))])
-    right = -np.concatenate([residual, off])
-    step, free = np.zeros(len(off)), np.ones(len(off), dtype=bool)
-    for _ in range(len(off)):
-        step[free] = np.linalg.lstsq(matrix[:, free], right - matrix[:, ~free] @ step[~free], rcond=None)[0]
+    matrix = np.concatenate([jacobian, np.eye(len(prior_offset))])
+    target = -np.concatenate([residual, prior_offset])
+    step, free = np.zeros(len(prior_offset)), np.ones(len(prior_offset), dtype=bool)
+    for _ in range(len(prior_offset)):
+        step[free] = np.linalg.lstsq(matrix[:, free], target - matrix[:, ~free] @ step[~free], rcond=None)[0]
         beyond = free & ((step < low) | (step > high))
         if not beyond.any():
             break

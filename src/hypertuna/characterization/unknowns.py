@@ -68,7 +68,7 @@ STEP = 1e-5  # of a logarithm, for differences
 
 @dataclass(frozen=True)
 class Unknown:
-    """A positive unknown, fitted by a logarithm: its own, or that of a factor in pull or stiffness."""
+    """A positive unknown, fitted by the logarithm of itself or of a factor in pull or stiffness that it sets."""
 
     kind: str  # key of KINDS
     joint: int | None  # its joint group; None if all share it
@@ -84,17 +84,17 @@ class Unknown:
 
     @property
     def factor(self) -> str:
-        """Name in products of powers: that of the factor in FACTORS, or its own."""
+        """Name in products of powers: that of its factor in FACTORS, or its own."""
         return FACTORS.get(self.kind, (self.name, ""))[0]
 
     def log(self, value: float) -> float:
-        """Return the logarithm of the factor at a value."""
+        """Return the logarithm of the factor at a value of the unknown [SI]."""
         if self.kind == "braid_angle":
             return math.log(2 / math.tan(value) ** 2 - 1)
         return math.log(1 - value**2) if self.kind == "diameter_ratio" else math.log(value)
 
     def value(self, log: float) -> float:
-        """Return the value of a logarithm of the factor."""
+        """Return the value of the unknown [SI] at a logarithm of the factor."""
         if self.kind == "braid_angle":
             return math.atan(math.sqrt(2 / (1 + math.exp(log))))
         return math.sqrt(-math.expm1(log)) if self.kind == "diameter_ratio" else math.exp(log)
@@ -129,31 +129,31 @@ def unknowns(
     for material in (unit.hose, unit.matrix):
         mooney(robot, material)  # checks the constants in use
     free_asymmetry, optional = joints if names else both_sides, optional or bool(names)
-    known = [
+    all_unknowns = [
         _make(robot, name, j)
         for name, kind in PER_JOINT.items()
         for j in joints
         if (name != "asymmetry" or j in free_asymmetry) and (optional or not kind.optional)
     ]
-    known += [_make(robot, kind, None) for kind in SHARED]
+    all_unknowns += [_make(robot, kind, None) for kind in SHARED]
     if names is not None:
         chosen: list[Unknown] = []
         for name in split_names(names) if isinstance(names, str) else names:
-            matching = _matching(known, name)
-            if any(one in chosen for one in matching):
+            matching = _matching(all_unknowns, name)
+            if any(u in chosen for u in matching):
                 rule, fix = "must be listed only once", "remove it from one"
                 raise InputError(rule, key=f"free {name}", value="named twice", fix=fix)
             chosen += matching
         if not chosen:
             raise InputError("must name at least one unknown", key="free", fix="leave it out for all")
-        known = chosen
-    ends: dict[str, tuple[float, float]] = {}
+        all_unknowns = chosen
+    bounds_by_name: dict[str, tuple[float, float]] = {}
     for name, (low, high) in (bounds or {}).items():
-        for one in _matching(known, name):
-            _check_bounds(robot, one, low, high, f"bounds {name}")
-            ends[one.name] = low, high
-    given = ((one, *ends.get(one.name, (one.lower, one.upper))) for one in known)
-    return tuple(replace(one, lower=low, upper=high) for one, low, high in given)
+        for u in _matching(all_unknowns, name):
+            _check_bounds(robot, u, low, high, f"bounds {name}")
+            bounds_by_name[u.name] = low, high
+    bounded = ((u, *bounds_by_name.get(u.name, (u.lower, u.upper))) for u in all_unknowns)
+    return tuple(replace(u, lower=low, upper=high) for u, low, high in bounded)
 
 
 def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
@@ -168,7 +168,7 @@ def _make(robot: Robot, kind: str, joint: int | None) -> Unknown:
 
 
 def _upper_limit(robot: Robot, kind: str, joint: int | None) -> float:
-    """Return the limit below which an unknown must stay."""
+    """Return the value [SI] below which an unknown must stay."""
     if kind == "lever" and joint is not None:
         return min(joint_group(robot, joint)[1].semi_minor)
     return {"braid_angle": NEUTRAL_BRAID, "diameter_ratio": 1.0}.get(kind, math.inf)
@@ -188,27 +188,27 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
 
 
 def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
-    """Return the unknowns that a name covers."""
-    matching = [one for one in known if name in (one.name, one.kind)]
+    """Return the unknowns that a name means: a kind, or a kind with a joint."""
+    matching = [unknown for unknown in known if name in (unknown.name, unknown.kind)]
     if not matching:
-        near = [one.name for one in known if one.kind == name.partition("[")[0]]
-        fix = did_you_mean(name, near or list(dict.fromkeys(one.kind for one in known)))
+        same_kind = [unknown.name for unknown in known if unknown.kind == name.partition("[")[0]]
+        fix = did_you_mean(name, same_kind or list(dict.fromkeys(unknown.kind for unknown in known)))
         raise InputError("must be an unknown of this bench and robot", key=f"free {name}", fix=fix)
     return matching
 
 
-def _check_bounds(robot: Robot, one: Unknown, low: float, high: float, key: str) -> None:
+def _check_bounds(robot: Robot, unknown: Unknown, low: float, high: float, key: str) -> None:
     """Check bounds of an unknown: positive, in order, around the described value, below its limit."""
-    unit, factor = BORDER[one.unit]
+    unit, factor = BORDER[unknown.unit]
     unit = "" if unit == "1" else f" {unit}"
-    limit = _upper_limit(robot, one.kind, one.joint)
+    limit = _upper_limit(robot, unknown.kind, unknown.joint)
     if 0 < high < low < math.inf:
         rule = "must be the lower bound, then the upper one"
         fix = f"exchange the two, {high * factor:g}:{low * factor:g}"
     elif not 0 < low < high < math.inf:
         rule, fix = "must be a lower bound above 0, then a higher upper bound", "give LOW:HIGH"
-    elif not low <= one.described <= high:
-        rule = f"must include the described value, {one.described * factor:.6g}{unit}"
+    elif not low <= unknown.described <= high:
+        rule = f"must include the described value, {unknown.described * factor:.6g}{unit}"
         fix = f"give wider bounds{' in' * bool(unit)}{unit}"
     elif high >= limit:
         rule, fix = f"must end below {limit * factor:.4g}{unit}", "give a lower upper bound"
@@ -225,8 +225,8 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
     unit = drive_unit(robot)
     shared: dict[str, Any] = {}
     by_joint: dict[int, dict[str, Any]] = {}
-    for one, value in zip(frees, values.tolist(), strict=True):
-        (shared if one.joint is None else by_joint.setdefault(one.joint, {}))[one.kind] = value
+    for unknown, value in zip(frees, values.tolist(), strict=True):
+        (shared if unknown.joint is None else by_joint.setdefault(unknown.joint, {}))[unknown.kind] = value
     materials, groups = dict(robot.materials), list(robot.joints)
     for part in ("hose", "matrix"):
         if (factor := shared.pop(f"{part}_modulus", None)) is not None:
@@ -266,12 +266,12 @@ def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
 
 
 def sourced(robot: Robot, described: Robot, texts: Mapping[str, str]) -> Robot:
-    """Return a robot with sources of keys that differ from the described ones, which follow after "Before:"."""
+    """Return a robot with new sources for changed keys; a source of the description follows after "Before:"."""
     document = robot.document()
     sources = document.setdefault("sources", {})
-    unset = described.model_copy(update={"sources": {}})
-    given = {re.sub(r"\[\d+\]", "", key) for key in unset.unsourced()}
+    without_sources = described.model_copy(update={"sources": {}})
+    sourced_keys = {re.sub(r"\[\d+\]", "", key) for key in without_sources.unsourced()}
     for key, text in texts.items():
-        before = described.source(key) if key in given else None
-        sources[key] = f"{text}. Before: {before}" if before else text
+        old_source = described.source(key) if key in sourced_keys else None
+        sources[key] = f"{text}. Before: {old_source}" if old_source else text
     return parse(document, file=described.file)

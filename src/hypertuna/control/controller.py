@@ -66,12 +66,12 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
     control = require_controller(robot)
     hydraulics = circuits(robot, temperature)
     columns = _constants(robot, control) | _oil(robot, control, hydraulics)
-    thickest = circuits(robot, robot.oil.pour_point) if robot.oil else hydraulics
+    at_pour_point = circuits(robot, robot.oil.pour_point) if robot.oil else hydraulics
     for j, group in enumerate(robot.joints):
         if group.servo is not None:
             rows = [_axle(robot, group, group.servo), _no_oil(group.servo)]
         else:
-            rows = [_circuit(robot, hydraulics, thickest, 2 * j + side) for side in range(len(SIDES))]
+            rows = [_circuit(robot, hydraulics, at_pour_point, 2 * j + side) for side in range(len(SIDES))]
             rows[0] |= _joint(robot, control, hydraulics, j)
             rows[0] |= _rates(robot, hydraulics, 2 * j, rows[0])
         for row in rows:
@@ -83,16 +83,18 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
 def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
     """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
-    no = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
-    free = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
-    return {"direct": group.turns, "reach": bend, "amplitude": bend} | free | no | _no_oil(servo)
+    zeros = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
+    unlimited = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
+    return {"direct": group.turns, "reach": bend, "amplitude": bend} | unlimited | zeros | _no_oil(servo)
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
     """Return the constants of a circuit without oil."""
-    no = dict.fromkeys(("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth", "spare"), 0.0)
+    zeros = dict.fromkeys(
+        ("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth", "spare"), 0.0
+    )
     return {
-        **no,
+        **zeros,
         "map": np.zeros(MAP_TERMS),
         "hold": np.zeros(HOLD_TERMS),
         "servo_speed": servo.speed,
@@ -101,22 +103,22 @@ def _no_oil(servo: JointServo) -> dict[str, Any]:
 
 
 def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
-    """Compute the constants of a circuit: pump map and supervisor."""
-    one = pump_map(robot, hydraulics, c)
+    """Return the controller's constants of a circuit: pump map and supervisor."""
+    pump_fit = pump_map(robot, hydraulics, c)
     fill = _fill(robot, c // 2)
-    known = {"fill": fill, "map": one.terms, "map_low": one.low, "map_high": one.high}
+    constants = {"fill": fill, "map": pump_fit.terms, "map_low": pump_fit.low, "map_high": pump_fit.high}
     flow, tick = _flow(thickest, c), 1 / require_controller(robot).rate
-    room = soft_limit(robot) - fill
-    ticks = _ring(hydraulics, c) / tick
-    slower = min(1.0, RING / ticks)
-    flow["hammer"] *= 1.0 + RUNG * (1.0 - slower)
+    pressure_rise = soft_limit(robot) - fill
+    ticks_of_ring = _ring(hydraulics, c) / tick
+    slowdown = min(1.0, RING / ticks_of_ring)
+    flow["hammer"] *= 1.0 + RUNG * (1.0 - slowdown)
     flow |= {"draw": NO_LIMIT, "smooth": NO_LIMIT, "spare": 0.0}
-    if ticks > SHORT:
+    if ticks_of_ring > SHORT:
         flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
-        flow["smooth"] = rounded_number(SMOOTH * slower * room / flow["hammer"])
-    if ticks > RING:
+        flow["smooth"] = rounded_number(SMOOTH * slowdown * pressure_rise / flow["hammer"])
+    if ticks_of_ring > RING:
         flow["spare"] = rounded_number(2.0 / flow["hammer"])
-    return known | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
+    return constants | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
 
 
 def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
@@ -125,7 +127,7 @@ def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
 
 
 def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
-    """Fit powers of a bend to the pressure that holds it at rest, above the fill [Pa/rad to Pa/rad^4]."""
+    """Return powers of a bend, fitted to the pressure above the fill that holds it at rest [Pa/rad to Pa/rad^4]."""
     group, fill = robot.joints[circuit // 2], _fill(robot, circuit // 2)
     bend = np.linspace(-1, 1, 201) * _reach(robot, group)
     _, pressure, _ = _side_at_rest(robot, hydraulics, circuit, bend)
@@ -136,19 +138,19 @@ def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
-    """Fit the servo angle of a circuit that holds a bend at rest, by least squares over the joint's reach."""
+    """Return a fit of a circuit's servo angle at rest to the bend, by least squares over the joint's reach."""
     group = robot.joints[circuit // 2]
     reach = _reach(robot, group)
     bend = np.linspace(-reach, reach, 201)
-    volume, pressure, free = _side_at_rest(robot, hydraulics, circuit, bend)
-    if not free.any():
+    volume, pressure, unclamped = _side_at_rest(robot, hydraulics, circuit, bend)
+    if not unclamped.any():
         rule = "must keep both sides of the straight joint under pressure"
         key, fix = f"{joint_key(robot, group.name)}.line.fill_pressure_pa", "fill the circuits to some 60e3 Pa"
         raise InputError(rule, file=robot.file, key=key, value=f"{_fill(robot, circuit // 2):g}", fix=fix)
-    at = hydraulics.row(circuit)
-    air = at["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
-    swollen = (at["oil_pump"] + at["oil_unit"]) * (1 - pressure / at["bulk_modulus"] + air)
-    displaced = at["chamber"] + at["unit_rest"] + volume + at["compliance"] * pressure - swollen
+    numbers = hydraulics.row(circuit)
+    air = numbers["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure)
+    oil_volume = (numbers["oil_pump"] + numbers["oil_unit"]) * (1 - pressure / numbers["bulk_modulus"] + air)
+    displaced = numbers["chamber"] + numbers["unit_rest"] + volume + numbers["compliance"] * pressure - oil_volume
     angle = servo_angle(hydraulics, displaced, circuit)
     if not np.isfinite(angle).all():
         rule = "must let the crank turn far enough for the joint's whole reach"
@@ -156,12 +158,12 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
         value = f"{math.degrees(robot.pump.neutral):g}" if robot.pump else None
         raise InputError(rule, file=robot.file, key="pump.neutral_deg", value=value, fix=fix)
     slope = _core.displaced(hydraulics.values[circuit], angle)[:, 1]
-    low, high = float(bend[free][0]), float(bend[free][-1])
+    low, high = float(bend[unclamped][0]), float(bend[unclamped][-1])
     powers = _bend_powers(bend, low, high)
     offset = angle - float(np.interp(0, bend, angle))
     terms = rounded_parts(np.asarray(np.linalg.lstsq(powers * slope[:, None], offset * slope)[0], dtype=np.float64))
-    error = powers @ terms - angle
-    return PumpMap(low, high, terms, float(abs(error).max()), float(abs(error * slope).max()))
+    residual = powers @ terms - angle
+    return PumpMap(low, high, terms, float(abs(residual).max()), float(abs(residual * slope).max()))
 
 
 def _bend_powers(bend: Array, low: float, high: float) -> Array:
@@ -175,26 +177,26 @@ def _reach(robot: Robot, group: JointGroup) -> float:
 
 
 def _held_reach(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> float:
-    """Return the largest bend that a joint is sent to: its reach, as far as the working pressure holds it at rest."""
+    """Return the largest bend [rad] that a joint is sent to: its reach, as far as the working pressure holds it."""
     bend = np.linspace(0, _reach(robot, robot.joints[j]), 201)[1:]
     _, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
-    inside = bend[pressure <= (control.works_at or math.inf)]
-    return rounded_number(float(inside.max(initial=bend[0])))
+    bends_held = bend[pressure <= (control.works_at or math.inf)]
+    return rounded_number(float(bends_held.max(initial=bend[0])))
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
-    """Compute volume gained [m^3] and pressure [Pa] of a side that holds a bend toward itself.
+    """Return volume gained [m^3], pressures of both sides [Pa] and fill state of a side that holds bends toward itself.
 
     The moments balance with the two sides equally far above and below the fill pressure, where the third array is
     true; elsewhere the lower pressure has stopped where the braid would go slack, or short of cavitation.
     """
     side, model = circuit % 2, joint_models(robot)[circuit // 2]
     low = SUCTION * float(hydraulics.column("cavitation")[circuit])
-    held = model.hold(bend if side == 0 else -bend, low)
-    volume = held["volume"][:, side] - model.at(0.0)["volume"][0, side]
-    pressure = held["pressure"]
-    free = abs(pressure.mean(axis=1) - model.fill) < FREE * model.fill
-    return volume, pressure[:, side], free
+    state = model.hold(bend if side == 0 else -bend, low)
+    volume = state["volume"][:, side] - model.at(0.0)["volume"][0, side]
+    pressure = state["pressure"]
+    near_fill = abs(pressure.mean(axis=1) - model.fill) < FREE * model.fill
+    return volume, pressure[:, side], near_fill
 
 
 def _fill(robot: Robot, joint: int) -> float:
@@ -207,16 +209,16 @@ def soft_limit(robot: Robot) -> float:
 
 
 def given_constants(part: str, table: Part) -> dict[str, float]:
-    """Return the keys of a table that the core's part has under the same name, not one by joint or gait."""
+    """Return the values of a table's keys that the core's part has under the same names, without lists."""
     fields = _core.onboard_fields(2, 2)
-    several = {name for _, name, index in fields if index > 0}
-    names = {name for of, name, _ in fields if of == part} - several
+    lists = {name for _, name, index in fields if index > 0}
+    names = {name for owner, name, _ in fields if owner == part} - lists
     values = {name: getattr(table, name) for name in table.declared if name in names}
     return {name: float(value) for name, value in values.items() if value is not None}
 
 
 def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
-    """Compute the constants that the controller has once."""
+    """Return the constants that the controller has once, by name."""
     tick = 1 / control.rate
     rate = SETTLED / control.smoothing
     oil = has_oil(robot)
@@ -267,7 +269,7 @@ def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
 
 
 def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> dict[str, float]:
-    """Compute the constants of a joint."""
+    """Return the controller's constants of a joint, by name."""
     group = robot.joints[j]
     bend_max = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
@@ -284,7 +286,7 @@ def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> d
 
 
 def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> tuple[float, float, float]:
-    """Bound a beat's pressure rise per amplitude by powers of the frequency, as a fraction of that to the soft limit.
+    """Return a beat's pressure rise per amplitude over the rise to the soft limit: terms of powers of the frequency.
 
     The pressures of the bend at rest, of the flow through the line and of the water's load on the tail add up, as if
     their peaks came at once.
@@ -292,24 +294,24 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
     amplitude, fill = float(robot.joints[j].bend_max or 0.0), _fill(robot, j)
     bend = np.linspace(0.1, 1.0, 10) * amplitude
     volume, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
-    held, flow = (pressure - fill) / bend, np.gradient(volume, bend)
+    static, flow = (pressure - fill) / bend, np.gradient(volume, bend)
     resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
     model = joint_models(robot)[j]
-    at_rest = model.hold(bend)
-    slope = model.at(bend, at_rest["strain"], at_rest["pressure"])["slope"]
+    states = model.hold(bend)
+    slope = model.at(bend, states["strain"], states["pressure"])["slope"]
     with np.errstate(over="ignore"):  # the load on areas beyond measure is infinite
         load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
-    room = soft_limit(robot) - fill
+    pressure_rise = soft_limit(robot) - fill
     return (
-        rounded_number(float(held.max()) / room),
-        rounded_number(2 * math.pi * resistance * float(flow.max()) / room),
-        rounded_number(load / (amplitude * frequency**2) / room),
+        rounded_number(float(static.max()) / pressure_rise),
+        rounded_number(2 * math.pi * resistance * float(flow.max()) / pressure_rise),
+        rounded_number(load / (amplitude * frequency**2) / pressure_rise),
     )
 
 
 def _water_load(robot: Robot, frequency: float) -> Array:
-    """Compute the largest moment on each joint group [N m], the tail beating at its largest bends, the head at rest."""
+    """Return the largest moment of the water on each joint group [N m] in a beat at its largest bends, head at rest."""
     count = len(robot.joints)
     model = core_model(robot, {"joints.bandwidth": [math.inf] * count})
     amplitude = [float(group.bend_max or 0.0) for group in robot.joints]
@@ -327,61 +329,61 @@ def _slope(hydraulics: Circuits, circuit: int) -> float:
 
 
 def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
-    """Compute the pressures per rate of a circuit's servo [Pa s/rad]: in the thickest oil's line, and of hammer.
+    """Return pressures per servo rate of a circuit [Pa s/rad]: of the thickest oil in the line, and of hammer.
 
     Hammer is sqrt(L / C) of the line's inertance and the compliance of the oil in the cylinder at `HAMMER_AT`.
     """
-    at, slope = thickest.row(circuit), _slope(thickest, circuit)
-    hammer = slope * math.sqrt(at["inertance"] / _gives(at))
-    return {"line": slope * at["resistance"], "hammer": hammer}
+    numbers, slope = thickest.row(circuit), _slope(thickest, circuit)
+    hammer = slope * math.sqrt(numbers["inertance"] / _cylinder_compliance(numbers))
+    return {"line": slope * numbers["resistance"], "hammer": hammer}
 
 
-def _gives(at: dict[str, float]) -> float:
+def _cylinder_compliance(at: dict[str, float]) -> float:
     """Return the compliance of the oil in a circuit's cylinder at `HAMMER_AT` [m^3/Pa]."""
-    absolute = _core.ATMOSPHERE + HAMMER_AT
-    return at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / absolute**2)
+    pressure = _core.ATMOSPHERE + HAMMER_AT
+    return at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / pressure**2)
 
 
 def _ring(hydraulics: Circuits, circuit: int) -> float:
     """Return the period at which a circuit's line rings against its cylinder [s]."""
-    at = hydraulics.row(circuit)
-    return 2 * math.pi * math.sqrt(at["inertance"] * _gives(at))
+    numbers = hydraulics.row(circuit)
+    return 2 * math.pi * math.sqrt(numbers["inertance"] * _cylinder_compliance(numbers))
 
 
 def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) -> dict[str, float]:
-    """Compute the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
+    """Return the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
     hammer = circuit["hammer"] * circuit["map"][0]
     rate = (soft_limit(robot) - circuit["fill"]) / hammer
-    drawn = DRAWN * _suction(robot, hydraulics, c) / hammer
-    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, drawn))}
+    empty_rate = DRAWN * _suction(robot, hydraulics, c) / hammer
+    return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, empty_rate))}
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
-    """Compute how the servos follow, and the oil's viscosities relative to that at its pour point."""
+    """Return constants of the servos' lag, and the oil's viscosities relative to that at its pour point."""
     bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
     loop = _core.SERVO_LOOP_RATE * min(bandwidths) / control.rate
-    lowest = own = 1.0
+    lowest = present = 1.0
     if robot.oil is not None and not math.isnan(hydraulics.temperature):  # its joints may all have servos
-        hottest, at, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
-        lowest, own = hottest / thickest, at / thickest
+        hottest, now, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
+        lowest, present = hottest / thickest, now / thickest
     decay = without_last_bit(math.exp(-loop))
     values = {
         "servo_loop": loop,
         "servo_decay": decay,
         "viscosity_min": rounded_number(lowest),
-        "viscosity_own": rounded_number(own),
+        "viscosity_own": rounded_number(present),
     }
     return {name: [float(value)] for name, value in values.items()}
 
 
 def _supervisor(robot: Robot, hydraulics: Circuits, circuit: int) -> dict[str, float]:
-    """Compute the supervisor's constants of a circuit."""
-    at = hydraulics.row(circuit)
+    """Return the supervisor's constants of a circuit."""
+    row = hydraulics.row(circuit)
     slope = _slope(hydraulics, circuit)
-    high = _core.ATMOSPHERE + soft_limit(robot)
-    oil = (at["oil_pump"] + at["oil_unit"]) * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / high**2)
+    pressure = _core.ATMOSPHERE + soft_limit(robot)
+    oil = (row["oil_pump"] + row["oil_unit"]) * (1 / row["bulk_modulus"] + row["air"] * _core.ATMOSPHERE / pressure**2)
     return {
-        "servo_speed": at["speed"],
-        "servo_stall": at["stall_torque"] / slope,
-        "compliance": (at["compliance"] + oil) / slope,
+        "servo_speed": row["speed"],
+        "servo_stall": row["stall_torque"] / slope,
+        "compliance": (row["compliance"] + oil) / slope,
     }

@@ -56,14 +56,14 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
 
 
 def settled_speed(robot: Robot, gait: Gait) -> float:
-    """Return the speed of a settled beat [m/s], with the lag of the joints as far as it is known; NaN if unsettled."""
+    """Return the speed of a settled beat [m/s], with lagging joints if all bandwidths are known; NaN if unsettled."""
     return rounded_number(swim(with_known_lag(robot), gait).speed)
 
 
 def with_known_lag(robot: Robot) -> Robot:
-    """Return the robot with the lag of its joints, as far as their bandwidth is known."""
-    known = all(group.bandwidth is not None for group in robot.joints)
-    return robot.using(joints="bandwidth") if known else robot
+    """Return the robot with lagging joints if all bandwidths are known, else with ideal joints."""
+    all_known = all(group.bandwidth is not None for group in robot.joints)
+    return robot.using(joints="bandwidth") if all_known else robot
 
 
 def _check_table(table: GaitTable) -> None:
@@ -75,22 +75,22 @@ def _check_table(table: GaitTable) -> None:
         rule, fix = "must have one speed per gait", "give a speed per gait, or none"
         raise InputError(rule, key="guidance.speed_m_s", value=f"{len(table.speed)}", fix=fix)
     frequency = tuple(gait.frequency for gait in table.gaits)
-    for what, unit, values in (("speed", "m/s", table.speed), ("frequency", "Hz", frequency)):
+    for column, unit, values in (("speed", "m/s", table.speed), ("frequency", "Hz", frequency)):
         if not all(a < b for a, b in zip([0.0, *values], values, strict=False)):
-            rule, fix = f"must increase in {what} from gait to gait", "choose other gaits, slowest first"
+            rule, fix = f"must increase in {column} from gait to gait", "choose other gaits, slowest first"
             value = f"{', '.join(f'{v:.4g}' for v in values)} {unit}"
             raise InputError(rule, key="guidance.gaits", value=value, fix=fix)
 
 
 def glide(robot: Robot) -> float:
-    """Compute the distance in which the straight body slows to 1/e: mass with added mass over quadratic drag [m]."""
-    still = np.zeros((1, len(robot.links.name), 3))
-    motion = _core.dynamics(core_model(robot), still, np.array([[-1.0, 0.0, 0.0]]))
+    """Return the distance [m] in which the straight body slows to 1/e: mass with added mass over quadratic drag."""
+    at_rest = np.zeros((1, len(robot.links.name), 3))
+    motion = _core.dynamics(core_model(robot), at_rest, np.array([[-1.0, 0.0, 0.0]]))
     return rounded_number(1 / abs(float(motion["acceleration"][0, 0])))
 
 
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
-    """Compute the curvature of the path at the tail bias [rad] of each joint group, with the middle gait [1/m].
+    """Return the path's curvature over the tail bias [rad] of each joint group, in the middle gait [1/m].
 
     The rate of turn over speed at a fraction `STEER` of the bias, extrapolated.
     """
@@ -103,17 +103,17 @@ def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
 
 
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
-    """Compute the constants of a robot's pilot, by their names in core pilot.hpp; without its controller's."""
+    """Return the constants of a robot's pilot, by their names in core pilot.hpp, without its controller's."""
     pilot = require(robot.guidance, "guidance", robot)
     control = require_controller(robot)
     table = gait_table(robot) if table is None else table
-    every = control.rate / pilot.decisions
-    if every < 1 or abs(every - round(every)) > 1e-9 * every:
+    ticks = control.rate / pilot.decisions
+    if ticks < 1 or abs(ticks - round(ticks)) > 1e-9 * ticks:
         rule, fix = f"must divide controller.rate_hz = {control.rate:g}", f"choose for example {control.rate / 10:g}"
         raise InputError(rule, file=robot.file, key="guidance.decisions_hz", value=f"{pilot.decisions:g}", fix=fix)
     joints = {"bias_max": list(pilot.bias_max), "bend_max": controller_columns(robot)["reach"]}
     values = {
-        "every": round(every),
+        "every": round(ticks),
         "tick": 1 / control.rate,
         "period": 1 / pilot.decisions,
         "glide": glide(robot),
@@ -140,13 +140,13 @@ def depth_tolerance(pilot: Guidance) -> float:
 
 
 def error_of_fixes(robot: Robot) -> float:
-    """Return the position error [m] of the mean of several fixes: their common offset and their averaged noise."""
+    """Return the error of the mean of several position fixes [m]: their common offset and their averaged noise."""
     position = sensor_of(robot, "position")
     return FIXED * math.hypot(position.bias, position.noise / 3)
 
 
 def _plain(pilot: Guidance) -> dict[str, float]:
-    """Return the constants that depend on the table [guidance] alone."""
+    """Return the pilot's constants that depend on the table [guidance] alone."""
     return given_constants("pilot", pilot) | {
         **{name: rounded_number(math.sin(getattr(pilot, name))) for name in ("fin_tilt", "pitch_max", "climb_max")},
         "depth_tolerance": depth_tolerance(pilot),
@@ -161,7 +161,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
     """Return the ranges and errors of the pilot's sensors."""
     position, depth = sensor_of(robot, "position"), sensor_range(robot, "depth")
     # A depth sensor counts from the standard atmosphere; its range may leave out a part of what the air can be.
-    air = [(pressure - STANDARD_AIR) / (robot.water.density * _core.GRAVITY) for pressure in AIR_PRESSURE]
+    air_depths = [(pressure - STANDARD_AIR) / (robot.water.density * _core.GRAVITY) for pressure in AIR_PRESSURE]
     antenna = antenna_of(robot)
     return {
         "rate_max": sensor_range(robot, "rate")[1],
@@ -173,8 +173,8 @@ def _sensed(robot: Robot) -> dict[str, float]:
         "depth_step": DEPTH_STEP,
         "depth_repeat": sensor_of(robot, "depth").hidden_change,
         "field_repeat": sensor_of(robot, "field").hidden_change,
-        "air_low": air[0],
-        "air_high": air[1],
+        "air_low": air_depths[0],
+        "air_high": air_depths[1],
         "antenna_x": antenna[0],
         "antenna_z": antenna[1],
         "fix_noise": position.noise,
@@ -185,13 +185,13 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
     """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
-    at, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
-    span = at["full"] - at["empty"]
-    middle, drawn = at["empty"] + 0.5 * span, pilot.power + at["efficiency"] * at["electronics"]
+    row, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
+    voltage_span = row["full"] - row["empty"]
+    mean_voltage, load = row["empty"] + 0.5 * voltage_span, pilot.power + row["efficiency"] * row["electronics"]
     return {
-        "battery_empty": at["empty"] + (1 - usable) * span,
-        "battery_span": usable * span,
-        "battery_drop": at["resistance"] * drawn / (at["efficiency"] * middle),
+        "battery_empty": row["empty"] + (1 - usable) * voltage_span,
+        "battery_span": usable * voltage_span,
+        "battery_drop": row["resistance"] * load / (row["efficiency"] * mean_voltage),
         "endurance": range_of(robot, power=pilot.power, speed=table.speed[-1]).endurance,
     }
 

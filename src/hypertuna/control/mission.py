@@ -91,8 +91,8 @@ def fence_distance(mission: Mission, places: Array) -> Array:
     nearest, inside = np.full(len(x), math.inf), np.zeros(len(x), bool)
     for (ax, ay), (bx, by) in sides(mission.fence):
         ex, ey = bx - ax, by - ay
-        part = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
-        nearest = np.minimum(nearest, np.hypot(x - ax - part * ex, y - ay - part * ey))
+        fraction = np.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0, 1)
+        nearest = np.minimum(nearest, np.hypot(x - ax - fraction * ex, y - ay - fraction * ey))
         if ey != 0:
             inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / ey * ex)
     return np.where(inside, nearest, -nearest)
@@ -105,5 +105,5 @@ def cross(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
         return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 
     (a, b), (c, d) = first, second
-    apart = any(max(a[k], b[k]) < min(c[k], d[k]) or max(c[k], d[k]) < min(a[k], b[k]) for k in (0, 1))
-    return not apart and side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
+    separate = any(max(a[k], b[k]) < min(c[k], d[k]) or max(c[k], d[k]) < min(a[k], b[k]) for k in (0, 1))
+    return not separate and side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0

@@ -21,7 +21,7 @@ SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 
 class Fault(NamedTuple):
-    """A fault of consecutive sensor channels."""
+    """A fault of consecutive sensor channels: its kind and times."""
 
     kind: str  # of KINDS
     first: int  # channel
@@ -51,18 +51,18 @@ def sensor_of(robot: Robot, quantity: str) -> Sensor:
 
 def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
     names = [name for name, channel in CHANNELS.items() if channel.pilot == pilot]
-    none = dict.fromkeys(NUMBERS, 0.0)
-    models = {name: none if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
+    zeros = dict.fromkeys(NUMBERS, 0.0)
+    models = {name: zeros if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
     return {f"{name}.{key}": [float(model[key])] for name, model in models.items() for key in NUMBERS}
 
 
 def sensor_absent(robot: Robot, quantity: str) -> bool:
-    """Return whether a robot does without a sensor: none of its joints has oil, and the pilot does not read it.
+    """Return whether a robot lacks a sensor that it does not need: no joint has oil, and the pilot does not read it.
 
     The range of its model is 0 to 0, so that it reads 0; the controller leaves it out.
     """
-    described = any(sensor.quantity == quantity for sensor in robot.sensors)
-    return not (has_oil(robot) or CHANNELS[quantity].pilot or described)
+    present = any(sensor.quantity == quantity for sensor in robot.sensors)
+    return not (has_oil(robot) or CHANNELS[quantity].pilot or present)
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
@@ -107,8 +107,8 @@ def faults(
     ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on; `KINDS` has the kinds. Each must start within
     the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
     """
-    known = channels(robot, pilot=pilot)
-    return tuple(_fault(text, known, duration) for text in fault_texts(spelled))
+    channel_table = channels(robot, pilot=pilot)
+    return tuple(_fault(text, channel_table, duration) for text in fault_texts(spelled))
 
 
 def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
@@ -135,8 +135,8 @@ def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) 
 
 def fault_times(spelled: str, times: str) -> tuple[float, float]:
     """Read START or START-END [s] of a fault."""
-    first, dash, last = times.partition("-")
-    start, end = parse_float(first), parse_float(last) if dash else FOREVER
+    start_text, dash, end_text = times.partition("-")
+    start, end = parse_float(start_text), parse_float(end_text) if dash else FOREVER
     if not 0 <= start < end:
         fix = "give seconds from the start of the run, the end after the start"
         raise InputError("must have a time", key="fault", value=shown(spelled), fix=fix)

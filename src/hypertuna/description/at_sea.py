@@ -57,7 +57,7 @@ BOARD = {
 
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
-    """Check that a robot has some tables, and the sensors of a pilot; else name all that are missing, and a source."""
+    """Check that a robot has the named tables, and with `pilot` its sensors; the error lists all that are missing."""
     board = "firmware" in tables
     require_groups(robot, sea=True, board=board)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
@@ -82,12 +82,12 @@ def antenna_of(robot: Robot) -> tuple[float, float]:
     It stands at the head's center of mass, at the upper end of what is highest.
     """
     links = robot.links
-    head = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
-    return links.com[0], float(robot.body.height or head) / 2
+    head_height = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
+    return links.com[0], float(robot.body.height or head_height) / 2
 
 
 def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -> None:
-    """Add sections and fins to a robot; `tuna` is HyperTuna's document."""
+    """Add the tables ``[spatial]`` and ``[fins]`` to a robot's document; `tuna` is HyperTuna's document."""
     if len(document["joints"]) > _core.MAX_JOINTS:
         rule = f"must be at most {_core.MAX_JOINTS} joint groups with --sea"
         fix = "name fewer groups, each of several links"
@@ -156,20 +156,21 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 
 
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
-    """Return the table ``[fins]``: HyperTuna's by length, beside the hull of a head [m]."""
+    """Return the table ``[fins]``: HyperTuna's, with sizes and places for this shape and a length of the head [m]."""
     span = 0.118 * shape.length
-    own = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
-    own |= {"span_m": span, "chord_m": 0.8 * span}
-    return {**tuna} | {key: float(f"{value:.3g}") for key, value in own.items()}
+    changed = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
+    changed |= {"span_m": span, "chord_m": 0.8 * span}
+    return {**tuna} | {key: float(f"{value:.3g}") for key, value in changed.items()}
 
 
 def _pins(drives: Sequence[Drive]) -> dict[str, list[int]]:
     """Return the pins of servos and analog sensors of the joint groups, and of the fins' servos."""
-    servos, oil = (sum(len(drive.servos) for drive in some) for some in (drives, [one for one in drives if one.oil]))
-    analog = iter(ANALOG_PINS)
+    servos = sum(len(drive.servos) for drive in drives)
+    pumps = sum(len(drive.servos) for drive in drives if drive.oil)
+    free_pins = iter(ANALOG_PINS)
     return {
         "servo_pins": list(SERVO_PINS[: servos + 2]),
-        "bend_pins": list(islice(analog, sum(drive.oil for drive in drives))),
-        "pressure_pins": list(islice(analog, oil)),
-        "current_pins": list(islice(analog, servos)),
+        "bend_pins": list(islice(free_pins, sum(drive.oil for drive in drives))),
+        "pressure_pins": list(islice(free_pins, pumps)),
+        "current_pins": list(islice(free_pins, servos)),
     }

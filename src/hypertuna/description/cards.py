@@ -64,26 +64,26 @@ def side_svg(robot: Robot) -> str:
     links, scale = robot.links, WIDE / robot.body.length
     fronts = [scale * x for x in (0.0, *accumulate(links.length))]
     heights = [scale * area / length for area, length in zip(links.lateral_area, links.length, strict=True)]
-    half = max(heights) / 2
+    half_high = max(heights) / 2
     parts = []
-    for k, (x, length, high) in enumerate(zip(fronts, links.length, heights, strict=False)):
-        long = scale * length
+    for k, (x, length, height) in enumerate(zip(fronts, links.length, heights, strict=False)):
+        extent = scale * length
         parts.append(
-            f'<rect class="link" x="{x + 2:.1f}" y="{-high / 2:.1f}" width="{long - 4:.1f}" height="{high:.1f}" '
-            f'rx="{min(16, 0.3 * long, 0.3 * high):.1f}"><title>{safe(links.name[k])}</title></rect>'
+            f'<rect class="link" x="{x + 2:.1f}" y="{-height / 2:.1f}" width="{extent - 4:.1f}" height="{height:.1f}" '
+            f'rx="{min(16, 0.3 * extent, 0.3 * height):.1f}"><title>{safe(links.name[k])}</title></rect>'
         )
-        mass = x + scale * links.com[k]
-        parts.append(f'<path class="mark" d="M{mass - 6:.1f} 0h12M{mass:.1f} -6v12"/>')
+        com_x = x + scale * links.com[k]
+        parts.append(f'<path class="mark" d="M{com_x - 6:.1f} 0h12M{com_x:.1f} -6v12"/>')
     for group in robot.joints:
-        places = [fronts[link] for link in group.links]
-        parts += [f'<circle class="joint" cx="{x:.1f}" cy="0" r="8"/>' for x in places]
-        middle = sum(places) / len(places)
-        parts.append(f'<text x="{middle:.1f}" y="{-half - 8:.1f}" text-anchor="middle">{safe(group.name)}</text>')
+        joint_xs = [fronts[link] for link in group.links]
+        parts += [f'<circle class="joint" cx="{x:.1f}" cy="0" r="8"/>' for x in joint_xs]
+        middle = sum(joint_xs) / len(joint_xs)
+        parts.append(f'<text x="{middle:.1f}" y="{-half_high - 8:.1f}" text-anchor="middle">{safe(group.name)}</text>')
     power = 10 ** math.floor(math.log10(robot.body.length / 6))
     bar = max(step * power for step in (1, 2, 5) if step * power <= robot.body.length / 6)
-    below = half + 26
-    parts.append(f'<path class="mark" stroke-width="3" d="M0 {below:.1f}h{scale * bar:.1f}"/>')
-    parts.append(f'<text x="{scale * bar + 10:.1f}" y="{below + 7:.1f}">{1e3 * bar:g} mm</text>')
-    view = f"-10 {-half - 34:.0f} {WIDE + 20} {2 * half + 76:.0f}"
-    about = f'viewBox="{view}" font-size="22" role="img" aria-label="{safe(robot.name)} from the side"'
-    return f"<svg {about}>{''.join(parts)}</svg>"
+    bar_y = half_high + 26
+    parts.append(f'<path class="mark" stroke-width="3" d="M0 {bar_y:.1f}h{scale * bar:.1f}"/>')
+    parts.append(f'<text x="{scale * bar + 10:.1f}" y="{bar_y + 7:.1f}">{1e3 * bar:g} mm</text>')
+    view_box = f"-10 {-half_high - 34:.0f} {WIDE + 20} {2 * half_high + 76:.0f}"
+    attributes = f'viewBox="{view_box}" font-size="22" role="img" aria-label="{safe(robot.name)} from the side"'
+    return f"<svg {attributes}>{''.join(parts)}</svg>"

@@ -25,20 +25,18 @@ def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> R
     try:
         for key, value in values.items():
             place = written(tuple(_set(document, key, value, key)))
-            before = robot.source(place)
-            sources[place] = f"{key} set to {value}{f'; before: {before}' if before else ''}"
+            old_source = robot.source(place)
+            sources[place] = f"{key} set to {value}{f'; before: {old_source}' if old_source else ''}"
         return parse(document, file=robot.file)
     except InputError as error:
-        every = error.errors if isinstance(error, InputErrors) else (error,)
-        named = [
-            InputError(one.rule, file=option, key=one.key, value=one.value, fix=_fix(one, values)) for one in every
-        ]
-        named = [one for one in named if not (one.key or "").startswith("sources")] or named
-        raise InputErrors(named) from None
+        errors = error.errors if isinstance(error, InputErrors) else (error,)
+        relabeled = [InputError(e.rule, file=option, key=e.key, value=e.value, fix=_fix(e, values)) for e in errors]
+        relabeled = [e for e in relabeled if not (e.key or "").startswith("sources")] or relabeled
+        raise InputErrors(relabeled) from None
 
 
 def settable(robot: Robot) -> list[str]:
-    """Return the keys of all values in a robot's file, as `changed` takes them; without what tells of values."""
+    """Return the keys of all values in a robot's file as `changed` takes them, without uncertainties and sources."""
     document = robot.document()
     return _settable({key: part for key, part in document.items() if key not in ("uncertainty", "sources")}, "")
 
@@ -48,15 +46,15 @@ def _settable(node: Any, key: str) -> list[str]:
     if isinstance(node, dict):
         parts = list(node.items())
     elif isinstance(node, list) and node and all(isinstance(part, dict) for part in node):
-        named = [next((str(part[name]) for name in NAMES if name in part), f"[{k}]") for k, part in enumerate(node)]
-        parts = list(zip(named, node, strict=True))
+        names = [next((str(part[name]) for name in NAMES if name in part), f"[{k}]") for k, part in enumerate(node)]
+        parts = list(zip(names, node, strict=True))
     else:
         return [key]
     return [leaf for name, part in parts for leaf in _settable(part, f"{key}.{name}".replace(".[", "[").lstrip("."))]
 
 
 def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
-    """Return the fix of an error: a decimal point where a comma has made two numbers of one."""
+    """Return the fix of an error: where a comma split one number into two integers, a decimal point."""
     pairs = [v for v in values.values() if isinstance(v, list) and len(v) == 2 and all(isinstance(x, int) for x in v)]
     pair = next((pair for pair in pairs if str(pair) == error.value and error.rule == "must be a number"), None)
     return error.fix if pair is None else f"write a decimal point, {pair[0]}.{pair[1]}"
@@ -64,9 +62,9 @@ def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
 
 def toml_value(text: str) -> Any:
     """Read a value as TOML has it; numbers with commas are a list, other words are text."""
-    for form in (text, f"[{text}]" if "," in text else text):
+    for candidate in (text, f"[{text}]" if "," in text else text):
         try:
-            return parse_toml(f"value = {form}")["value"]
+            return parse_toml(f"value = {candidate}")["value"]
         except InputError:
             continue
     try:
@@ -76,14 +74,14 @@ def toml_value(text: str) -> Any:
 
 
 def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
-    """Set a value below a node, all of a list of tables if none is named; return its place without indices."""
+    """Set the value of a key below a node, in all tables of a list if none is named; return its place as names."""
     if isinstance(node, list):
         return _set_in_list(node, rest, value, key)
     if not isinstance(node, dict):
         raise InputError("goes beyond a value", key=key, fix="leave out the end of the key")
-    known = [name for name in node if re.match(rf"{re.escape(name)}($|[.\[])", rest)]
-    first = re.match(r'"[^"]+"|[^.\[]+', rest)
-    name = max(known, key=len) if known else first[0] if first else ""
+    matches = [name for name in node if re.match(rf"{re.escape(name)}($|[.\[])", rest)]
+    word = re.match(r'"[^"]+"|[^.\[]+', rest)
+    name = max(matches, key=len) if matches else word[0] if word else ""
     if not name:
         raise InputError("is no key", key=key, fix="write it as in the robot's file: body.mass_kg")
     below = rest[len(name) :].removeprefix(".")
@@ -95,7 +93,7 @@ def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
 
 
 def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]:
-    """Set a value in one table or number of a list, or in all its tables."""
+    """Set the value in one table or number of a list, or in all its tables; return its place below the list."""
     if index := re.match(r"\[(\d+)\]\.?", rest):
         k = int(index[1])
         if k >= len(nodes):
@@ -106,15 +104,15 @@ def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]
         nodes[k] = value
         return []
     tables = [node for node in nodes if isinstance(node, dict)]
-    names = {str(node[part]): node for node in tables for part in NAMES if part in node}
-    named = [name for name in names if rest.startswith(f"{name}.")]
-    if named:
-        name = max(named, key=len)
-        return _set(names[name], rest[len(name) + 1 :], value, key)
+    tables_by_name = {str(node[part]): node for node in tables for part in NAMES if part in node}
+    matches = [name for name in tables_by_name if rest.startswith(f"{name}.")]
+    if matches:
+        name = max(matches, key=len)
+        return _set(tables_by_name[name], rest[len(name) + 1 :], value, key)
     if not tables:
         raise InputError("is a list of values", key=key, fix="choose one with its index: [0]")
-    first = rest.partition(".")[0]
-    if "." in rest and not any(first in node for node in tables):
-        raise InputError("names none of the list", key=key, fix=did_you_mean(first, names))
+    next_name = rest.partition(".")[0]
+    if "." in rest and not any(next_name in node for node in tables):
+        raise InputError("names none of the list", key=key, fix=did_you_mean(next_name, tables_by_name))
     places = [_set(node, rest, value, key) for node in tables]
     return places[0]

@@ -20,7 +20,7 @@ class Channel(NamedTuple):
     size: int  # channels reserved for it
 
     def count(self, joints: int) -> int:
-        """Return the channels that a robot has."""
+        """Return the number of channels of this kind that a robot has, by its number of joint groups."""
         return {"joint": joints, "circuit": 2 * joints, "robot": self.size}[self.per]
 
 

@@ -26,7 +26,7 @@ HINTS = {
 
 
 def commented(document: Mapping[str, Any], model: type[Any], *, hints: Mapping[str, str] = HINTS) -> str:
-    """Return a document of a model's keys as TOML."""
+    """Return a document as TOML text, with the meaning of its keys from the model as comments."""
     return "\n".join(_table(document, model, (), hints)).strip() + "\n"
 
 
@@ -36,16 +36,16 @@ def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapp
     for key, value in table.items():
         if not _has_tables(value):
             continue
-        inner = (*place, key)
-        name = written(tuple(part for part in inner if isinstance(part, str)))
+        inner_place = (*place, key)
+        name = written(tuple(part for part in inner_place if isinstance(part, str)))
         hint = [f"# {line}" for line in hints.get(name, "").splitlines()]
-        many = isinstance(value, list)
-        for i, part in enumerate(value if many else [value]):
-            head = [f"[[{name}]]" if many else f"[{name}]"]
+        is_list = isinstance(value, list)
+        for i, part in enumerate(value if is_list else [value]):
+            header = [f"[[{name}]]" if is_list else f"[{name}]"]
             only_tables = all(_has_tables(below) for below in part.values())
-            if many or not only_tables:
-                lines += ["", *(hint if i == 0 else ()), *head]
-            lines += _table(part, model, (*inner, i) if many else inner, hints)
+            if is_list or not only_tables:
+                lines += ["", *(hint if i == 0 else ()), *header]
+            lines += _table(part, model, (*inner_place, i) if is_list else inner_place, hints)
     return lines
 
 

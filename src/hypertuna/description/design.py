@@ -50,7 +50,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class _Leaf:
-    """A value of a robot's file."""
+    """A value of a robot's file: its key, its value and what the schema says of it."""
 
     name: str
     label: str
@@ -64,14 +64,14 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if name.startswith("fin."):
         return _checked(robot, _fin_variable(robot, name, low, high))
     leaves = list(_leaves(robot, robot.model_dump(mode="json", by_alias=True, exclude_none=True), "", "", ()))
-    known = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
-    if name not in known:
-        lists = [alias for alias in known if alias.startswith(f"{name}[")]
+    by_alias = {alias: leaf for leaf in leaves for alias in (leaf.label, leaf.name)}
+    if name not in by_alias:
+        lists = [alias for alias in by_alias if alias.startswith(f"{name}[")]
         rule = "is a list of values" if lists else "must be a number in the robot's file"
-        names = [*known, *(f"fin.{kind}" for kind in FIN)]
+        names = [*by_alias, *(f"fin.{kind}" for kind in FIN)]
         fix = f"choose one with its index: {lists[0]}" if lists else did_you_mean(name, names)
         raise InputError(rule, key="design", value="" if lists else shown(name), file=robot.file or None, fix=fix)
-    leaf = known[name]
+    leaf = by_alias[name]
     if isinstance(leaf.value, bool | str) or not isinstance(leaf.value, int | float):
         fix = "choose a key that holds a number"
         raise InputError("must be a number to design", key=leaf.name, value=shown(leaf.value), fix=fix)
@@ -87,17 +87,17 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
 
 
 def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return numbers of a robot as variables, by key; each robot at the end of one range must be one."""
-    found = tuple(variable(robot, name, *map(float, pair)) for name, pair in ends.items())
-    for name, count in Counter(one.name for one in found).items():
+    """Return numbers of a robot as variables, by key; the robot must be valid at both ends of each range."""
+    chosen = tuple(variable(robot, name, *map(float, pair)) for name, pair in ends.items())
+    for name, count in Counter(item.name for item in chosen).items():
         if count > 1:
             raise InputError("must be given once", key=f"design {name}", value=f"{count} times", fix="leave one out")
-    names = {one.name for one in found}
+    names = {item.name for item in chosen}
     fin = sorted(name for name in names if name.startswith("fin."))
     if len(fin) > 2 or (len(fin) == 2 and {*fin} not in ({"fin.span", "fin.chord"}, {"fin.area", "fin.aspect_ratio"})):
         fix = "give fin.span and fin.chord, or fin.area and fin.aspect_ratio"
         raise InputError("must be independent", key="design", value=" and ".join(fin), fix=fix)
-    return found
+    return chosen
 
 
 def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], *, made_by: str = "") -> Robot:
@@ -106,27 +106,27 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
     """
     document = robot.document()
-    whole = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
-    before = copy.deepcopy(document)
+    full = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
+    old_document = copy.deepcopy(document)
     if not made_by:
         document = {name: part for name, part in document.items() if name not in ("sources", "uncertainty")}
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _follow(document, one, value)
-    for one, value in zip(design, values, strict=True):
-        if one.place:
-            _put(document, whole, one.place, float(value))
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _follow(document, var, value)
+    for var, value in zip(design, values, strict=True):
+        if var.place:
+            _put(document, full, var.place, float(value))
     span, chord = (
-        math.prod(value ** FIN[one.name[4:]][k] for one, value in zip(design, values, strict=True) if not one.place)
+        math.prod(value ** FIN[var.name[4:]][k] for var, value in zip(design, values, strict=True) if not var.place)
         for k in (0, 1)
     )
     if (span, chord) != (1.0, 1.0):
-        _shape_fin(document, whole, span, chord)
+        _shape_fin(document, full, span, chord)
     if made_by:
         sources = document.setdefault("sources", {})
-        for key in [*_changes(before, document)]:
-            known = robot.source(key)  # an estimate stays one
-            sources[key] = f"{known}; {made_by}" if known else made_by
+        for key in [*_changes(old_document, document)]:
+            source = robot.source(key)  # an estimate stays one
+            sources[key] = f"{source}; {made_by}" if source else made_by
     return parse(document, file=robot.file)
 
 
@@ -140,16 +140,16 @@ def _check_ends(name: str, low: float, high: float) -> None:
         raise InputError("must have a lower value below a higher one", key=key, value=value, fix=fix)
 
 
-def _checked(robot: Robot, one: Variable) -> Variable:
-    """Check the robots at the ends of a range."""
-    for end in (one.low, one.high):
+def _checked(robot: Robot, varied: Variable) -> Variable:
+    """Return a variable after a check of the robots at both ends of its range."""
+    for end in (varied.low, varied.high):
         try:
-            designed(robot, (one,), (end,))
+            designed(robot, (varied,), (end,))
         except InputError as error:
             rule = f"must keep the robot's file valid, but at {end:g} {error.key or ''} {error.rule}"
-            value, fix = f"{one.low:g}:{one.high:g}", error.fix or "narrow the range"
-            raise InputError(rule, key=f"design {one.name}", value=value, fix=fix) from None
-    return one
+            value, fix = f"{varied.low:g}:{varied.high:g}", error.fix or "narrow the range"
+            raise InputError(rule, key=f"design {varied.name}", value=value, fix=fix) from None
+    return varied
 
 
 def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Iterator[_Leaf]:
@@ -162,23 +162,23 @@ def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Itera
 
 
 def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:
-    """Yield the values of a value: of a table, of tables by name, of a list by index."""
+    """Yield the leaves of a value: of a table, of a list's tables by name, of a list's numbers by index."""
     if isinstance(value, Part):
         yield from _leaves(value, dump, name, label, place)
     elif isinstance(value, Mapping):
         for key, part in value.items():
             yield from _values(part, dump[key], f"{name}.{key}", f"{label}.{key}", (*place, key), about)
     elif isinstance(value, tuple):
-        for k, (part, one) in enumerate(zip(value, dump, strict=True)):
-            known = [str(one[key]) for key in NAMES if key in one] if isinstance(one, Mapping) else []
-            index = f".{known[0]}" if known else f"[{k}]"
-            yield from _values(part, one, f"{name}{index}", f"{label}{index}", (*place, k), about)
+        for k, (part, dumped) in enumerate(zip(value, dump, strict=True)):
+            names = [str(dumped[key]) for key in NAMES if key in dumped] if isinstance(dumped, Mapping) else []
+            index = f".{names[0]}" if names else f"[{k}]"
+            yield from _values(part, dumped, f"{name}{index}", f"{label}{index}", (*place, k), about)
     else:
         yield _Leaf(name, label, place, dump, about)
 
 
 def _put(document: Any, whole: Any, place: Place, value: float) -> None:
-    """Set a value of a document; lists and tables that it leaves to defaults are taken from the whole one."""
+    """Set a value of a document; tables and lists that the document lacks are copied from `whole` with its defaults."""
     *path, last = place
     for part in path:
         whole = whole[part]
@@ -188,15 +188,15 @@ def _put(document: Any, whole: Any, place: Place, value: float) -> None:
     document[last] = value
 
 
-def _follow(document: dict[str, Any], one: Variable, value: float) -> None:
-    """Change what follows a link's length or mass."""
-    kind = FOLLOWED.get(one.label.partition("[")[0])
+def _follow(document: dict[str, Any], varied: Variable, value: float) -> None:
+    """Scale the values of a document that follow a link's length or mass, and the sum of the body."""
+    kind = FOLLOWED.get(varied.label.partition("[")[0])
     if kind is None:
         return
-    _scale(document, kind, int(one.place[-1]), value / one.value)
+    _scale(document, kind, int(varied.place[-1]), value / varied.value)
     total = f"{kind}_{'m' if kind == 'length' else 'kg'}"
     if total in document.get("body", {}):
-        document["body"][total] += value - one.value
+        document["body"][total] += value - varied.value
 
 
 def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
@@ -214,7 +214,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
             yield from _changes(before.get(name) if isinstance(before, dict) else None, part, below)
     elif isinstance(after, list) and after and isinstance(after[0], dict):
         pairs = zip(before or [None] * len(after), after, strict=True)
-        yield from dict.fromkeys(found for old, new in pairs for found in _changes(old, new, key))
+        yield from dict.fromkeys(change for old, new in pairs for change in _changes(old, new, key))
     elif before != after:
         yield key
 
@@ -226,7 +226,7 @@ def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     """Return a factor on the caudal fin."""
     kind = name.removeprefix("fin.")
     if kind not in FIN:
-        fix = did_you_mean(name, [f"fin.{one}" for one in FIN])
+        fix = did_you_mean(name, [f"fin.{size}" for size in FIN])
         raise InputError("must be a size of the caudal fin", key="design", value=shown(name), fix=fix)
     _check_ends(name, low, high)
     if not low > 0:
@@ -243,41 +243,42 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
     """
     last = len(whole["links"]["length_m"]) - 1
     strip = document["water"].get("strip", {})
-    mass = span**2 * chord  # added mass, over that before
+    mass_ratio = span**2 * chord  # added mass, over that before
     if strip.get("edge_height_m") and whole["water"]["strip"]["edge_aspect"]:
-        mass = _exchange_plate(document, whole, last, span, chord)
+        mass_ratio = _exchange_plate(document, whole, last, span, chord)
     else:
         _scale(document, "height", last, span)
         _scale(document, "length", last, chord)
         if "length_m" in document.get("body", {}):
-            before = document["links"]["length_m"][last] / chord
-            document["body"]["length_m"] += before * (chord - 1)
+            old_length = document["links"]["length_m"][last] / chord
+            document["body"]["length_m"] += old_length * (chord - 1)
     if "lumped" in document["water"]:
-        document["water"]["lumped"]["added_mass"][last] *= mass
+        document["water"]["lumped"]["added_mass"][last] *= mass_ratio
 
 
 def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
     """Exchange the plate at the end of the last link; return its added mass over that before."""
-    strip, links, before = document["water"]["strip"], document["links"], whole["water"]["strip"]
+    strip, links, defaults = document["water"]["strip"], document["links"], whole["water"]["strip"]
     length, area = links["length_m"][last], links["lateral_area_m2"][last]
-    height, aspect = strip["edge_height_m"], strip.get("edge_aspect", before["edge_aspect"])
-    tall, slim = height * span, aspect * span / chord
-    if tall / slim > length and not height / aspect > length:
-        rule, value = f"must fit its link, {length:g} m long", f"a chord of {tall / slim:.4g} m"
+    height, aspect = strip["edge_height_m"], strip.get("edge_aspect", defaults["edge_aspect"])
+    new_height, new_aspect = height * span, aspect * span / chord
+    if new_height / new_aspect > length and not height / aspect > length:
+        rule, value = f"must fit its link, {length:g} m long", f"a chord of {new_height / new_aspect:.4g} m"
         raise InputError(rule, key="the fin", value=value, fix="take a smaller chord, or a longer last link")
-    grown = area + tall**2 / slim - height**2 / aspect
-    if grown <= 0:
+    new_area = area + new_height**2 / new_aspect - height**2 / aspect
+    if new_area <= 0:
         rule = "must leave its link an area"
-        raise InputError(rule, key="the fin", value=f"{grown:.3g} m^2", fix="take a larger fin")
-    links["lateral_area_m2"][last] = grown
+        raise InputError(rule, key="the fin", value=f"{new_area:.3g} m^2", fix="take a larger fin")
+    links["lateral_area_m2"][last] = new_area
     for table, key in (("links", "wetted_area_m2"), ("spatial", "height_m")):
         if key in document.get(table, {}):
-            document[table][key][last] *= grown / area
-    kappa = before["edge_added_mass"]
-    changed = kappa * plate_mass(slim) / plate_mass(aspect)
-    plates = kappa * (height / aspect) ** 2 * height, changed * (tall / slim) ** 2 * tall  # over rho pi/4
-    across = strip.setdefault("added_mass_normal", list(before["added_mass_normal"]))
-    across[last] = max(across[last] * area**2 / length + plates[1] - plates[0], 0.0) * length / grown**2
-    lift = min(before["edge_lift"] * helmbold(slim) / helmbold(aspect), 1.0)
-    strip |= {"edge_height_m": tall, "edge_aspect": slim, "edge_added_mass": changed, "edge_lift": lift}
-    return plates[1] / plates[0] if plates[0] else 1.0
+            document[table][key][last] *= new_area / area
+    kappa = defaults["edge_added_mass"]
+    new_kappa = kappa * plate_mass(new_aspect) / plate_mass(aspect)
+    mass = kappa * (height / aspect) ** 2 * height  # over rho pi/4, as the new one
+    new_mass = new_kappa * (new_height / new_aspect) ** 2 * new_height
+    normal = strip.setdefault("added_mass_normal", list(defaults["added_mass_normal"]))
+    normal[last] = max(normal[last] * area**2 / length + new_mass - mass, 0.0) * length / new_area**2
+    lift = min(defaults["edge_lift"] * helmbold(new_aspect) / helmbold(aspect), 1.0)
+    strip |= {"edge_height_m": new_height, "edge_aspect": new_aspect, "edge_added_mass": new_kappa, "edge_lift": lift}
+    return new_mass / mass if mass else 1.0

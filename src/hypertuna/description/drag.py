@@ -61,7 +61,7 @@ def friction(shape: Shape, frequency: float) -> float:
 
 
 def blunt_area(shape: Shape, nose: str, frequency: float, wetted: float) -> float:
-    """Return the drag area [m^2] beside friction on a wetted area [m^2]: of the streamlined form, and of the rest.
+    """Return the drag area [m^2] beyond skin friction: a streamlined form's of a wetted area [m^2], and the nose's.
 
     A streamlined body of slenderness d/l has 1 + 1.5 (d/l)^1.5 + 7 (d/l)^3 times its friction (Hoerner, chapter 6).
     """
@@ -72,7 +72,7 @@ def blunt_area(shape: Shape, nose: str, frequency: float, wetted: float) -> floa
 
 
 def beating(shape: Shape, swing: float) -> float:
-    """Return what the fin's drag coefficient gains in a beat of an amplitude [m] at its middle.
+    """Return the rise of the fin's drag coefficient [1] in a beat whose amplitude at the fin's middle is `swing` [m].
 
     A plate of chord c has 8 KC^(-1/3) in a flow to and fro of KC = 2 pi a / c (Graham 1980), not that of steady flow.
     """
@@ -82,18 +82,18 @@ def beating(shape: Shape, swing: float) -> float:
 
 
 def swing(shape: Shape, lengths: Sequence[float], amplitude: Sequence[float], phase: Sequence[float]) -> float:
-    """Return the amplitude [m] of the middle of the fin, of joints at the front of each link that beat [rad].
+    """Return the amplitude [m] of the fin's middle from amplitude and phase [rad] of the joint before each link.
 
     The body recoils so that it gains no momentum and no spin: the motion is what a straight line, fitted by mass and
     added mass, leaves of the bending.
     """
     x, height, width = shape.sections(0.0, shape.length)
     section = np.where(x < shape.fin_start * shape.length, math.pi / 4, 1.0) * height * width
-    weight = np.sqrt(DENSITY * (section + math.pi / 4 * height**2))
+    root_mass = np.sqrt(DENSITY * (section + math.pi / 4 * height**2))
     bend = np.zeros(len(x), dtype=complex)
-    for at, a, p in zip(np.cumsum(lengths[:-1]), amplitude, phase, strict=True):
-        bend += a * np.exp(-1j * p) * np.maximum(x - at, 0.0)
+    for joint_x, a, p in zip(np.cumsum(lengths[:-1]), amplitude, phase, strict=True):
+        bend += a * np.exp(-1j * p) * np.maximum(x - joint_x, 0.0)
     motion: Array = np.stack([bend.real, bend.imag], axis=1)
-    motion = motion - np.stack([np.ones_like(x), x], axis=1) @ np.polyfit(x, motion, 1, w=weight)[::-1]
+    motion = motion - np.stack([np.ones_like(x), x], axis=1) @ np.polyfit(x, motion, 1, w=root_mass)[::-1]
     middle = int(np.searchsorted(x, (1 + shape.fin_start) / 2 * shape.length))
     return float(np.hypot(*motion[middle]))

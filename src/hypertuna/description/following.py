@@ -16,18 +16,18 @@ TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fin
 
 def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
     """Return the powers of a factor on a link's length, mass or height by attribute, or by key of the file."""
-    found = {}
+    powers = {}
     for table, part in TABLES.items():
         for name, key in part.declared.items():
-            listed = table in ("links", "spatial")
+            per_link = table in ("links", "spatial")
             if kind in key.follows and (table != "fins" or link == 0):  # on the head
-                place = f"{part.model_fields[name].alias}{f'[{link}]' * listed}" if alias else name
-                found[f"{table}.{place}"] = key.follows[kind]
-    return found
+                place = f"{part.model_fields[name].alias}{f'[{link}]' * per_link}" if alias else name
+                powers[f"{table}.{place}"] = key.follows[kind]
+    return powers
 
 
 def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
-    """Return the keys that a file gives; others follow by the schema's defaults."""
+    """Return the powers of those keys that a file gives; the others follow by the schema's defaults."""
 
     def stands(key: str) -> bool:
         try:

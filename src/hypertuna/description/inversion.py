@@ -32,7 +32,7 @@ def _added_along(robot: Robot) -> float:
     if robot.model.water == "strip" and strip is not None:
         plates = [area**2 / length for area, length in zip(links.lateral_area, links.length, strict=True)]
         plate = robot.water.density * math.pi / 4
-        return plate * sum(c * one for c, one in zip(strip.added_mass_tangential, plates, strict=True))
+        return plate * sum(c * plate_area for c, plate_area in zip(strip.added_mass_tangential, plates, strict=True))
     if robot.model.water == "lumped" and lumped is not None:
         return sum(c * mass for c, mass in zip(lumped.added_mass, links.mass, strict=True))
     return 0.0

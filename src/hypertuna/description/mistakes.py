@@ -34,9 +34,9 @@ def translate(
     The rules come from the model's descriptions and units; `example` makes valid documents of about its size. Without
     one, only the mistakes that are seen at once are returned. Of a nearly empty document the whole file is to paste.
     """
-    if other := _of_another_kind(document, model, file):
-        return other
-    found: dict[str, InputError] = {}
+    if wrong_kind := _of_another_kind(document, model, file):
+        return wrong_kind
+    by_key: dict[str, InputError] = {}
     missing: list[Place] = []
     if error.error_count() > MOST:
         example = None
@@ -45,13 +45,13 @@ def translate(
     first, valid = example(_spelled(document, model)) if example is not None else ({}, {})
     for _ in range(ROUNDS if example is not None else 1):
         errors = _in_order(error)
-        mistakes = [(one, _mistakes(one, mended, model, file)) for one in errors]
-        for one, told in mistakes:
-            new = [mistake for mistake in told if not _follows(mistake, replaced)]
+        mistakes = [(detail, _mistakes(detail, mended, model, file)) for detail in errors]
+        for detail, reported in mistakes:
+            new = [mistake for mistake in reported if not _follows(mistake, replaced)]
             for mistake in new:
-                found.setdefault(mistake.key or "", mistake)
-            missing += [one["loc"]] * (one["type"] == "missing" and bool(new))
-        if example is None or sum(_mend(*one, mended, model, valid, replaced) for one in mistakes) < len(mistakes):
+                by_key.setdefault(mistake.key or "", mistake)
+            missing += [detail["loc"]] * (detail["type"] == "missing" and bool(new))
+        if example is None or sum(_mend(*pair, mended, model, valid, replaced) for pair in mistakes) < len(mistakes):
             break
         try:
             model.model_validate(mended)
@@ -60,18 +60,18 @@ def translate(
             error = next_error
         if error.error_count() > MOST:
             break
-    if (whole := _whole(missing, mended, model, first)) is not None:
-        return InputErrors([*found.values()], commented(whole, model, hints={}), whole=True)
+    if (filled := _whole(missing, mended, model, first)) is not None:
+        return InputErrors([*by_key.values()], commented(filled, model, hints={}), whole=True)
     paste = _paste(missing, model, first, valid)
-    return InputErrors([*found.values()], paste) if len(found) > 1 or paste else next(iter(found.values()))
+    return InputErrors([*by_key.values()], paste) if len(by_key) > 1 or paste else next(iter(by_key.values()))
 
 
 def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None) -> InputError | None:
     """Return the only mistake of a file that is of another kind than the model."""
-    (own,) = [kind for kind, (keys, _) in KINDS.items() if keys <= {*_keys(model)}] or [""]
+    (wanted,) = [kind for kind, (keys, _) in KINDS.items() if keys <= {*_keys(model)}] or [""]
     for kind, (keys, fix) in KINDS.items():
-        if own not in ("", kind) and keys & document.keys() and not KINDS[own][0] & document.keys():
-            return InputError(f"is {kind}, not {own}", file=file or "the file", fix=fix.format(file=file or "FILE"))
+        if wanted not in ("", kind) and keys & document.keys() and not KINDS[wanted][0] & document.keys():
+            return InputError(f"is {kind}, not {wanted}", file=file or "the file", fix=fix.format(file=file or "FILE"))
     return None
 
 
@@ -83,9 +83,9 @@ def _in_order(error: ValidationError) -> list[Any]:
     return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")[:MOST]
 
 
-def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
-    """Return what one of pydantic's errors says."""
-    place, cause = one["loc"], one.get("ctx", {}).get("error")
+def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
+    """Return the mistakes of the file behind one of pydantic's errors."""
+    place, cause = item["loc"], item.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         errors = cause.errors if isinstance(cause, InputErrors) else (cause,)
         owner, _ = field_at(model, place)
@@ -96,16 +96,16 @@ def _mistakes(one: Any, document: Any, model: Model, file: str | None) -> list[I
         ]
     key = written(place)
     owner, field = field_at(model, place)
-    if one["type"] == "extra_forbidden":
+    if item["type"] == "extra_forbidden":
         owner, _ = field_at(model, place[:-1])
-        if present := getattr(owner, "renamed", {}).get(place[-1]):
-            return [InputError("was renamed", file=file, key=key, fix=f"write {present}")]
+        if new_name := getattr(owner, "renamed", {}).get(place[-1]):
+            return [InputError("was renamed", file=file, key=key, fix=f"write {new_name}")]
         fix = did_you_mean(str(place[-1]), _keys(owner))
         return [InputError("is not a known key", file=file, key=key, fix=fix)]
-    if one["type"] == "missing":
-        written_so = _meant(_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
-        return [] if place[-1] in written_so else [InputError("is missing", file=file, key=key, fix=fix_of(field))]
-    return [InputError(rule_of(one["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
+    if item["type"] == "missing":
+        misspelled = _meant(_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
+        return [] if place[-1] in misspelled else [InputError("is missing", file=file, key=key, fix=fix_of(field))]
+    return [InputError(rule_of(item["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
 
 
 def _placed(key: str, table: str, place: Place) -> str:
@@ -114,7 +114,7 @@ def _placed(key: str, table: str, place: Place) -> str:
 
 
 def _follows(mistake: InputError, replaced: list[str]) -> bool:
-    """Whether a mistake may come from an example that has replaced its value, or one that its rule names."""
+    """Return whether a mistake may come from a value that an example replaced: its own, or one that its rule names."""
     key = mistake.key or ""
     return any(
         key.startswith(other) or other.startswith(key) or re.split(r"[.\[]", other)[-1] in mistake.rule
@@ -122,31 +122,31 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
     )
 
 
-def _mend(one: Any, told: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
-    """Mend a document where pydantic has found an error, and note what an example replaces; whether it can be."""
-    place = one["loc"]
+def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
+    """Mend a document where pydantic found an error, noting keys set from an example; return whether this succeeded."""
+    place = item["loc"]
     owner = _at(document, place[:-1])
-    if isinstance(one.get("ctx", {}).get("error"), InputError):
+    if isinstance(item.get("ctx", {}).get("error"), InputError):
         if not place:
             return False
-        keys = [_place(error.key or "") for error in told]
+        keys = [_place(error.key or "") for error in reported]
         if any(written(key) in replaced for key in keys):
             keys = [place]  # their table as a whole
         return sum(_replace(key, document, valid, replaced) for key in keys) == len(keys)
-    if one["type"] == "extra_forbidden":
+    if item["type"] == "extra_forbidden":
         if isinstance(owner, dict) and place[-1] in owner:
-            meant = _meant(owner, field_at(model, place[:-1])[0]).get(place[-1])
+            intended = _meant(owner, field_at(model, place[:-1])[0]).get(place[-1])
             value = owner.pop(place[-1])
-            if meant is not None:
-                owner[meant] = value
+            if intended is not None:
+                owner[intended] = value
         return True
-    if one["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
+    if item["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
         return True  # was misspelled
     return _replace(place, document, valid, replaced)
 
 
 def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bool:
-    """Replace a value by that of an example; a list of numbers as a whole."""
+    """Replace a value by the example's, a list of numbers as a whole; return whether the document has the place."""
     while isinstance(place[-1], int) and not isinstance(_at(valid, place), Mapping):
         place = place[:-1]
     replaced.append(written(place))
@@ -160,7 +160,7 @@ def _place(key: str) -> Place:
 
 
 def _put(document: Any, place: Place, value: Any) -> bool:
-    """Put a value, or nothing for None, into a document."""
+    """Put a value into a document, or remove it for None; return whether the document has the place."""
     owner = _at(document, place[:-1])
     if isinstance(owner, dict):
         owner.pop(place[-1], None)
@@ -194,11 +194,11 @@ def _meant(table: Any, owner: Model | None) -> dict[str, str]:
     """Return which absent key each unknown key of a table is likely to mean."""
     if not isinstance(table, Mapping) or len(table) > MOST:
         return {}
-    known = _keys(owner)
+    known_keys = _keys(owner)
     renamed = getattr(owner, "renamed", {})
-    near = {key: difflib.get_close_matches(key, known, n=1) for key in table if key not in known}
-    near |= {key: [renamed[key]] for key in near if key in renamed}
-    return {key: match[0] for key, match in near.items() if match and match[0] not in table}
+    close = {key: difflib.get_close_matches(key, known_keys, n=1) for key in table if key not in known_keys}
+    close |= {key: [renamed[key]] for key in close if key in renamed}
+    return {key: matches[0] for key, matches in close.items() if matches and matches[0] not in table}
 
 
 def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[str, Any]:
@@ -212,19 +212,19 @@ def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[
 
 
 def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any]) -> dict[str, Any] | None:
-    """Return a nearly empty document as a whole, mended and completed; None of others, for which parts are enough."""
+    """Return a nearly empty document completed by an example; None for any other, whose missing parts suffice."""
     if not first or not {("links",), ("joints",), ("water",)} & {*missing} or not mended.keys() <= first.keys():
         return None
-    own = copy.deepcopy(mended)
+    filled = copy.deepcopy(mended)
     for place in missing:
-        _put(own, place, _at(first, place))
-    whole = {key: own.get(key, value) for key, value in first.items() if key not in ABOUT or key in own}
-    whole["water"] = first["water"] | whole["water"]  # a density alone is no law
+        _put(filled, place, _at(first, place))
+    result = {key: filled.get(key, value) for key, value in first.items() if key not in ABOUT or key in filled}
+    result["water"] = first["water"] | result["water"]  # a density alone is no law
     try:
-        model.model_validate(whole)
+        model.model_validate(result)
     except ValidationError:
         return None
-    return whole
+    return result
 
 
 def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: Mapping[str, Any]) -> str:
@@ -236,15 +236,15 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]
         index = next((part for part in reversed(place) if isinstance(part, int)), None)
-        head = "" if index is None else f"# into [[{place[0]}]] number {index + 1}\n"
+        comment = "" if index is None else f"# into [[{place[0]}]] number {index + 1}\n"
         nested: Any = {place[-1]: value}
         for name in reversed(names):
             nested = {name: nested}
-        _merge(parts.setdefault(head, {}), nested)
+        _merge(parts.setdefault(comment, {}), nested)
     texts = []
-    for head, document in sorted(parts.items()):
+    for comment, document in sorted(parts.items()):
         text = commented(document, model, hints={})
-        texts.append(head + (re.sub(r"^\[joints\]\n", "", text) if head else text))
+        texts.append(comment + (re.sub(r"^\[joints\]\n", "", text) if comment else text))
     return "\n".join(texts)
 
 

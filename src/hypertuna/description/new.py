@@ -66,10 +66,10 @@ def water_estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> d
 
 
 def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterator[tuple[str, Estimate]]:
-    """Yield keys and estimates."""
-    aspect, size = shape.width / shape.height, given & {"height", "width"}
+    """Yield each estimate with its key."""
+    aspect, known_sizes = shape.width / shape.height, given & {"height", "width"}
     yield "water.strip", Estimate("estimate: theory and handbooks, for the same shape")
-    if not size:
+    if not known_sizes:
         rule = "estimate: of the same shape"
         yield "links.lateral_area_m2", Estimate(rule, 1.25, "a body that floats may be flatter or rounder")
     yield (
@@ -142,10 +142,10 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
     links, groups = len(lengths), _groups(len(lengths), joints)
     frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / shape.length):.2g}")
     wave, nose = _wave(len(groups)), sizes.get("nose", "robot")
-    parts = [
+    beats = [
         (a / len(on), p) for on, a, p in zip(groups.values(), *map(np.radians, wave.values()), strict=True) for _ in on
     ]
-    swung = swing(shape, lengths, [a for a, _ in parts], [p for _, p in parts])
+    swung = swing(shape, lengths, [a for a, _ in beats], [p for _, p in beats])
     columns, strip = link_columns(shape, lengths, friction(shape, frequency), beating(shape, swung))
     wetted = math.fsum(columns["wetted_area_m2"])
     strip["blunt_area_m2"] = [float(f"{blunt_area(shape, nose, frequency, wetted):.3g}")] + [0.0] * (links - 1)
@@ -166,20 +166,20 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
             "amplitude_deg": [[0.0, round(1.5 * a, 1)] for a in wave["amplitude_deg"]],
             "phase_deg": [[0.0, 0.0], *[[0.0, 180.0]] * (len(groups) - 1)],
         },
-        "uncertainty": {key: one.factor for key, one in estimates.items() if one.factor > 1},
-        "sources": _sources(shape, sizes) | {key: one.source for key, one in estimates.items()},
+        "uncertainty": {key: estimate.factor for key, estimate in estimates.items() if estimate.factor > 1},
+        "sources": _sources(shape, sizes) | {key: estimate.source for key, estimate in estimates.items()},
     }
 
 
 def _sources(shape: Shape, sizes: Sizes) -> dict[str, str]:
     """Return where each value is from, with the sizes that the builder gave."""
-    own = {name: size for name, size in sizes.items() if name in OWN and size is not None}
-    given = [f"{name.replace('_', ' ')} {own[name]:g} m" for name in OWN if name in own]
+    sizes_given = {name: size for name, size in sizes.items() if name in OWN and size is not None}
+    listed = [f"{name.replace('_', ' ')} {sizes_given[name]:g} m" for name in OWN if name in sizes_given]
     aspect = shape.width / shape.height
     return {
         "links": f"""estimate: a slender fish: NACA four-digit profile in side view, elliptical sections {aspect:.3g} \
 times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin {shape.fin_span:.3g} m high; \
-{f"as given: {', '.join(given)}; " * bool(given)}the rest is that of neutral buoyancy""",
+{f"as given: {', '.join(listed)}; " * bool(listed)}the rest is that of neutral buoyancy""",
         **SOURCES,
         **({"links.length_m": GIVEN} if sizes.get("lengths") else {}),
         **({} if sizes.get("mass") else {"body.mass_kg": _mass_rule(sizes)}),
@@ -210,7 +210,7 @@ def shape_of(
     if lengths:
         links, length = (
             len(lengths),
-            math.fsum(Range(above=0).check(one, "--lengths", "give the length of each link in m") for one in lengths),
+            math.fsum(Range(above=0).check(x, "--lengths", "give the length of each link in m") for x in lengths),
         )
     LINKS.check(links, key or "--links", "a head, and one link behind each joint")
     LENGTH.check(
@@ -225,8 +225,8 @@ def shape_of(
     own = {"--height": (height, SLENDER), "--width": (width, Range(min=0.01, max=0.9)), "--fin-span": (fin_span, SPAN)}
     for option, (size, limits) in {**own, "--fin-chord": (fin_chord, CHORD)}.items():
         if size is not None:
-            scaled = Range(min=(limits.min or 0) * length, max=(limits.max or 0) * length, unit="m")
-            scaled.check(size, option, f"give it in m; it is taken for a robot of {length:g} m")
+            in_m = Range(min=(limits.min or 0) * length, max=(limits.max or 0) * length, unit="m")
+            in_m.check(size, option, f"give it in m; it is taken for a robot of {length:g} m")
     shape = Shape.of(length, mass, height=height, width=width, fin_span=fin_span, fin_chord=fin_chord)
     _check_floats(shape, "--height" if mass is None else "--mass")
     return shape, lengths or link_lengths(links, length)
@@ -260,8 +260,8 @@ def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
     if len(names) > count or len(set(names)) < len(names) or not all(names):
         rule, value = f"must be at most {count} different names, a joint for each link behind the head", ",".join(names)
         raise InputError(rule, key="--joints", value=value, fix="give fewer names, or more links")
-    ends = [round(count * g / len(names)) for g in range(len(names) + 1)]
-    return {name: list(range(ends[g] + 1, ends[g + 1] + 1)) for g, name in enumerate(names)}
+    bounds = [round(count * g / len(names)) for g in range(len(names) + 1)]
+    return {name: list(range(bounds[g] + 1, bounds[g + 1] + 1)) for g, name in enumerate(names)}
 
 
 def _wave(groups: int) -> dict[str, list[float]]:
@@ -274,26 +274,26 @@ def _wave(groups: int) -> dict[str, list[float]]:
 
 
 def example(document: Mapping[str, Any], file: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return robots like a document, which may have mistakes: its first file, and one with tables of all kinds."""
+    """Return two robots like a document, which may have mistakes: a first file, and one with tables of all kinds."""
     table = document.get("links")
     columns: dict[str, Any] = table if isinstance(table, dict) else {}
-    sizes = [len(column) for column in columns.values() if isinstance(column, list)]
+    counts = [len(column) for column in columns.values() if isinstance(column, list)]
     joints = document.get("joints")
     groups = len(joints) if isinstance(joints, list) else 0
-    count = min(max(max(sizes, key=sizes.count) if sizes else 3, 2, groups + 1), LINKS.max or 3)
+    count = min(max(max(counts, key=counts.count) if counts else 3, 2, groups + 1), LINKS.max or 3)
     names = [f"J{i}" for i in range(1, min(groups, count - 1) + 1)]
     robot = _like(document, columns, _name_of(document, file), count, names)
-    others = read_toml(shipped("robots") / "hypertuna.toml")
-    others["joints"] = [{**others["joints"][-1], **group} for group in robot["joints"]]
+    full = read_toml(shipped("robots") / "hypertuna.toml")
+    full["joints"] = [{**full["joints"][-1], **group} for group in robot["joints"]]
     water = {"density_kg_m3": DENSITY}
     for law in ("strip", "lumped", "elongated"):
-        column = {key: _spread(value, count) for key, value in others["water"][law].items()}
+        column = {key: _spread(value, count) for key, value in full["water"][law].items()}
         water[law] = column | robot["water"].get(law, {})
     model: Any = document.get("model")
     if isinstance(model, dict) and (chosen := model.get("water")) in ("lumped", "elongated"):
         robot["water"][chosen] = water[chosen]
-    others["spatial"] = {key: _spread(value, count) for key, value in others["spatial"].items()}
-    return robot, others | robot | {"joints": others["joints"], "water": water, "sources": {}}
+    full["spatial"] = {key: _spread(value, count) for key, value in full["spatial"].items()}
+    return robot, full | robot | {"joints": full["joints"], "water": water, "sources": {}}
 
 
 def _like(
@@ -301,15 +301,15 @@ def _like(
 ) -> dict[str, Any]:
     """Return a first robot of the length and the mass of a document, as far as these make a fish."""
     body = document.get("body")
-    given: dict[str, Any] = body if isinstance(body, dict) else {}
+    body_table: dict[str, Any] = body if isinstance(body, dict) else {}
     lengths = _positive(columns.get("length_m"))
-    length = sum(lengths) or sum(_positive(given.get("length_m")))
-    mass = sum(_positive(given.get("mass_kg"))) or sum(_positive(columns.get("mass_kg")))
-    part = lengths if len(lengths) == links else []
-    for size, weight in ((length, mass), (length, 0.0), (0.3, 0.0)):
+    length = sum(lengths) or sum(_positive(body_table.get("length_m")))
+    mass = sum(_positive(body_table.get("mass_kg"))) or sum(_positive(columns.get("mass_kg")))
+    usable = lengths if len(lengths) == links else []
+    for total, kg in ((length, mass), (length, 0.0), (0.3, 0.0)):
         try:
-            like = part if size == sum(part) else []
-            return new_robot(name, links=links, length=size, mass=weight or None, joints=joints, lengths=like)
+            chosen = usable if total == sum(usable) else []
+            return new_robot(name, links=links, length=total, mass=kg or None, joints=joints, lengths=chosen)
         except InputError:
             continue
     raise AssertionError
@@ -322,13 +322,13 @@ def _positive(value: Any) -> list[float]:
 
 
 def _name_of(document: Mapping[str, Any], file: str) -> str:
-    """Return a robot's name, that of its file, or another."""
+    """Return the name for a robot: that of its document, else of its file, else "fish"."""
     names = (document.get("name"), file.rpartition("/")[2].removesuffix(".toml"), "fish")
     return next(name for name in names if isinstance(name, str) and NAME.fullmatch(name))
 
 
 def _spread(value: Any, count: int) -> Any:
-    """Return a list of another length, by the nearest values."""
+    """Return a list stretched or shortened to a count of values by nearest neighbors; any other value as it is."""
     if not isinstance(value, list):
         return value
     return [value[round(i * (len(value) - 1) / max(count - 1, 1))] for i in range(count)]

@@ -42,19 +42,19 @@ SWIMMING = (0.01, 20.0)  # lengths per second
 def implausible(robot: Robot) -> list[str]:
     """Return a sentence for each unlikely value of a robot, none if all are likely."""
     if (slip := _unit_of_lengths(robot)) is not None:
-        return [slip, *(told for told in _unusual(robot) if "s.length_m" not in told)]  # comparisons would repeat it
+        return [slip, *(text for text in _unusual(robot) if "s.length_m" not in text)]  # comparisons would repeat it
     unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors, _idle_factors)
     return [*_unusual(robot), *(sentence for check in unlikely for sentence in check(robot))]
 
 
 def _unit_of_lengths(robot: Robot) -> str | None:
     """Return a sentence on links that are too long for the mass, if another unit explains it."""
-    whole, mass = math.fsum(robot.links.length), robot.body.mass
-    for unit, factor in SLIPS["m"].items() if mass / whole**3 < BULK[0] else ():
-        if BULK[0] <= mass / (factor * whole) ** 3 <= BULK[1]:
+    total, mass = math.fsum(robot.links.length), robot.body.mass
+    for unit, factor in SLIPS["m"].items() if mass / total**3 < BULK[0] else ():
+        if BULK[0] <= mass / (factor * total) ** 3 <= BULK[1]:
             lengths = ", ".join(f"{factor * length:.6g}" for length in robot.links.length)
             return (
-                f"links.length_m adds up to {whole:g} m, in a robot of {mass:g} kg: is it in {unit}? "
+                f"links.length_m adds up to {total:g} m, in a robot of {mass:g} kg: is it in {unit}? "
                 f"Then write [{lengths}]."
             )
     return None
@@ -68,17 +68,17 @@ def _unusual(robot: Robot) -> Iterator[str]:
         if usual is None or entry.default:
             continue
         numbers = [*_numbers(entry.value)]
-        bad = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
+        unlikely = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
         if entry.key.endswith("amplitude_deg") and max(numbers, default=0.0) >= usual[0]:
-            bad = []  # a joint may well rest
-        if bad:
-            worst = max(bad, key=abs)
+            unlikely = []  # a joint may well rest
+        if unlikely:
+            worst = max(unlikely, key=abs)
             limits = f"usual are {usual[0]:g} to {usual[1]:g}"
             yield f"{entry.key} has {worst:g} {entry.unit}".rstrip() + f"; {limits}: {_slip(worst, entry.unit, usual)}."
 
 
 def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
-    """Return the unit that a value may be in, with the value in the unit of the file."""
+    """Return a hint for a value [unit of the file]: another unit that makes it usual, else to check unit and power."""
     for other, factor in SLIPS.get(unit, {}).items():
         if usual[0] <= value * factor <= usual[1]:
             return f"is it in {other}? Then write {value * factor:.6g}"
@@ -113,14 +113,14 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
             )
         density = mass / (volume or math.pi / 4 * WIDE * height**2 * length)
         if not DENSITY[0] <= density <= DENSITY[1]:
-            of = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
+            volume_source = "its volume" if volume else f"an ellipse {WIDE:g} times as wide as high"
             slip = _slip(mass, "kg", (mass * DENSITY[0] / density, mass * DENSITY[1] / density))
-            yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {of}: {slip}."
+            yield f"links.mass_kg[{i}] gives link {links.name[i]} {density:.3g} kg/m^3, by {volume_source}: {slip}."
 
 
 def _unlikely_sizes(robot: Robot) -> Iterator[str]:
     """Compare fins and sections with the length of the robot."""
-    whole, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
+    length, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
     sizes = {
         "body.height_m": robot.body.height or 0.0,
         "fins.span_m": fins.span if fins else 0.0,
@@ -130,24 +130,24 @@ def _unlikely_sizes(robot: Robot) -> Iterator[str]:
         "spatial.width_m": max(spatial.width) if spatial else 0.0,
     }
     for key, size in sizes.items():
-        if size > HIGH * whole or (0 < size < LOW * whole and key.startswith("water")):
-            slip = _slip(size, "m", (0.05 * whole, HIGH * whole))
-            yield f"{key} has {size:g} m, in a robot {whole:g} m long: {slip}."
+        if size > HIGH * length or (0 < size < LOW * length and key.startswith("water")):
+            slip = _slip(size, "m", (0.05 * length, HIGH * length))
+            yield f"{key} has {size:g} m, in a robot {length:g} m long: {slip}."
     area = max(strip.blunt_area) if strip else 0.0
-    if area and not BLUNT[0] <= area / whole**2 <= BLUNT[1]:
-        slip = _slip(area, "m^2", (BLUNT[0] * whole**2, BLUNT[1] * whole**2))
-        yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {whole:g} m long: {slip}."
+    if area and not BLUNT[0] <= area / length**2 <= BLUNT[1]:
+        slip = _slip(area, "m^2", (BLUNT[0] * length**2, BLUNT[1] * length**2))
+        yield f"water.strip.blunt_area_m2 has {area:g} m^2, in a robot {length:g} m long: {slip}."
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:
     """Compare given speeds with the length of the robot."""
-    given = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
-    given["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
-    for key, speeds in given.items():
-        fast = max(speeds, default=0.0) / robot.body.length
-        if fast and not SWIMMING[0] <= fast <= SWIMMING[1]:
+    speeds_by_key = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
+    speeds_by_key["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
+    for key, speeds in speeds_by_key.items():
+        fastest = max(speeds, default=0.0) / robot.body.length
+        if fastest and not SWIMMING[0] <= fastest <= SWIMMING[1]:
             slip = _slip(max(speeds), "m/s", (SWIMMING[0] * robot.body.length, SWIMMING[1] * robot.body.length))
-            yield f"{key} is up to {fast:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
+            yield f"{key} is up to {fastest:.3g} lengths per second; fish swim at 0.5 to 10: {slip}."
 
 
 def _coarse_sensors(robot: Robot) -> Iterator[str]:

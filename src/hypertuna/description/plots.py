@@ -21,20 +21,20 @@ PHASES = 12  # midlines in one beat
 def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
     """Plot a robot to scale from the side and from above: `width` [inch]."""
     length, heights = robot.body.length, np.divide(robot.links.lateral_area, robot.links.length)
-    lines = _midlines(robot)
+    midlines = _midlines(robot)
     side_half = heights.max() / 2 / length
-    top_half = max(np.abs(lines.imag).max() / length, 0.06)
+    top_half = max(np.abs(midlines.imag).max() / length, 0.06)
     side_above, side_below, top_above, top_below = side_half + 0.11, side_half + 0.10, top_half + 0.08, top_half + 0.03
-    tall = side_above + side_below + top_above + top_below  # body lengths, as everything here
+    total_height = side_above + side_below + top_above + top_below  # body lengths, as everything here
     wide = 1.08
-    figure = Figure(figsize=(width, width * tall / wide), facecolor="white")
+    figure = Figure(figsize=(width, width * total_height / wide), facecolor="white")
     side, top = figure.subplots(2, 1, height_ratios=[side_above + side_below, top_above + top_below])
     figure.subplots_adjust(left=0, right=1, top=1, bottom=0, hspace=0)
     for axes, above, below in ((side, side_above, side_below), (top, top_above, top_below)):
         axes.set_axis_off()
         axes.set(xlim=(-0.04 * length, 1.04 * length), ylim=(-below * length, above * length), aspect="equal")
     _draw_side(side, robot, heights)
-    _draw_top(top, robot, lines)
+    _draw_top(top, robot, midlines)
     return figure
 
 
@@ -97,8 +97,8 @@ def _title(axes: Axes, text: str) -> None:
 
 def _mark(group: int) -> dict[str, Any]:
     """Return color and shape of a joint group."""
-    around, place = divmod(group, len(COLORS))  # another shape of a color each time around
-    color, shape = COLORS[place], SHAPES[(place + around) % len(SHAPES)]
+    cycle, index = divmod(group, len(COLORS))  # another shape of a color each time around
+    color, shape = COLORS[index], SHAPES[(index + cycle) % len(SHAPES)]
     return {"color": color, "marker": shape, "ls": "none", "ms": 6.5, "mec": "white", "mew": 0.8}
 
 
@@ -108,8 +108,8 @@ def _legend(axes: Axes, robot: Robot, y: float) -> None:
         axes.plot([], [], label=f"joint {group.name}", **_mark(g))
     axes.plot([], [], "+", color=INK, ms=6, mew=1.1, label="center of mass")
     place: dict[str, Any] = {"bbox_to_anchor": (robot.body.length, y), "bbox_transform": axes.transData}
-    tight: dict[str, Any] = {"borderpad": 0, "borderaxespad": 0, "handletextpad": 0.1, "columnspacing": 1.2}
-    axes.legend(loc="center right", ncols=len(robot.joints) + 1, frameon=False, fontsize=8, **place, **tight)
+    spacing: dict[str, Any] = {"borderpad": 0, "borderaxespad": 0, "handletextpad": 0.1, "columnspacing": 1.2}
+    axes.legend(loc="center right", ncols=len(robot.joints) + 1, frameon=False, fontsize=8, **place, **spacing)
 
 
 def _scale_bar(axes: Axes, length: float, y: float) -> None:

@@ -32,7 +32,7 @@ class Key(NamedTuple):
 
 def keys() -> list[Key]:
     """List all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
-    schema, found = json_schema(), []
+    schema, result = json_schema(), []
     typical = _typical()
     for heading, table in _tables(schema, schema["$defs"], ""):
         path = heading.strip("[]`")
@@ -40,34 +40,34 @@ def keys() -> list[Key]:
             value = _value_in_words(rule)
             if not value.endswith(("table", "tables", "tables by name")):
                 key = f"{path}.{name}".lstrip(".")
-                bare = key.replace(".NAME", "")
+                plain_key = key.replace(".NAME", "")
                 default = "" if name in table.get("required", []) else _default(rule)
                 meaning = re.sub(r" \(default: .*\)$", "", rule["description"])
-                how = declared(Robot)[bare].how
-                found.append(Key(key, rule.get("unit", ""), value, default, typical.get(bare, ""), how, meaning))
-    return found
+                how = declared(Robot)[plain_key].how
+                result.append(Key(key, rule.get("unit", ""), value, default, typical.get(plain_key, ""), how, meaning))
+    return result
 
 
 def _default(rule: Mapping[str, Any]) -> str:
     """Return the default of an optional key: the rule in its meaning, its value, or none."""
-    if told := re.search(r"\(default: (.*)\)$", rule["description"]):
-        return told[1]
+    if rule_in_words := re.search(r"\(default: (.*)\)$", rule["description"]):
+        return rule_in_words[1]
     value = rule.get("default")
     return "none" if value is None or value in ([], {}) else json.dumps(value).strip('"')
 
 
 def _typical() -> dict[str, str]:
     """Return typical values by key without indices and names of gaits and materials."""
-    typical = {key: "{:g} to {:g}".format(*one.usual) for key, one in declared(Robot).items() if one.usual}
-    own: dict[str, str] = {}
+    typical = {key: "{:g} to {:g}".format(*k.usual) for key, k in declared(Robot).items() if k.usual}
+    own_values: dict[str, str] = {}
     for entry in load("hypertuna").entries():
         if not entry.default:
-            own.setdefault(plain(entry.key), _shown(entry.value))
-    return typical | own
+            own_values.setdefault(plain(entry.key), _shown(entry.value))
+    return typical | own_values
 
 
 def _shown(value: Any) -> str:
-    """Write a value of a robot, a list of numbers by its ends."""
+    """Write a value of a robot as text, a list of numbers by its lowest and highest."""
     flat = (
         [x for part in value for x in (part if isinstance(part, list) else [part])] if isinstance(value, list) else []
     )
@@ -162,6 +162,6 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
         return f"{_value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
     # a limit that only keeps slips out needs no word
-    known = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
-    limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in known.items())
+    present = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
+    limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in present.items())
     return f"{noun} {' and '.join(limits)}".strip()

@@ -210,11 +210,11 @@ class Robot(Part, Plotted, Tabular):
         """
         texts = {"format", "name", "description", "uncertainty", "sources"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
-        given = {written(place) for place, _ in values(self.document())}
+        given_keys = {written(place) for place, _ in values(self.document())}
         entries = []
         for place, value in values(content):
             key, (_, field) = written(place), field_at(type(self), place)
-            default, source = key not in given, self.source(key)
+            default, source = key not in given_keys, self.source(key)
             if default and re.sub(r"\[\d+\]", "", key) not in self.sources:
                 rule = re.search(r"\((default: .*)\)$", (field and field.description) or "")
                 source = rule[1] if rule else "default"
@@ -235,20 +235,20 @@ class Robot(Part, Plotted, Tabular):
         """Check tables against each other."""
         links, groups, length, mass = self.links, len(self.joints), sum(self.links.length), sum(self.links.mass)
         text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
-        whole = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
-        yield Check(whole, "links.length_m", text, fix, f"{length:g} in all")
+        adds_up = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
+        yield Check(adds_up, "links.length_m", text, fix, f"{length:g} in all")
         text = f"must add up to at most body.mass_kg = {self.body.mass:g}"
         fix = f"correct the links{' (in g?)' * (mass > 100 * self.body.mass)} or the mass of the whole robot"
         yield Check(mass <= self.body.mass * (1 + TOLERANCE), "links.mass_kg", text, fix, f"{mass:g} in all")
         yield from self._joint_checks()
         law = self.model.water
         fix = f"add the table [water.{law}] or choose another law in [model]"
-        known = getattr(self.water, law) is not None
-        yield Check(known, "model.water", "must be a law with coefficients", fix, repr(law))
+        present = getattr(self.water, law) is not None
+        yield Check(present, "model.water", "must be a law with coefficients", fix, repr(law))
         fix = "give it in Hz, or choose joints = 'ideal' in [model]"
         for g, group in enumerate(self.joints):
-            known = self.model.joints != "bandwidth" or group.bandwidth is not None
-            yield Check(known, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
+            present = self.model.joints != "bandwidth" or group.bandwidth is not None
+            yield Check(present, f"joints[{g}].bandwidth_hz", "is missing for model.joints = 'bandwidth'", fix)
         for name in LAWS:
             if (part := getattr(self.water, name)) is not None:
                 yield from same_length(part, f"water.{name}", len(links.name), "link")
@@ -290,8 +290,8 @@ class Robot(Part, Plotted, Tabular):
                 owner[link] = g
             yield from group.one_drive(f"joints[{g}]")
             total, fix = sum(group.share), "leave share out for equal shares"
-            one = math.isclose(total, 1, rel_tol=TOLERANCE)
-            yield Check(one, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
+            adds_up = math.isclose(total, 1, rel_tol=TOLERANCE)
+            yield Check(adds_up, f"joints[{g}].share", "must add up to 1", fix, f"{total:g} in all")
             if group.line is not None and self.controller is not None:
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
 
@@ -303,10 +303,10 @@ class Robot(Part, Plotted, Tabular):
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={*about})
         places = dict.fromkeys(tuple(part for part in place if isinstance(part, str)) for place, _ in values(content))
         starts = dict.fromkeys(place[:n] for place in places for n in range(1, len(place) + 1))
-        known = dict.fromkeys(map(written, starts))
+        existing = dict.fromkeys(map(written, starts))
         for table, key in ((table, key) for table, keys in about.items() for key in keys):
-            fix = "" if key in known else did_you_mean(key, known)
-            yield Check(key in known, written((table, key)), "must be a key with a value", fix)
+            fix = "" if key in existing else did_you_mean(key, existing)
+            yield Check(key in existing, written((table, key)), "must be a key with a value", fix)
 
 
 class _Cache(dict[Hashable, Any]):

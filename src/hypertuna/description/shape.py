@@ -76,7 +76,7 @@ class Shape:
         return DENSITY * body / self.mass
 
     def sections(self, start: float, end: float) -> tuple[Array, Array, Array]:
-        """Return places from `start` [m] (n,), heights and widths of the sections between two stations [m]."""
+        """Return stations behind `start` (n,) and the height and width of the section at each (n,), all in m."""
         count = max(16, round(STATIONS * (end - start) / self.length))
         x = (np.arange(count) + 0.5) / count * (end - start)
         s = (start + x) / self.length
@@ -129,7 +129,7 @@ def ellipse_drag(aspect: float) -> float:
 
 
 def _section(height: float | None, width: float | None, area: float | None) -> tuple[float, float]:
-    """Return height and width [m] of a body whose mean section, over 1 of its outline, has an area [m^2] if known."""
+    """Return height and width [m], those not given from their product [m^2] or a usual ratio."""
     if height is not None and width is not None:
         return height, width
     if area is None:
@@ -141,9 +141,9 @@ def _section(height: float | None, width: float | None, area: float | None) -> t
 
 def link_lengths(count: int, length: float) -> tuple[float, ...]:
     """Return the lengths of the links [m]: the head is half of the fish, seven tenths before a single joint."""
-    head = round(length * (0.7 if count == 2 else 0.5), 4)
-    part = round((length - head) / (count - 1), 4)
-    return (head, *[part] * (count - 2), round(length - head - part * (count - 2), 10))
+    head_length = round(length * (0.7 if count == 2 else 0.5), 4)
+    link = round((length - head_length) / (count - 1), 4)
+    return (head_length, *[link] * (count - 2), round(length - head_length - link * (count - 2), 10))
 
 
 def link_columns(
@@ -158,8 +158,8 @@ def link_columns(
     for row in rows:
         row |= {"drag_tangential": friction, "drag_beating": beating * row.pop("fin_share")}
     links, strip = ({key: [float(f"{row[key]:.4g}") for row in rows] for key in keys} for keys in (LINKS, STRIP))
-    head = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
-    strip["added_mass_tangential"] = [float(f"{head:.3g}")] + [0.0] * (len(lengths) - 1)
+    ahead = shape.added_mass_ahead * shape.mass / (DENSITY * math.pi / 4 * rows[0]["lateral_area_m2"] ** 2 / lengths[0])
+    strip["added_mass_tangential"] = [float(f"{ahead:.3g}")] + [0.0] * (len(lengths) - 1)
     links["mass_kg"] = [float(f"{m * shape.mass / sum(links['mass_kg']):.4g}") for m in links["mass_kg"]]
     links["mass_kg"][0] = float(f"{links['mass_kg'][0] + shape.mass - sum(links['mass_kg']):.10g}")  # exact in all
     return links, strip
@@ -177,12 +177,12 @@ def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
     x, height, width = shape.sections(start, start + length)
     fin = start + x >= shape.fin_start * shape.length
     section = np.where(fin, height * width, math.pi / 4 * height * width)
-    around = np.where(fin, 2 * height, perimeter(height, width))
+    perimeters = np.where(fin, 2 * height, perimeter(height, width))
     return {
         "com_m": float((section * x).sum() / section.sum()),
         "mass_kg": DENSITY * float(section.mean()) * length,
         "lateral_area_m2": float(height.mean()) * length,
-        "wetted_area_m2": float(around.mean()) * length,
+        "wetted_area_m2": float(perimeters.mean()) * length,
         "added_mass_normal": float((np.where(fin, shape.fin_reduction, 1) * height**2).mean() / height.mean() ** 2),
         "drag_normal": float(
             (np.where(fin, FIN_DRAG, ellipse_drag(shape.width / shape.height)) * height).mean() / height.mean()

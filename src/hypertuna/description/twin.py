@@ -66,9 +66,9 @@ def require_controller(robot: Robot) -> Controller:
 
 
 def _hinge_on_oil(robot: Robot) -> Hinge | None:
-    """Return a hinge in series with a joint of one link that oil bends: that has no rotor, and the two no inertia."""
-    alone = [list(group.links) for group in robot.joints if group.driven and group.drive.oil]
-    return next((hinge for hinge in robot.hinges if [hinge.link] in alone), None)
+    """Return a hinge on the only link of a joint group that oil bends, which has no inertia; None without one."""
+    groups_on_oil = [list(group.links) for group in robot.joints if group.driven and group.drive.oil]
+    return next((hinge for hinge in robot.hinges if [hinge.link] in groups_on_oil), None)
 
 
 def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
@@ -82,9 +82,9 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
     names = [group.name for group in robot.joints]
     others = [f"J{j}" for j in range(1, min(most, len(names)) + 1)]
     size: dict[str, Any] = {"lengths": robot.links.length, "mass": robot.body.mass}
-    own = [{**size, "joints": names}] if len(names) <= most else []
-    tries = [*own, {**size, "joints": others}, {"lengths": robot.links.length, "joints": others}, {}]
-    options = next(one for one in tries if _accepted(one))
+    with_names = [{**size, "joints": names}] if len(names) <= most else []
+    candidates = [*with_names, {**size, "joints": others}, {"lengths": robot.links.length, "joints": others}, {}]
+    options = next(one for one in candidates if _accepted(one))
     command = ["hypertuna", "robot", "new", f"{robot.name}-{'sea' if sea else 'twin'}.toml"]
     for name, value in options.items():
         values = value if isinstance(value, Sequence) else [value]

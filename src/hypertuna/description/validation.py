@@ -41,13 +41,13 @@ def nested_model(annotation: Any) -> type[BaseModel] | None:
 @cache
 def declared(table: type[Part]) -> Mapping[str, Key]:
     """Return the keys of a table and of those below it as declared, by key without indices and names."""
-    found: dict[str, Key] = {}
+    keys: dict[str, Key] = {}
     for name, field in table.model_fields.items():
-        found[str(field.alias)] = table.declared[name]
+        keys[str(field.alias)] = table.declared[name]
         below = nested_model(field.annotation)
         if below is not None and issubclass(below, Part):
-            found |= {f"{field.alias}.{key}": one for key, one in declared(below).items()}
-    return found
+            keys |= {f"{field.alias}.{key}": declaration for key, declaration in declared(below).items()}
+    return keys
 
 
 def plain(key: str) -> str:
@@ -56,9 +56,9 @@ def plain(key: str) -> str:
 
 
 def entry_of(table: Mapping[str, T], key: str) -> T | None:
-    """Return the entry of a table by keys whose name is the longest start of a key, None without one."""
-    bare = re.sub(r"\[\d+\]", "", key)
-    starts = [start for start in table if bare == start or bare.startswith(f"{start}.")]
+    """Return the entry of a table whose name is the longest prefix of a key, None if there is none."""
+    without_index = re.sub(r"\[\d+\]", "", key)
+    starts = [start for start in table if without_index == start or without_index.startswith(f"{start}.")]
     return table[max(starts, key=len)] if starts else None
 
 
@@ -72,7 +72,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
         if named or model is None:
             named = False
             continue
-        field = next((known for known in model.model_fields.values() if known.alias == part), None)
+        field = next((candidate for candidate in model.model_fields.values() if candidate.alias == part), None)
         if field is None:
             return None, None
         model, named = nested_model(field.annotation), is_table(field.annotation)
@@ -81,12 +81,12 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
 
 def fix_for(model: type[BaseModel], key: str) -> str | None:
     """Return what to write for a key that is missing: ``joints[0].line``, or ``joints.I.line`` by name."""
-    known: list[str] = []
+    place: list[str] = []
     for part in re.split(r"[.\[\]]+", key):
-        if field_at(model, (*known, part))[1] is not None:
-            known.append(part)
-    table, field = field_at(model, tuple(known))
-    return fix_of(field) if table is None or field is None else f"add the table [{'.'.join(known)}]"
+        if field_at(model, (*place, part))[1] is not None:
+            place.append(part)
+    table, field = field_at(model, tuple(place))
+    return fix_of(field) if table is None or field is None else f"add the table [{'.'.join(place)}]"
 
 
 def unit_of(field: FieldInfo | None) -> str:
@@ -103,7 +103,7 @@ def written(place: Place) -> str:
 
 
 def rule_of(message: str) -> str:
-    """Return pydantic's message in the words of a TOML file."""
+    """Return the rule behind pydantic's message, in the words of a TOML file."""
     if "should have at least 1 " in message:
         return "must not be empty"
     if "exceeded maximum size" in message:

@@ -59,13 +59,13 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
                 _merge_list(table[key], value, note)
             else:
                 table[key] = value
-            changed += [key] * (not _tables(value))
+            changed += [key] * (not _has_tables(value))
     if note:
         _remark(table, changed, note)
     return table
 
 
-def _tables(value: Any) -> bool:
+def _has_tables(value: Any) -> bool:
     """Whether a value is a list of tables, each with its own comments."""
     return isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
 

@@ -13,50 +13,50 @@ from hypertuna.pictures import captioned, curve_svg
 
 @cards.of(NextRuns)
 def next_runs_card(result: NextRuns) -> Card:
-    """Show the next runs, what is known so far, and what no run can tell."""
+    """Show the next runs, what is known so far, and the coefficients that no run narrows."""
     parts: list[Part] = []
     if result.choices:
-        heads = ["run", "why", "motion", "expected", "half width\nafter [%]"]
+        header = ["run", "why", "motion", "expected", "half width\nafter [%]"]
         rows = [
             (
-                one.name,
-                one.why,
-                str(one.run),
-                _expected(*next((*row, name) for name, row in one.expected.items())),
-                f"{100 * one.half_width:.2g}",
+                choice.name,
+                choice.why,
+                str(choice.run),
+                _expected(*next((*row, name) for name, row in choice.expected.items())),
+                f"{100 * choice.half_width:.2g}",
             )
-            for one in result.choices
+            for choice in result.choices
         ]
-        parts.append(Table(heads, rows, left=(0, 1, 2, 3), fold=2))
-        narrowed = {name: (old, new) for one in result.choices for name, (old, new) in one.narrowed.items()}
+        parts.append(Table(header, rows, left=(0, 1, 2, 3), fold=2))
+        narrowed = {name: (old, new) for choice in result.choices for name, (old, new) in choice.narrowed.items()}
         if narrowed:
-            each = ", ".join(f"{name} {old:.2f} → {new:.2f}" for name, (old, new) in narrowed.items())
-            parts.append(f"These runs narrow (standard deviations, of logarithms in log scale): {each}.")
+            changes = ", ".join(f"{name} {old:.2f} → {new:.2f}" for name, (old, new) in narrowed.items())
+            parts.append(f"These runs narrow (standard deviations, of logarithms in log scale): {changes}.")
     if result.stop:
         parts.append((result.stop, "green"))
     parts += [(warning, "yellow") for warning in result.warnings]
-    made = f"{len(result.steps)} runs told" if len(result.steps) != 1 else "1 run told"
+    title = f"{len(result.steps)} runs told" if len(result.steps) != 1 else "1 run told"
     parts.append(
-        f"{made}: the {result.subject} of the target gaits is known within {_within(result.half_width)}; "
+        f"{title}: the {result.subject} of the target gaits is known within {_within(result.half_width)}; "
         f"{100 * result.width:.2g} % is enough."
     )
     return Card(f"{result.robot.name}: next runs", parts, (lambda: _widths_svg(result)) if result.steps else None)
 
 
 def _expected(value: float, half_width: float, name: str) -> str:
-    """Write an expected value of a quantity with its interval."""
+    """Return an expected value of a quantity with its interval, as text."""
     _, _, unit, size = QUANTITIES[name]
-    ends = (number(size * value * math.exp(sign * half_width)) for sign in (-1, 1))
-    return f"{number(size * value)} ({' to '.join(ends)}) {unit}"
+    bounds = (number(size * value * math.exp(sign * half_width)) for sign in (-1, 1))
+    return f"{number(size * value)} ({' to '.join(bounds)}) {unit}"
 
 
 def _within(half_width: float) -> str:
-    """Write the half width of the interval of a logarithm."""
+    """Return the half width of a logarithm's interval as text."""
     return f"{100 * half_width:.2g} %" if half_width < 1 else f"a factor of {math.exp(half_width):.2g}"
 
 
 def _widths_svg(result: NextRuns) -> str:
-    """Draw the half width after each run."""
+    """Draw the half width of the target gaits after each run."""
     widths = [100 * step.half_width for step in result.steps]
     label = "half width of the target gaits [%]"
     return captioned(curve_svg(range(1, len(widths) + 1), widths, label, dots=True), "After each run.")
@@ -64,7 +64,7 @@ def _widths_svg(result: NextRuns) -> str:
 
 @tables.of(NextRuns)
 def next_runs_columns(result: NextRuns) -> dict[str, Any]:
-    """Return the runs that were told, with the half width after each."""
+    """Return the measured runs as columns, with the half width after each."""
     return {
         "run": [step.results[0].name for step in result.steps],
         "made": [str(step.run) for step in result.steps],

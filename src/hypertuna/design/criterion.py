@@ -45,42 +45,42 @@ class Design:
         return np.sqrt(np.maximum(np.diag(self.covariance)[self.free], 0.0))
 
     def score(self, run: TankRun) -> float:
-        """Return the mean variance that a run would leave: of the log targets, or of coefficients over their priors."""
-        at, aim = self.places[run], self.free if self.want == "coefficients" else self.targets
-        by = self.covariance[aim, at]
-        gain = np.linalg.solve(self.covariance[np.ix_(at, at)] + np.diag(self.noise[at]), by.T)
-        left = np.diag(self.covariance)[aim] - np.einsum("ij,ji->i", by, gain)
-        return float(np.mean(left / self.prior if self.want == "coefficients" else left))
+        """Return the mean variance after a run: of the log targets, or of the coefficients over their priors."""
+        rows, wanted = self.places[run], self.free if self.want == "coefficients" else self.targets
+        covariance = self.covariance[wanted, rows]
+        gain = np.linalg.solve(self.covariance[np.ix_(rows, rows)] + np.diag(self.noise[rows]), covariance.T)
+        variance = np.diag(self.covariance)[wanted] - np.einsum("ij,ji->i", covariance, gain)
+        return float(np.mean(variance / self.prior if self.want == "coefficients" else variance))
 
     def after(self, runs: Sequence[TankRun]) -> "Design":
-        """Return the design with runs made."""
-        at = np.concatenate([self.places[run] for run in runs])
-        covariance = narrowed(self.covariance, at, np.diag(self.noise[at]))
+        """Return the design after the given runs."""
+        measured = np.concatenate([self.places[run] for run in runs])
+        covariance = narrowed(self.covariance, measured, np.diag(self.noise[measured]))
         return replace(self, covariance=covariance, made=(*self.made, *runs))
 
     def best(self) -> TankRun:
-        """Return the run that narrows most; one that was made counts as its repeat."""
+        """Return the candidate that narrows most; a run that was made before would be its repeat."""
         return min(self.places, key=self.score)
 
     def farthest(self) -> TankRun:
-        """Return the gait where the runs tell least of what the model misses: the check of a design."""
+        """Return the gait that is least correlated with the runs made so far: the check of a design."""
         swims = [run for run in self.places if run.swims and (run.turns or self.want != "turn")]
         gaits = [run for run in swims if run not in self.made]
         if not gaits:
             return self.best()
-        here, known = ([Row(run, "speed") for run in runs if run.swims] for runs in (gaits, self.made))
-        near, among = correlation(here, known), correlation(known, known)
-        blind = 1 - np.einsum("ij,ji->i", near, np.linalg.solve(among + 1e-6 * np.eye(len(known)), near.T))
-        far = [run for run, variance in zip(gaits, blind, strict=True) if variance >= AS_FAR * blind.max()]
-        return min(far, key=self.score)
+        new, made = ([Row(run, "speed") for run in runs if run.swims] for runs in (gaits, self.made))
+        to_made, between = correlation(new, made), correlation(made, made)
+        unseen = 1 - np.einsum("ij,ji->i", to_made, np.linalg.solve(between + 1e-6 * np.eye(len(made)), to_made.T))
+        farthest = [run for run, variance in zip(gaits, unseen, strict=True) if variance >= AS_FAR * unseen.max()]
+        return min(farthest, key=self.score)
 
     def never(self) -> Array:
-        """Return the standard deviations (n,) that all candidates together would leave of the coefficients."""
+        """Return the standard deviations (n,) of the coefficients after all candidates together."""
         return self.after(list(self.places)).sd()
 
 
 def planned(run: TankRun, want: str) -> tuple[str, ...]:
-    """Return what a run of a design measures."""
+    """Return the quantities that a run of a design measures."""
     if not run.swims:
         return run.measured
     if want == "turn" and run.turns:
@@ -90,41 +90,41 @@ def planned(run: TankRun, want: str) -> tuple[str, ...]:
 
 def design(posterior: Posterior, want: str, candidates: Sequence[TankRun], targets: Sequence[Row]) -> Design:
     """Return the design after the runs of a posterior; gaits that the model does not swim are no candidates."""
-    made = tuple(dict.fromkeys(one.run for one in posterior.results))
-    rows = [Row(run, name) for run in dict.fromkeys((*candidates, *made)) for name in planned(run, want)]
-    every = [*rows, *targets, *posterior.rows]
-    there, prior = predict(posterior.unknowns, posterior.x, every), posterior.unknowns.covariance
-    sound = np.isfinite(there.log)
-    jacobian = np.where(sound[:, np.newaxis], there.jacobian, 0.0)
-    known, size = jacobian @ prior, max(DESIGNED, posterior.size)
-    joint = np.block([[known @ jacobian.T + size**2 * correlation(every, every), known], [known.T, prior]])
-    told = slice(len(rows) + len(targets), len(every))
-    offsets = posterior.day**2 * same_day([one.day for one in posterior.results])
+    runs_made = tuple(dict.fromkeys(result.run for result in posterior.results))
+    rows = [Row(run, name) for run in dict.fromkeys((*candidates, *runs_made)) for name in planned(run, want)]
+    all_rows = [*rows, *targets, *posterior.rows]
+    predicted, prior = predict(posterior.unknowns, posterior.x, all_rows), posterior.unknowns.covariance
+    finite = np.isfinite(predicted.log)
+    jacobian = np.where(finite[:, np.newaxis], predicted.jacobian, 0.0)
+    cross, size = jacobian @ prior, max(DESIGNED, posterior.size)
+    joint = np.block([[cross @ jacobian.T + size**2 * correlation(all_rows, all_rows), cross], [cross.T, prior]])
+    past = slice(len(rows) + len(targets), len(all_rows))
+    offsets = posterior.day**2 * same_day([result.day for result in posterior.results])
     joint = narrowed(
-        joint, np.arange(told.start, told.stop), np.diag([one.noise**2 for one in posterior.results]) + offsets
+        joint, np.arange(past.start, past.stop), np.diag([result.noise**2 for result in posterior.results]) + offsets
     )
-    kept = np.delete(np.arange(len(joint)), np.arange(told.start, told.stop))
-    value = np.exp(there.log[: len(rows)])
-    fast = [sound[k] and value[k] > SLOWEST * QUANTITIES[row.quantity].absolute for k, row in enumerate(rows)]
+    others = np.delete(np.arange(len(joint)), np.arange(past.start, past.stop))
+    value = np.exp(predicted.log[: len(rows)])
+    usable = [finite[k] and value[k] > SLOWEST * QUANTITIES[row.quantity].absolute for k, row in enumerate(rows)]
     places: dict[TankRun, list[int]] = {}
     for k, row in enumerate(rows):
         places.setdefault(row.run, []).append(k)
     return Design(
         want,
         tuple(rows),
-        {run: np.array(at) for run, at in places.items() if all(fast[k] for k in at)},
+        {run: np.array(k_of_run) for run, k_of_run in places.items() if all(usable[k] for k in k_of_run)},
         value,
         np.array([noise_of(row.quantity, v) ** 2 for row, v in zip(rows, value, strict=True)]) + posterior.day**2,
-        slice(len(rows), told.start),
-        slice(told.start, len(kept)),
+        slice(len(rows), past.start),
+        slice(past.start, len(others)),
         np.diag(prior),
-        joint[np.ix_(kept, kept)],
-        tuple(one.run for one in posterior.results),
+        joint[np.ix_(others, others)],
+        tuple(result.run for result in posterior.results),
     )
 
 
 def narrowed(covariance: Array, at: NDArray[np.intp], noise: Array) -> Array:
-    """Return a covariance (m, m) after measurements of the rows `at` with noise of a covariance (k, k)."""
+    """Return a covariance (m, m) after measurements of its rows `at` with noise of covariance (k, k)."""
     if not len(at):
         return covariance
     by = covariance[:, at]

@@ -17,28 +17,28 @@ FACTOR, LAG, BIAS = math.log(2), math.radians(30), math.radians(10)
 
 
 def correlation(first: Sequence[Row], second: Sequence[Row]) -> Array:
-    """Return the correlation (first, second) of the discrepancies of rows: none between quantities."""
+    """Return the correlations (first, second) of rows' discrepancies: 0 between different quantities."""
     a, b = _features(first), _features(second)
     distance = np.square(a[:, np.newaxis] - b[np.newaxis]).sum(axis=-1)
-    same = [[one.quantity == other.quantity for other in second] for one in first]
-    return np.where(np.reshape(same, distance.shape), np.exp(-0.5 * distance), 0.0)
+    same_quantity = [[row.quantity == other.quantity for other in second] for row in first]
+    return np.where(np.reshape(same_quantity, distance.shape), np.exp(-0.5 * distance), 0.0)
 
 
 def same_day(days: Sequence[str]) -> Array:
-    """Return 1 for pairs of rows of one day, else 0."""
-    return np.array([[float(one == other) for other in days] for one in days]).reshape(len(days), len(days))
+    """Return a matrix with 1 for pairs of rows of the same day, else 0."""
+    return np.array([[float(day == other) for other in days] for day in days]).reshape(len(days), len(days))
 
 
 def _features(rows: Sequence[Row]) -> Array:
-    """Return where runs are, in the lengths of the discrepancy (rows, 5)."""
-    each = [
+    """Return the coordinates of rows' runs, in lengths of the discrepancy (rows, 5)."""
+    coordinates = [
         _of_gait(row.run.gait) if row.run.gait else [math.log(row.run.u) / FACTOR, 0.0, 0.0, 0.0, 0.0] for row in rows
     ]
-    return np.array(each).reshape(-1, 5)
+    return np.array(coordinates).reshape(-1, 5)
 
 
 def _of_gait(gait: Gait) -> list[float]:
-    """Return logarithms of frequency, mean amplitude and the last group's share, the mean lag of a joint, the bias."""
+    """Return coordinates of a gait: logs of frequency, mean amplitude, last group's share; lag per joint; bias."""
     bend = max(float(np.mean(gait.amplitude)), 1e-6)
     share = max(gait.amplitude[-1], 1e-6) / bend
     lag = lags(gait)[-1] / max(len(gait.phase) - 1, 1)

@@ -26,7 +26,7 @@ Told = tuple[str, float, float | None]  # quantity, value and standard deviation
 
 
 class RunKind(ABC):
-    """A kind of run."""
+    """A kind of run, with the quantities it measures and their prediction."""
 
     key: ClassVar[str]  # of the kind of trial, as manifests have it
     trials: ClassVar[tuple[type[Any], ...]]  # of which it takes results; its files are those of the first
@@ -36,18 +36,18 @@ class RunKind(ABC):
 
     @abstractmethod
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the quantities that a run can measure."""
+        """Return the names of the quantities that a run can measure."""
 
     @abstractmethod
     def text(self, motion: Motion) -> str:
-        """Return a run in words."""
+        """Return a run's gait or speed in words."""
 
     @abstractmethod
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return the runs to choose from, of gaits that swim and of speeds [m/s]."""
+        """Return the candidates of this kind, from gaits that swim and speeds [m/s]."""
 
     def told(self, trial: Any) -> tuple[Motion, list[Told]]:
-        """Return what a trial was, and what it measured."""
+        """Return a trial's gait and speed, and its measured quantities with standard deviations."""
         sd = None if trial.sd is None else trial.sd / math.sqrt(trial.repeats)
         return (trial.gait, trial.u), [(kind_of(trial).quantities[0].name, trial.value, sd)]
 
@@ -62,121 +62,121 @@ class Swims(RunKind):
     key, trials = "steady", (SteadyRun, TurnRun, PowerRun)
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return what a beat tells; of a gait that bends to one side the rate of turn, too."""
+        """Return the quantities of a beat; with the rate of turn for a gait that bends to one side."""
         return (*MEASURED, "power", *(("turn_rate",) if motion[0] is not None and any(motion[0].bias) else ()))
 
     def text(self, motion: Motion) -> str:
-        """Return the gait."""
+        """Return the gait in words."""
         return gait_text(_gait(motion))
 
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return all gaits."""
+        """Return a swim of each gait."""
         return [(gait, 0.0) for gait in gaits]
 
     def told(self, trial: Any) -> tuple[Motion, list[Told]]:
-        """Return what a trial was, and what it measured."""
+        """Return a trial's gait and speed, and its measured quantities with standard deviations."""
         if not isinstance(trial, SteadyRun):
             motion, ((name, value, sd),) = super().told(trial)
             return motion, [(name, abs(value), sd)]
         root = math.sqrt(trial.repeats)
-        given = ((name, getattr(trial, name), getattr(trial, f"{name}_sd")) for name in MEASURED)
-        known = [(name, value, None if sd is None else sd / root) for name, value, sd in given if value is not None]
-        return (trial.gait, 0.0), known
+        stated = ((name, getattr(trial, name), getattr(trial, f"{name}_sd")) for name in MEASURED)
+        measured = [(name, value, None if sd is None else sd / root) for name, value, sd in stated if value is not None]
+        return (trial.gait, 0.0), measured
 
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Settle the gaits; rates of turn are to either side."""
-        place = {gait: k for k, gait in enumerate(dict.fromkeys(map(_gait, motions)))}
-        gaits, own = Gaits.of(list(place)), [place[_gait(motion)] for motion in motions]
+        """Return quantities of the settled gaits and their derivatives; rates of turn are positive to either side."""
+        index_of = {gait: k for k, gait in enumerate(dict.fromkeys(map(_gait, motions)))}
+        gaits, of_motion = Gaits.of(list(index_of)), [index_of[_gait(motion)] for motion in motions]
         beats = settle(at.robot, gaits, model=at.model, steps=STEPS)
         slopes = directional_derivatives(at.robot, gaits, beats, np.asarray(at.along), model=at.model, steps=STEPS)
-        good = ((beats["status"] == 0) & (beats["speed"] > 0))[own]
+        settled = ((beats["status"] == 0) & (beats["speed"] > 0))[of_motion]
         names = [BEATS.get(name, name) for name in quantities]
-        value, by = (
-            np.array([table[name][k] for name, k in zip(names, own, strict=True)]) for table in (beats, slopes)
+        value, slope = (
+            np.array([table[name][k] for name, k in zip(names, of_motion, strict=True)]) for table in (beats, slopes)
         )
         sign = np.where([name == "turn_rate" for name in quantities], np.sign(value), 1.0)
-        return np.where(good, sign * value, np.nan), sign[:, np.newaxis] * by
+        return np.where(settled, sign * value, np.nan), sign[:, np.newaxis] * slope
 
 
 class Tows(RunKind):
-    """A carriage that tows the straight body."""
+    """Tows of the straight body by a carriage."""
 
     key, trials, needs, speed = "tows", (Tow,), "tow", "tow_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the drag."""
+        """Return the drag alone."""
         return ("drag",)
 
     def text(self, motion: Motion) -> str:
-        """Return the speed."""
+        """Return the speed in words."""
         return f"tow at {motion[1]:.3g} m/s"
 
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return all speeds."""
+        """Return a tow at each speed."""
         return [(None, u) for u in speeds]
 
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Return the drag, as the kind of trial predicts it."""
-        return _held(at, motions, -1.0)
+        """Return the drag of each run [N] and its derivatives, as the kind of trial predicts it."""
+        return _forces(at, motions, -1.0)
 
 
 class Thrusts(RunKind):
-    """A gauge that holds the head of the beating robot."""
+    """Measurements of thrust by a gauge that holds the head of the beating robot."""
 
     key, trials, needs, speed = "thrusts", (HeldThrust,), "hold", "held_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the thrust."""
+        """Return the thrust alone."""
         return ("thrust",)
 
     def text(self, motion: Motion) -> str:
-        """Return the gait."""
+        """Return the gait in words."""
         return f"held still, {gait_text(_gait(motion))}"
 
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return all gaits in still water."""
+        """Return a measurement of each gait in still water."""
         return [(gait, 0.0) for gait in gaits]
 
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Return the thrust, as the kind of trial predicts it."""
-        return _held(at, motions, 1.0)
+        """Return the thrust of each run [N] and its derivatives, as the kind of trial predicts it."""
+        return _forces(at, motions, 1.0)
 
 
 class Glides(RunKind):
-    """The straight body, let go in motion."""
+    """Glides of the straight body, let go in motion."""
 
     key, trials, needs, speed, series = "glides", (Glide,), "glide", "glide_m_s", True
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the length over which the speed falls by a factor of e."""
+        """Return the coasting length alone, over which the speed falls by a factor of e."""
         return ("coasting_length",)
 
     def text(self, motion: Motion) -> str:
-        """Return the first speed."""
+        """Return the first speed in words."""
         return f"glide from {motion[1]:.3g} m/s"
 
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return all speeds."""
+        """Return a glide from each speed."""
         return [(None, u) for u in speeds]
 
     def told(self, trial: Any) -> tuple[Motion, list[Told]]:
-        """Return the coasting length."""
+        """Return a glide's first speed, and its coasting length with its standard deviation."""
         length, sd, u = trial.coasting()
         return (None, u), [("coasting_length", length, sd)]
 
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Compute the lengths from two speeds of a glide.
+        """Return coasting lengths [m] from the first and the last speed of a glide, and their derivatives.
 
         Of a drag by the square of the speed, 1/u grows by 1/length a second; else it is the mean over the glide.
         """
-        still, along, found = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
+        straight, along, results = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
         for _, u in motions:
-            time, begin = COASTS * at.robot.body.length / u, np.array([-u, 0.0, 0.0])
-            track = _core.track(at.model, still, along, step=time / STEPS, twist=begin, rates=True)
-            end, by = -track["rate"][-1, 0], -track["rate_gradient"][-1, 0, len(begin) :]
-            length = time / (1 / end - 1 / u)
-            found.append((length, by * length**2 / (time * end**2)))
-        return np.array([one[0] for one in found]), np.array([one[1] for one in found])
+            time, twist = COASTS * at.robot.body.length / u, np.array([-u, 0.0, 0.0])
+            track = _core.track(at.model, straight, along, step=time / STEPS, twist=twist, rates=True)
+            last_speed, slope = -track["rate"][-1, 0], -track["rate_gradient"][-1, 0, len(twist) :]
+            length = time / (1 / last_speed - 1 / u)
+            results.append((length, slope * length**2 / (time * last_speed**2)))
+        return np.array([pair[0] for pair in results]), np.array([pair[1] for pair in results])
 
 
 RUN_KINDS: dict[str, RunKind] = {kind.key: kind for kind in (Swims(), Thrusts(), Tows(), Glides())}
@@ -188,10 +188,10 @@ def _gait(motion: Motion) -> Gait:
     return motion[0]
 
 
-def _held(at: Point, motions: Sequence[Motion], sign: float) -> tuple[Array, Array]:
-    """Return the force on a held or towed head, as the kinds of trials predict it; sign: 1 toward the head."""
-    rest = (0.0,) * len(at.robot.joints)
-    gaits = tuple(gait or Gait(1.0, rest, rest) for gait, _ in motions)
-    u, none = np.array([u for _, u in motions]), np.zeros(len(motions))
-    made = HeldRows(none, none.astype(int), (), len(motions), gaits, u, sign).predict(at)
-    return made.computed, made.jacobian
+def _forces(at: Point, motions: Sequence[Motion], sign: float) -> tuple[Array, Array]:
+    """Return forces on a held or towed head [N] and their derivatives; sign: 1 toward the head."""
+    straight = (0.0,) * len(at.robot.joints)
+    gaits = tuple(gait or Gait(1.0, straight, straight) for gait, _ in motions)
+    u, zeros = np.array([u for _, u in motions]), np.zeros(len(motions))
+    rows = HeldRows(zeros, zeros.astype(int), (), len(motions), gaits, u, sign).predict(at)
+    return rows.computed, rows.jacobian

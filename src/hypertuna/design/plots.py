@@ -12,7 +12,7 @@ from hypertuna.figures import FAINT, INK, POINTS, TIGHT, WIDTH, line_style, styl
 @plots.of(NextRuns)
 @styled
 def plot_design(result: NextRuns, *, width: float = WIDTH) -> Figure:
-    """Plot after each run the half width of the target gaits, and the standard deviation of every coefficient."""
+    """Plot after each run the half width of the target gaits and the standard deviations of the coefficients."""
     figure = Figure(figsize=(width, 5.2), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     runs = np.arange(1, len(result.steps) + 1)

@@ -1,4 +1,4 @@
-"""Posterior of the unknowns and of what the model misses, given measured runs: linear about its mean."""
+"""Posterior of coefficients and discrepancy, given measured runs: linear about its mean."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ DONE = 1e-2  # of the prior's standard deviation
 
 @dataclass(frozen=True)
 class Kernel:
-    """One size of discrepancy and of the days' offsets: the conditional normal distribution that follows."""
+    """One pair of sizes, of discrepancy and days' offsets, with its probability and conditional distribution."""
 
     size: float
     day: float
@@ -45,17 +45,17 @@ class Posterior:
     @cached_property
     def size(self) -> float:
         """Root mean square of the discrepancy's standard deviation."""
-        return float(np.sqrt(sum(one.weight * one.size**2 for one in self.kernels)))
+        return float(np.sqrt(sum(kernel.weight * kernel.size**2 for kernel in self.kernels)))
 
     @cached_property
     def day(self) -> float:
         """Root mean square of the standard deviation of the days' offsets."""
-        return float(np.sqrt(sum(one.weight * one.day**2 for one in self.kernels)))
+        return float(np.sqrt(sum(kernel.weight * kernel.day**2 for kernel in self.kernels)))
 
     def predict(self, rows: Sequence[Row]) -> tuple[Array, Array]:
-        """Return mean and standard deviation (rows,) of the logarithm of what a run would measure without noise."""
-        there = predict(self.unknowns, self.x, rows)
-        return self._mixed(there.log, there.jacobian, correlation(rows, self.rows))
+        """Return mean and standard deviation (rows,) of the logarithms of quantities without noise."""
+        predicted = predict(self.unknowns, self.x, rows)
+        return self._mixed(predicted.log, predicted.jacobian, correlation(rows, self.rows))
 
     @cached_property
     def coefficients(self) -> tuple[Array, Array]:
@@ -63,78 +63,78 @@ class Posterior:
         return self._mixed(self.x, np.eye(len(self.x)), None)
 
     def _mixed(self, value: Array, jacobian: Array, near: Array | None) -> tuple[Array, Array]:
-        """Return the moments of the mixture for linear functions, whose discrepancies correlate with the results'."""
+        """Return mean and standard deviation of linear functions; `near` relates their discrepancies to the results'."""
         prior = self.unknowns.covariance
-        begin = value + jacobian @ (self.unknowns.mean - self.x)
-        own = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
+        start = value + jacobian @ (self.unknowns.mean - self.x)
+        prior_variance = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
         means, variances = [], []
-        for one in self.kernels:
-            known = jacobian @ prior @ self.jacobian.T
-            alone = 0.0
+        for kernel in self.kernels:
+            cross = jacobian @ prior @ self.jacobian.T
+            variance = 0.0
             if near is not None:
-                known, alone = known + one.size**2 * near, one.size**2
-            means.append(begin + known @ one.weighted)
-            variances.append(own + alone - np.einsum("ij,jk,ik->i", known, one.inverse, known))
-        weight = np.array([one.weight for one in self.kernels])
+                cross, variance = cross + kernel.size**2 * near, kernel.size**2
+            means.append(start + cross @ kernel.weighted)
+            variances.append(prior_variance + variance - np.einsum("ij,jk,ik->i", cross, kernel.inverse, cross))
+        weight = np.array([kernel.weight for kernel in self.kernels])
         mean = weight @ np.array(means)
-        spread = weight @ (np.maximum(variances, 0.0) + np.square(means - mean))
-        return mean, np.sqrt(spread)
+        total = weight @ (np.maximum(variances, 0.0) + np.square(means - mean))
+        return mean, np.sqrt(total)
 
 
 def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[float] = SIZES) -> Posterior:
-    """Fit the unknowns to results, with discrepancies of sizes that the results make likely.
+    """Return the posterior given results, with discrepancies of sizes that the results make likely.
 
     Gauss-Newton steps toward the mean of the mixture. The offset of a day counts where results of several days are
     known.
     """
-    rows = tuple(Row(one.run, one.quantity) for one in results)
+    rows = tuple(Row(result.run, result.quantity) for result in results)
     x = unknowns.mean.copy()
     lower, upper = bounds_of(unknowns.free)
-    made = Posterior(
+    post = Posterior(
         unknowns, tuple(results), x, rows, np.zeros((0, len(x))), _kernels((), np.zeros(0), np.zeros(0), sizes)
     )
     if not rows:
-        return made
-    measured = np.log([one.value for one in results])
+        return post
+    measured = np.log([result.value for result in results])
     for _ in range(ROUNDS):
-        there = predict(unknowns, x, rows)
-        _check_swims(results, there.log)
-        residuals = measured - there.log + there.jacobian @ (x - unknowns.mean)
-        known = there.jacobian @ unknowns.covariance @ there.jacobian.T
-        made = Posterior(unknowns, tuple(results), x, rows, there.jacobian, _kernels(results, residuals, known, sizes))
-        step = np.clip(made.coefficients[0] - x, -FAR, FAR)
-        following = np.clip(x + step, lower, upper)
-        if np.all(np.abs(following - x) <= DONE * unknowns.sd):
+        model = predict(unknowns, x, rows)
+        _check_swims(results, model.log)
+        residuals = measured - model.log + model.jacobian @ (x - unknowns.mean)
+        known = model.jacobian @ unknowns.covariance @ model.jacobian.T
+        post = Posterior(unknowns, tuple(results), x, rows, model.jacobian, _kernels(results, residuals, known, sizes))
+        step = np.clip(post.coefficients[0] - x, -FAR, FAR)
+        next_x = np.clip(x + step, lower, upper)
+        if np.all(np.abs(next_x - x) <= DONE * unknowns.sd):
             break
-        x = following
-    return made
+        x = next_x
+    return post
 
 
 def _check_swims(results: Sequence[Measurement], log: Array) -> None:
     """Check that the model swims every gait of the results forward."""
-    lost = [one for one, value in zip(results, log, strict=True) if not np.isfinite(value)]
-    if lost:
+    unswum = [result for result, value in zip(results, log, strict=True) if not np.isfinite(value)]
+    if unswum:
         rule, fix = "has no settled beat forward in the model", "leave the run out, or correct the robot file"
-        raise InputError(rule, key=f"the gait of {lost[0].name or 'a run'}", fix=fix)
+        raise InputError(rule, key=f"the gait of {unswum[0].name or 'a run'}", fix=fix)
 
 
 def _kernels(
     results: Sequence[Measurement], residuals: Array, known: Array, sizes: Sequence[float]
 ) -> tuple[Kernel, ...]:
-    """Return every pair of sizes with its probability by the residuals, whose covariance by the unknowns is `known`."""
-    rows = [Row(one.run, one.quantity) for one in results]
-    noise = np.diag([one.noise**2 for one in results])
-    near, days = correlation(rows, rows), same_day([one.day for one in results])
-    several = len({one.day for one in results}) > 1
-    made, logs = [], []
-    for size, day in product(sizes, DAYS if several else (0.0,)):
-        covariance = known + noise + size**2 * near + day**2 * days
+    """Return each pair of sizes with its probability; `known` is the residuals' covariance by the coefficients."""
+    rows = [Row(result.run, result.quantity) for result in results]
+    noise = np.diag([result.noise**2 for result in results])
+    correlated, days_equal = correlation(rows, rows), same_day([result.day for result in results])
+    several_days = len({result.day for result in results}) > 1
+    parts, logs = [], []
+    for size, day in product(sizes, DAYS if several_days else (0.0,)):
+        covariance = known + noise + size**2 * correlated + day**2 * days_equal
         inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         weighted = inverse @ residuals
         logs.append(0.5 * (np.linalg.slogdet(inverse)[1] - residuals @ weighted))
-        made.append((size, day, inverse, weighted))
+        parts.append((size, day, inverse, weighted))
     weights = np.exp(np.array(logs) - max(logs))
     weights /= weights.sum()
     return tuple(
-        Kernel(size, day, float(w), inverse, seen) for (size, day, inverse, seen), w in zip(made, weights, strict=True)
+        Kernel(size, day, float(w), inverse, v) for (size, day, inverse, v), w in zip(parts, weights, strict=True)
     )

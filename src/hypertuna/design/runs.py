@@ -21,7 +21,7 @@ from hypertuna.trials.steady import SteadyRun
 
 
 class Quantity(NamedTuple):
-    """What runs measure: default noise of one measurement, relative and [SI]; displayed unit, and its number per SI."""
+    """A quantity of runs: default noise, relative and absolute [SI]; displayed unit and its number per SI unit."""
 
     relative: float
     absolute: float
@@ -68,22 +68,22 @@ class TankRun:
 
     @property
     def motion(self) -> Motion:
-        """Gait and speed."""
+        """Gait, and speed [m/s]."""
         return self.gait, self.u
 
     @property
     def swims(self) -> bool:
-        """Whether it is a free swim of a gait."""
+        """Whether the run is a free swim of a gait."""
         return isinstance(RUN_KINDS[self.kind], Swims)
 
     @property
     def turns(self) -> bool:
-        """Whether it is a swim of a gait that bends to one side."""
+        """Whether the run is a swim of a gait that bends to one side."""
         return self.swims and self.gait is not None and any(self.gait.bias)
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Quantities that it can measure."""
+        """Quantities that the run can measure."""
         return RUN_KINDS[self.kind].measured(self.motion)
 
     def __str__(self) -> str:
@@ -91,15 +91,15 @@ class TankRun:
 
 
 def run_record(run: TankRun) -> dict[str, Any]:
-    """Return a run as JSON."""
+    """Return a run as a JSON record: its gait, or its speed."""
     key = RUN_KINDS[run.kind].speed
     return ({key: run.u} if key else {}) | ({} if run.gait is None else gait_record(run.gait))
 
 
 def run_of(record: Any) -> TankRun:
-    """Return the run of a record."""
-    told = ((key, record[kind.speed]) for key, kind in RUN_KINDS.items() if kind.speed in record)
-    kind, u = next(told, (Swims.key, 0.0))
+    """Return the run that a JSON record describes."""
+    given = ((key, record[kind.speed]) for key, kind in RUN_KINDS.items() if kind.speed in record)
+    kind, u = next(given, (Swims.key, 0.0))
     if "frequency_hz" not in record:
         return TankRun(kind, u=u)
     keys = {key: record[f"{key}_deg"] for key in ("amplitude", "phase")}
@@ -108,7 +108,7 @@ def run_of(record: Any) -> TankRun:
 
 
 def swims(gaits: Iterable[Gait]) -> list[TankRun]:
-    """Return swims of gaits."""
+    """Return a free swim of each gait."""
     return [TankRun(Swims.key, gait) for gait in gaits]
 
 
@@ -162,21 +162,21 @@ Told = SteadyRun | NumberRun | Decay | Measurement
 
 
 def measurements(trial: Told, day: str = "") -> list[Measurement]:
-    """Return what a trial measured; the mean of its repeats has a smaller noise."""
+    """Return the measured numbers of a trial; the mean of its repeats has a smaller noise."""
     if isinstance(trial, Measurement):
         return [replace(trial, day=trial.day or day)]
     kind = next((kind for kind in RUN_KINDS.values() if isinstance(trial, kind.trials)), None)
     if kind is None:
         rule, fix = "must be a run that a design knows", "give steady runs, turns, powers, tows, held thrusts or glides"
         raise InputError(rule, key="tell", value=type(trial).__name__, fix=fix)
-    motion, told = kind.told(trial)
-    return [Measurement(TankRun(kind.key, *motion), *one, trial.name, day) for one in told]
+    motion, quantities = kind.told(trial)
+    return [Measurement(TankRun(kind.key, *motion), *values, trial.name, day) for values in quantities]
 
 
 def noise_of(quantity: str, value: Any) -> Any:
     """Return the default standard deviation of the logarithm of a value [SI], or of an array of them."""
-    about = QUANTITIES[quantity]
-    return np.hypot(about.relative, about.absolute / value)
+    quantity_noise = QUANTITIES[quantity]
+    return np.hypot(quantity_noise.relative, quantity_noise.absolute / value)
 
 
 def candidate_gaits(space: DesignSpace, robot: Robot, biases: Sequence[float] = (0.0,)) -> list[Gait]:
@@ -187,26 +187,26 @@ def candidate_gaits(space: DesignSpace, robot: Robot, biases: Sequence[float] = 
 
 
 def target_gaits(space: DesignSpace, robot: Robot, count: int, biases: Sequence[float] = (0.0,)) -> list[Gait]:
-    """Return gaits spread evenly over the box of the candidates: Halton's points."""
-    ends = (
+    """Return gaits spread evenly over the box of the candidates, by Halton's points."""
+    ranges = (
         (space.low[0], space.high[0]),
         *((levels[0], levels[-1]) for levels in (AMPLITUDES, LAGS, FINS, biases)),
     )
     points = (
-        [low + _halton(k, base) * (high - low) for (low, high), base in zip(ends, (2, 3, 5, 7, 11), strict=True)]
+        [low + _halton(k, base) * (high - low) for (low, high), base in zip(ranges, (2, 3, 5, 7, 11), strict=True)]
         for k in range(1, count + 1)
     )
     return _unique(gait_of_shares(space, robot, *point) for point in points)
 
 
 def speeds_of(speeds: Array) -> list[float]:
-    """Return speeds from half the slowest to half more than the fastest of the gaits' speeds [m/s]."""
+    """Return four speeds from half the slowest to half more than the fastest of gaits' speeds [m/s]."""
     return [round(float(u), 3) for u in np.geomspace(0.5 * speeds.min(), 1.5 * speeds.max(), 4)]
 
 
 def bias_ends(space: DesignSpace, robot: Robot) -> Array:
     """Return the larger bound (groups,) of each joint group's bias [rad]."""
-    low, high = (ends[1:].reshape(-1, len(robot.joints))[2] for ends in (space.low, space.high))
+    low, high = (bounds[1:].reshape(-1, len(robot.joints))[2] for bounds in (space.low, space.high))
     return np.asarray(np.where(np.abs(low).max() > np.abs(high).max(), low, high))
 
 
@@ -218,25 +218,25 @@ def gait_of_shares(
     low, high = space.low[1:].reshape(-1, groups), space.high[1:].reshape(-1, groups)
     share = np.full(groups, amplitude)
     share[-1] *= fin if groups > 1 else 1.0
-    bend = np.clip(share * high[0], low[0], high[0])
-    last = low[1][-1] + lag * (high[1][-1] - low[1][-1])
+    amplitudes = np.clip(share * high[0], low[0], high[0])
+    last_phase = low[1][-1] + lag * (high[1][-1] - low[1][-1])
     phase = np.clip(
-        last * np.linspace(0, 1, groups) if groups > 1 else low[1], low[1], high[1]
+        last_phase * np.linspace(0, 1, groups) if groups > 1 else low[1], low[1], high[1]
     )  # a wave toward the tail
-    rest = np.clip(bias * bias_ends(space, robot), low[2], high[2])
-    degrees = [np.round(np.degrees(row), 1).tolist() for row in (bend, phase, rest)]
+    bias_angles = np.clip(bias * bias_ends(space, robot), low[2], high[2])
+    degrees = [np.round(np.degrees(row), 1).tolist() for row in (amplitudes, phase, bias_angles)]
     return Gait.from_degrees(
         frequency=float(f"{frequency:.3g}"), amplitude=degrees[0], phase=degrees[1], bias=degrees[2]
     )
 
 
 def _unique(gaits: Any) -> list[Gait]:
-    """Return the gaits that differ, in their order: a robot of one joint group has no lag."""
+    """Return the gaits without repeats, in their order: a robot of one joint group has no lag."""
     return list({gait.values.tobytes(): gait for gait in gaits}.values())
 
 
 def _halton(k: int, base: int) -> float:
-    """Return number k of the van der Corput sequence in a base."""
+    """Return the k-th number of the van der Corput sequence in a base [1]."""
     share, value = 1.0, 0.0
     while k:
         share, (k, digit) = share / base, divmod(k, base)

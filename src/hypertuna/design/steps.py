@@ -21,7 +21,7 @@ DRIFTS = 3.0  # standard deviations of a slope
 
 @dataclass(frozen=True)
 class Step:
-    """One run that was told: what was predicted before it, and what was known after it."""
+    """One measured run: its prediction before it, and what was known after it."""
 
     results: tuple[Measurement, ...]
     predicted: tuple[tuple[float, float], ...]  # of each result: log value, its standard deviation with noise
@@ -31,54 +31,54 @@ class Step:
 
     @property
     def run(self) -> TankRun:
-        """The run."""
+        """The run of the step."""
         return self.results[0].run
 
     @property
     def off(self) -> float:
         """Largest distance of a measurement from its prediction, in standard deviations."""
         pairs = zip(self.results, self.predicted, strict=True)
-        return max((abs(math.log(one.value) - mean) / sd for one, (mean, sd) in pairs if sd > 0), default=math.nan)
+        return max((abs(math.log(r.value) - mean) / sd for r, (mean, sd) in pairs if sd > 0), default=math.nan)
 
 
 def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence[TankRun], never: Array) -> list[str]:
-    """Return sentences on what the runs cannot tell, or tell against the model."""
-    found = []
+    """Return warnings: what the runs cannot tell, and what contradicts the model."""
+    warnings = []
     if shared := shared_frequency([*(step.run for step in steps), *next_runs]):
-        found.append(
+        warnings.append(
             f"{shared[1]} of {len(steps) + len(next_runs)} runs beat at {shared[0]:g} Hz: what the model misses at "
             "other frequencies stays unseen; exchange one of them."
         )
     if len(steps) >= CHECK and (check := steps[len(steps) // CHECK * CHECK - 1]).off > MISSED:
-        found.append(
+        warnings.append(
             f"The check of {check.run} was {check.off:.1f} standard deviations from its prediction: the "
             "model misses something there. Repeat the run, and measure more gaits like it."
         )
     for sentence in (_repeats(posterior.results), _drift(posterior)):
-        found += [sentence] if sentence else []
+        warnings += [sentence] if sentence else []
     if posterior.day:
-        found.append(f"Days differ by {100 * posterior.day:.1f} %: begin each day with a repeat.")
-    known = [one.scale == "log" for one in posterior.unknowns.free]
-    size = np.where(known, 1.0, np.maximum(np.abs(posterior.unknowns.mean), 1e-12))
+        warnings.append(f"Days differ by {100 * posterior.day:.1f} %: begin each day with a repeat.")
+    logarithmic = [coefficient.scale == "log" for coefficient in posterior.unknowns.free]
+    size = np.where(logarithmic, 1.0, np.maximum(np.abs(posterior.unknowns.mean), 1e-12))
     prior, never = posterior.unknowns.sd / size, never / size
-    blind = [k for k in np.argsort(-never / prior) if never[k] > max(NEVER * prior[k], OPEN)]
-    if blind:
+    undetermined = [k for k in np.argsort(-never / prior) if never[k] > max(NEVER * prior[k], OPEN)]
+    if undetermined:
         names = posterior.unknowns.names
-        each = ", ".join(f"{names[k]} {never[k]:.2f} of {prior[k]:.2f}" for k in blind[:NAMED])
-        rest = f" and {len(blind) - NAMED} more" if len(blind) > NAMED else ""
-        found.append(
+        remaining = ", ".join(f"{names[k]} {never[k]:.2f} of {prior[k]:.2f}" for k in undetermined[:NAMED])
+        more = f" and {len(undetermined) - NAMED} more" if len(undetermined) > NAMED else ""
+        warnings.append(
             "No run in this tank tells much of some coefficients: of the relative standard deviations of their priors "
-            f"remain {each}{rest}."
+            f"remain {remaining}{more}."
         )
-    return found
+    return warnings
 
 
 def _repeats(results: Sequence[Measurement]) -> str:
-    """Return a sentence if repeats of a day differ by more than their noise."""
+    """Return a warning if repeats of a day differ by more than their noise, else an empty text."""
     ratios = [
-        math.log(one.value / other.value) ** 2 / (one.noise**2 + other.noise**2)
-        for one, other in combinations(results, 2)
-        if (one.run, one.quantity, one.day) == (other.run, other.quantity, other.day)
+        math.log(first.value / second.value) ** 2 / (first.noise**2 + second.noise**2)
+        for first, second in combinations(results, 2)
+        if (first.run, first.quantity, first.day) == (second.run, second.quantity, second.day)
     ]
     ratio = math.sqrt(sum(ratios) / len(ratios)) if ratios else 0.0
     if ratio <= LOOSE:
@@ -87,18 +87,18 @@ def _repeats(results: Sequence[Measurement]) -> str:
 
 
 def _drift(posterior: Posterior) -> str:
-    """Return a sentence if the results of a day drift with their order."""
+    """Return a warning if the results of a day drift with their order, else an empty text."""
     results = posterior.results
     if len(results) < CHECK:
         return ""
     mean, _ = posterior.predict(posterior.rows)
-    residuals = np.log([one.value for one in results]) - mean
-    weights = np.array([one.noise**-2 for one in results])
-    days = [one.day for one in results]
+    residuals = np.log([result.value for result in results]) - mean
+    weights = np.array([result.noise**-2 for result in results])
+    days = [result.day for result in results]
     order = np.array([days[:k].count(day) for k, day in enumerate(days)], dtype=float)
     for day in set(days):
-        own = np.array([other == day for other in days])
-        order[own] -= np.average(order[own], weights=weights[own])
+        same_day = np.array([other == day for other in days])
+        order[same_day] -= np.average(order[same_day], weights=weights[same_day])
     information = float(weights @ order**2)
     if not information:
         return ""

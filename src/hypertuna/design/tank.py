@@ -48,7 +48,7 @@ LEAST = 1.1  # of the standard deviation that all runs together would leave
 
 @dataclass(frozen=True)
 class Choice:
-    """A run to make, and what it is expected to narrow."""
+    """A run to make next, with its expected results and what it narrows."""
 
     name: str
     run: TankRun
@@ -60,7 +60,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class NextRuns(Plotted, Tabular):
-    """The next runs of a design, and how it has gone so far."""
+    """The next runs of a design, and the steps so far."""
 
     robot: Robot
     want: str
@@ -76,7 +76,7 @@ class NextRuns(Plotted, Tabular):
 
     @property
     def subject(self) -> str:
-        """What is to be known of the target gaits."""
+        """The quantity of the target gaits that is to be known, in words."""
         return (WISHES[self.want] or "speed").replace("_", " ")
 
 
@@ -130,31 +130,31 @@ class TankDesign(TankState):
         options: dict[str, Any] | None = None
         if robot is not None:
             has = {"tow": tow, "hold": hold, "glide": glide}
-            rest = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
-            options = {"robot": robot_of(robot).document()} | rest | has
+            wishes = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
+            options = {"robot": robot_of(robot).document()} | wishes | has
         self.steps: list[Step] = []
         super().__init__(path, options)
 
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up unknowns, candidates and targets."""
+        """Set up unknowns, candidates and targets from the options of the file; return the robot."""
         self.want, self.width = check_name(options["want"], WISHES, "want", "wish"), float(options["width"])
         WIDTH.check(self.width, "width", "give the half width of the prediction, such as 0.03")
-        fish = parse(options["robot"], file=str(path or "robot"))
-        self.unknowns = unknowns_of(fish, options["prior"] or None)
+        robot = parse(options["robot"], file=str(path or "robot"))
+        self.unknowns = unknowns_of(robot, options["prior"] or None)
         self._choose_from(options)
-        return fish
+        return robot
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
-        """Take a step of the journal."""
+        """Add the step of a record of the journal."""
         self.steps.append(_step_of(record, place))
 
     @cached_property
     def posterior(self) -> Posterior:
-        """What is known after the runs."""
+        """Posterior after the runs."""
         return infer(self.unknowns, self.results)
 
     def _choose_from(self, options: Mapping[str, Any]) -> None:
-        """Lay out candidates and targets; gaits that the model does not swim forward are none."""
+        """Set candidates and targets, without gaits that the model does not swim forward."""
         robot = self.unknowns.robot
         space = gait_bounds(robot, {name: tuple(ends) for name, ends in options["bounds"].items()})
         target, turns = WISHES[self.want] or "speed", self.want == "turn"
@@ -165,16 +165,16 @@ class TankDesign(TankState):
             )
             raise InputError(rule, file=robot.file, key="gait_bounds.bias_deg", value="0", fix=fix)
         gaits = swims(candidate_gaits(space, robot, (0.0, *BIASES) if turns else (0.0,)))
-        aims = swims(target_gaits(space, robot, TARGETS, BIASES if turns else (0.0,)))
-        rows = [Row(run, "speed") for run in gaits] + [Row(run, target) for run in aims]
-        there = predict(self.unknowns, self.unknowns.mean, rows).log
-        sound = np.isfinite(there)
-        self.candidates = [run for run, good in zip(gaits, sound, strict=False) if good]
-        self.targets = [row for row, good in zip(rows[len(gaits) :], sound[len(gaits) :], strict=True) if good]
+        target_runs = swims(target_gaits(space, robot, TARGETS, BIASES if turns else (0.0,)))
+        rows = [Row(run, "speed") for run in gaits] + [Row(run, target) for run in target_runs]
+        logs = predict(self.unknowns, self.unknowns.mean, rows).log
+        finite = np.isfinite(logs)
+        self.candidates = [run for run, good in zip(gaits, finite, strict=False) if good]
+        self.targets = [row for row, good in zip(rows[len(gaits) :], finite[len(gaits) :], strict=True) if good]
         if not self.candidates or not self.targets:
             rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
             raise InputError(rule, key="the range of gaits", value="none", fix=fix)
-        speeds = speeds_of(np.exp(there[: len(gaits)][sound[: len(gaits)]]))
+        speeds = speeds_of(np.exp(logs[: len(gaits)][finite[: len(gaits)]]))
         swum = [run.gait for run in self.candidates if run.gait is not None]
         for kind in RUN_KINDS.values():
             if kind.needs and options[kind.needs]:
@@ -198,19 +198,19 @@ class TankDesign(TankState):
         NextRuns
         """
         RUNS.check(count, "runs", "ask again after the first runs")
-        plan, width = (
+        design_now, width = (
             design(self.posterior, self.want, self.candidates, self.targets),
             half_width(self.posterior, self.targets),
         )
-        never, choices = plan.never(), []
-        stop = self._stop(width, plan, never)
+        never, choices = design_now.never(), []
+        stop = self._stop(width, design_now, never)
         for k in range(len(self.steps), len(self.steps) + (0 if stop else count)):
             check = (k + 1) % CHECK == 0
-            run = plan.farthest() if check else plan.best()
-            why = "check" if check else "repeat" if run in plan.made else "narrows"
-            after = plan.after([run])
-            choices.append(self._choice(f"run-{k + 1:02d}", run, why, plan, after))
-            plan = after
+            run = design_now.farthest() if check else design_now.best()
+            why = "check" if check else "repeat" if run in design_now.made else "narrows"
+            design_after = design_now.after([run])
+            choices.append(self._choice(f"run-{k + 1:02d}", run, why, design_now, design_after))
+            design_now = design_after
         warnings = warnings_of(self.posterior, self.steps, [choice.run for choice in choices], never)
         sd, robot = self.posterior.coefficients[1], self.unknowns.robot
         unknowns, steps = self.unknowns, tuple(self.steps)
@@ -228,11 +228,11 @@ class TankDesign(TankState):
         day : str
             Name of the day, whose runs share an offset.
         """
-        results = [one for trial in trials for one in measurements(trial, day)]
+        results = [result for trial in trials for result in measurements(trial, day)]
         if not results:
             raise InputError("must have at least one result", key="tell", value="none", fix="give the measured values")
         infer(self.unknowns, [*self.results, *results])
-        for _, group in groupby(results, key=lambda one: (one.run, one.name)):
+        for _, group in groupby(results, key=lambda result: (result.run, result.name)):
             step, posterior = self._made(tuple(group))
             self._journal.append(_record_of(step))
             self.steps.append(step)
@@ -240,15 +240,15 @@ class TankDesign(TankState):
 
     def _made(self, results: tuple[Measurement, ...]) -> tuple[Step, Posterior]:
         """Return the step of a run, and the posterior after it."""
-        mean, sd = self.posterior.predict([Row(one.run, one.quantity) for one in results])
-        spread = np.hypot(sd, [math.hypot(one.noise, self.posterior.day) for one in results])
+        mean, sd = self.posterior.predict([Row(result.run, result.quantity) for result in results])
+        spread = np.hypot(sd, [math.hypot(result.noise, self.posterior.day) for result in results])
         after = infer(self.unknowns, [*self.results, *results])
         predicted = tuple(zip(mean.tolist(), spread.tolist(), strict=True))
         sds = tuple(after.coefficients[1].tolist())
         return Step(results, predicted, half_width(after, self.targets), sds, after.size), after
 
     def _choice(self, name: str, run: TankRun, why: str, plan: Design, after: Design) -> Choice:
-        """Return a choice with what is expected of it."""
+        """Return a choice of a run, with its expected results and what it narrows."""
         rows = [Row(run, plan.rows[k].quantity) for k in plan.places[run]]
         mean, sd = self.posterior.predict(rows)
         expected = {row.quantity: (math.exp(m), NORMAL * s) for row, m, s in zip(rows, mean, sd, strict=True)}
@@ -257,37 +257,37 @@ class TankDesign(TankState):
         return Choice(name, run, why, expected, NORMAL * after.width(), narrowed)
 
     def _stop(self, width: float, plan: Design, never: Array) -> str:
-        """Return why the design is complete, nothing while it goes on: narrow enough, and the last check held."""
+        """Return why the design is complete, empty if it is not: narrow enough, and the last check agreed."""
         checks = self.steps[CHECK - 1 :: CHECK]
         if not checks or checks[-1].off > MISSED:
             return ""
         if self.want == "coefficients":
-            known = np.all(plan.sd() <= LEAST * never)
-            return "Complete: no run in this tank narrows a coefficient much further." if known else ""
-        met = f"Complete: the {self.targets[0].quantity.replace('_', ' ')} of the target gaits is known within"
-        return f"{met} {100 * width:.2g} %, and the last check held." if width <= self.width else ""
+            all_known = np.all(plan.sd() <= LEAST * never)
+            return "Complete: no run in this tank narrows a coefficient much further." if all_known else ""
+        sentence = f"Complete: the {self.targets[0].quantity.replace('_', ' ')} of the target gaits is known within"
+        return f"{sentence} {100 * width:.2g} %, and the last check held." if width <= self.width else ""
 
 
 def half_width(posterior: Posterior, targets: Sequence[Row]) -> float:
-    """Return the half width of the 95 % interval of the targets' logarithm, rms."""
+    """Return the rms half width of the 95 % intervals of the targets' logarithms."""
     return NORMAL * float(np.sqrt(np.mean(posterior.predict(targets)[1] ** 2)))
 
 
 def _record_of(step: Step) -> dict[str, Any]:
     """Return a step as a record of the journal."""
-    told = [
-        {"name": one.name, "quantity": one.quantity, "value": one.value, "sd": one.sd, "day": one.day}
-        for one in step.results
+    measured = [
+        {"name": result.name, "quantity": result.quantity, "value": result.value, "sd": result.sd, "day": result.day}
+        for result in step.results
     ]
-    rest = {name: getattr(step, name) for name in ("predicted", "half_width", "sd", "discrepancy")}
-    return {"run": run_record(step.run), "told": told} | rest
+    state = {name: getattr(step, name) for name in ("predicted", "half_width", "sd", "discrepancy")}
+    return {"run": run_record(step.run), "told": measured} | state
 
 
 def _step_of(record: Mapping[str, Any], place: str) -> Step:
-    """Return the step of a record of the journal."""
+    """Return the step that a record of the journal describes; `place` names it in errors."""
     try:
         run = run_of(record["run"])
-        results = tuple(Measurement(run, **told) for told in record["told"])
+        results = tuple(Measurement(run, **values) for values in record["told"])
         predicted = tuple((float(mean), float(sd)) for mean, sd in record["predicted"])
         sds = tuple(float(sd) for sd in record["sd"])
         return Step(results, predicted, float(record["half_width"]), sds, float(record["discrepancy"]))

@@ -16,7 +16,7 @@ from hypertuna.identification.names import NUISANCES, Names, prior_factor
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Unknown coefficients of a robot with their normal prior, each in its scale."""
+    """Unknown coefficients of a robot with their normal prior, each in its own scale, log or natural."""
 
     robot: Robot
     free: tuple[Free, ...]
@@ -25,7 +25,7 @@ class Unknowns:
 
     @property
     def sd(self) -> Array:
-        """Standard deviations (n,) of the prior: of log values, or [SI] of natural ones."""
+        """Standard deviations (n,) of the prior: of logarithms, or [SI] of coefficients in natural scale."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -41,21 +41,21 @@ def unknowns_of(robot: Robot, prior: Mapping[str, float] | None = None) -> Unkno
     """
     if prior is not None:
         frees = free(robot, list(prior), prior=prior)
-        mean, sd = np.log([one.prior for one in frees if one.prior is not None]).T
+        mean, sd = np.log([c.prior for c in frees if c.prior is not None]).T
         return Unknowns(robot, frees, mean, np.diag(sd**2))
-    fitted, block = _fitted(robot)
-    known = [(one, prior_factor(robot, one.column)) for one in fixed_coefficients(robot, fitted) if one.common]
-    held = {replace(one, scale="log", lower=one.upper * 10.0**-LOG_DECADES): factor for one, factor in known if factor}
-    frees = (*fitted, *held)
+    fitted, fit_covariance = _fitted(robot)
+    by_factor = [(c, prior_factor(robot, c.column)) for c in fixed_coefficients(robot, fitted) if c.common]
+    others = {replace(c, scale="log", lower=c.upper * 10.0**-LOG_DECADES): factor for c, factor in by_factor if factor}
+    frees = (*fitted, *others)
     if not frees:
         rule, fix = "must have coefficients that are not known", "give --prior NAME=FACTOR"
         raise InputError(rule, file=robot.file, key="unknowns", fix=fix)
     covariance = np.zeros((len(frees), len(frees)))
-    covariance[: len(fitted), : len(fitted)] = block
+    covariance[: len(fitted), : len(fitted)] = fit_covariance
     covariance[range(len(fitted), len(frees)), range(len(fitted), len(frees))] = [
-        math.log(factor) ** 2 for factor in held.values()
+        math.log(factor) ** 2 for factor in others.values()
     ]
-    return Unknowns(robot, frees, to_scale(frees, [one.start for one in frees]), covariance)
+    return Unknowns(robot, frees, to_scale(frees, [c.start for c in frees]), covariance)
 
 
 def _fitted(robot: Robot) -> tuple[Sequence[Free], Array]:
@@ -63,8 +63,8 @@ def _fitted(robot: Robot) -> tuple[Sequence[Free], Array]:
     fit = robot.fit
     if fit is None:
         return (), np.zeros((0, 0))
-    kept = [k for k, name in enumerate(fit.names) if name.partition("[")[0] not in NUISANCES]
-    for k in kept:
+    indices = [k for k, name in enumerate(fit.names) if name.partition("[")[0] not in NUISANCES]
+    for k in indices:
         Names(robot).resolve(fit.names[k], "fit.names")
-    frees = [Free(fit.names[k], fit.lower[k], fit.upper[k], fit.value[k], fit.scale[k]) for k in kept]
-    return tuple(frees), np.array(fit.covariance)[np.ix_(kept, kept)]
+    frees = [Free(fit.names[k], fit.lower[k], fit.upper[k], fit.value[k], fit.scale[k]) for k in indices]
+    return tuple(frees), np.array(fit.covariance)[np.ix_(indices, indices)]

@@ -109,22 +109,22 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
 
 
 def fmu_binaries(fmi: int) -> dict[str, Path]:
-    """Return the binaries that were built, by platform."""
+    """Return the paths of the binaries that were built, by platform."""
     try:
         folder = shipped(BINARIES)
     except StopIteration:
         folder = Path(BINARIES)
     paths = {platform: folder / platform / f"fmi{fmi}{SUFFIXES[platform.partition('-')[2]]}" for platform in PLATFORMS}
-    found = {platform: path for platform, path in paths.items() if path.is_file()}
-    if not found:
+    built = {platform: path for platform, path in paths.items() if path.is_file()}
+    if not built:
         fix = "run `make fmu` in a clone of hypertuna, or install a wheel that has them"
         raise InputError("must have a binary of one platform", key=f"{BINARIES} for FMI {fmi}", value="none", fix=fix)
     newest = max((file.stat().st_mtime for file in _sources()), default=0.0)
-    if old := [platform for platform, path in found.items() if path.stat().st_mtime < newest]:
+    if old := [platform for platform, path in built.items() if path.stat().st_mtime < newest]:
         fix = f"run `make fmu FMU_PLATFORMS='{' '.join(old)}'`, or remove the folders of platforms that you do not need"
         rule = "must not be older than its sources, core/include and hosts"
-        raise InputError(rule, file=str(found[old[0]]), value="older", fix=fix)
-    return found
+        raise InputError(rule, file=str(built[old[0]]), value="older", fix=fix)
+    return built
 
 
 def _sources() -> Iterator[Path]:
@@ -136,54 +136,54 @@ def _sources() -> Iterator[Path]:
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:
     """Return an archive of files that depends on nothing but their content."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.create_system, entry.compress_type = 3, zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, content)
-    return out.getvalue()
+    return buffer.getvalue()
 
 
 def _description(facts: Mapping[str, Any], table: list[Variable], fmi: int) -> str:
-    """Return modelDescription.xml."""
+    """Return the text of modelDescription.xml."""
     token = "guid" if fmi == 2 else "instantiationToken"
     root = ElementTree.Element("fmiModelDescription", fmiVersion=f"{fmi}.0", modelName=facts["name"])
     root.set(token, facts["token"])
     root.set("version", version())
     root.set("generationTool", f"hypertuna {version()}")
     root.set("variableNamingConvention", "flat")
-    able = {"canHandleVariableCommunicationStepSize": True, "canBeInstantiatedOnlyOncePerProcess": False}
+    flags = {"canHandleVariableCommunicationStepSize": True, "canBeInstantiatedOnlyOncePerProcess": False}
     if fmi == 2:
-        able |= dict.fromkeys(("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate"), True)
-        able |= {"canSerializeFMUstate": True}
+        flags |= dict.fromkeys(("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate"), True)
+        flags |= {"canSerializeFMUstate": True}
     else:
-        able |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True, "fixedInternalStepSize": facts["tick"]}
-    add(root, "CoSimulation", modelIdentifier=facts["identifier"], **able)
+        flags |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True, "fixedInternalStepSize": facts["tick"]}
+    add(root, "CoSimulation", modelIdentifier=facts["identifier"], **flags)
     _units(root, {variable.unit for variable in table})
     add(add(root, "LogCategories"), "Category", name="logStatusError")
     add(root, "DefaultExperiment", startTime=0, stopTime=20, stepSize=facts["tick"])
-    listed = add(root, "ModelVariables")
+    parent = add(root, "ModelVariables")
     for reference, variable in enumerate(table):
-        _variable(listed, reference, variable, fmi)
+        _variable(parent, reference, variable, fmi)
     _structure(add(root, "ModelStructure"), table, fmi)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + document(root)
 
 
 def _units(root: Element, used: Iterable[str]) -> None:
     """Add the units that are used, with degrees to show radians in."""
-    listed = add(root, "UnitDefinitions")
-    for name, base in (UNITS[unit] for unit in UNITS if unit in used):
-        unit = add(listed, "Unit", name=name)
-        add(unit, "BaseUnit", **base)
+    parent = add(root, "UnitDefinitions")
+    for name, exponents in (UNITS[unit] for unit in UNITS if unit in used):
+        unit = add(parent, "Unit", name=name)
+        add(unit, "BaseUnit", **exponents)
         if name == "rad":
             add(unit, "DisplayUnit", name="deg", factor=DEGREE)
 
 
 def _variable(parent: Element, reference: int, variable: Variable, fmi: int) -> None:
-    """Add a variable."""
-    about: dict[str, Any] = {
+    """Add the element of a variable."""
+    attributes: dict[str, Any] = {
         "name": variable.name,
         "valueReference": reference,
         "description": variable.description,
@@ -191,16 +191,16 @@ def _variable(parent: Element, reference: int, variable: Variable, fmi: int) -> 
         "variability": variable.variability,
     }
     if variable.causality == "output" and fmi == 2:
-        about["initial"] = "calculated"
-    typed: dict[str, Any] = dict(_typed(variable))
+        attributes["initial"] = "calculated"
+    by_type: dict[str, Any] = dict(_type_attributes(variable))
     if fmi == 2:
-        add(add(parent, "ScalarVariable", **about), variable.type, **typed)
+        add(add(parent, "ScalarVariable", **attributes), variable.type, **by_type)
     else:
-        add(parent, TYPES[variable.type], **about, **typed)
+        add(parent, TYPES[variable.type], **attributes, **by_type)
 
 
-def _typed(variable: Variable) -> Iterator[tuple[str, Any]]:
-    """Yield what depends on a variable's type."""
+def _type_attributes(variable: Variable) -> Iterator[tuple[str, Any]]:
+    """Yield the attributes of a variable that depend on its type: unit, range and start."""
     if variable.unit in UNITS:
         yield "unit", UNITS[variable.unit][0]
     for key, value in (("min", variable.low), ("max", variable.high)):
@@ -214,10 +214,10 @@ def _structure(parent: Element, table: list[Variable], fmi: int) -> None:
     """Add the outputs. None depends on an input at once: an input acts from the next control tick on."""
     outputs = [k for k, variable in enumerate(table) if variable.causality == "output"]
     if fmi == 2:
-        listed, first = add(parent, "Outputs"), add(parent, "InitialUnknowns")
+        declared, initial = add(parent, "Outputs"), add(parent, "InitialUnknowns")
         for k in outputs:
-            add(listed, "Unknown", index=k + 1, dependencies="")
-            add(first, "Unknown", index=k + 1)
+            add(declared, "Unknown", index=k + 1, dependencies="")
+            add(initial, "Unknown", index=k + 1)
         return
     for k in outputs:
         add(parent, "Output", valueReference=k, dependencies="")

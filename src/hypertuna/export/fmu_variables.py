@@ -25,7 +25,7 @@ MIRRORED = {"speed": "surge"}  # columns with the opposite sign in the core
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable; `line` is what the binary reads of it."""
+    """A variable of an FMU; `line` describes it in the file that the binary reads."""
 
     name: str
     causality: str  # input, parameter, output, independent
@@ -45,7 +45,7 @@ def variables(robot: Robot, kind: str, *, sea: bool, pilot: bool) -> list[Variab
     pilot = pilot and sea
     inputs = _command(robot, sea, pilot=pilot) if kind == "twin" else _pulses(robot, sea)
     readings = _readings(robot, pilot=pilot) if kind == "plant" else ()
-    return [time, *inputs, *_parameters(sea), *readings, *_truth(robot, kind, sea)]
+    return [time, *inputs, *_parameters(sea), *readings, *_recorded_outputs(robot, kind, sea)]
 
 
 def _input(place: int, name: str, unit: str, description: str, start: float, low: float, high: float) -> Variable:
@@ -60,23 +60,23 @@ def _command(robot: Robot, sea: bool, *, pilot: bool) -> Iterator[Variable]:
     kinds = {"amplitude": "amplitude of the bend", "phase": "lag of the bend", "bias": "mean bend, counter-clockwise"}
     for k, (kind, text) in enumerate(kinds.items()):
         for g, group in enumerate(groups):
-            top = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
-            low = 0.0 if kind == "amplitude" else -top
-            yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, top)
-    place = 1 + 3 * len(groups)
+            high = 2 * math.pi if kind == "phase" else limits["amplitude"][g]
+            low = 0.0 if kind == "amplitude" else -high
+            yield _input(1 + k * len(groups) + g, f"{kind}_{group}", "rad", f"{text} of joint {group}", 0.0, low, high)
+    index = 1 + 3 * len(groups)
     if sea:
-        top = limits["fin_max"][0]
+        high = limits["fin_max"][0]
         for k, side in enumerate(LABELS["side"]):
             text = f"angle of the {side} fin, leading edge up"
-            yield _input(place + k, f"fin_command_{side}", "rad", text, 0.0, -top, top)
+            yield _input(index + k, f"fin_command_{side}", "rad", text, 0.0, -high, high)
     text = "whether the tail beats; otherwise it rests"
-    yield Variable("armed", "input", "1", text, f"b input {place + 2} 1", "discrete", "Boolean", 1.0)
+    yield Variable("armed", "input", "1", text, f"b input {index + 2} 1", "discrete", "Boolean", 1.0)
     if pilot:
         text = "whether the pilot sets biases and fins, toward depth_command and heading_command"
-        yield Variable("steered", "input", "1", text, f"b input {place + 3} 0", "discrete", "Boolean", 0.0)
+        yield Variable("steered", "input", "1", text, f"b input {index + 3} 0", "discrete", "Boolean", 0.0)
         deepest = sensor_range(robot, "depth")[1]
-        yield _input(place + 4, "depth_command", "m", "depth of the nose to hold, with steered", 2.0, 0.0, deepest)
-        text, line = "heading to hold, clockwise from north, with steered", f"r input {place + 5} 0"
+        yield _input(index + 4, "depth_command", "m", "depth of the nose to hold, with steered", 2.0, 0.0, deepest)
+        text, line = "heading to hold, clockwise from north, with steered", f"r input {index + 5} 0"
         yield Variable("heading_command", "input", "rad", text, line, start=0.0)
 
 
@@ -84,50 +84,50 @@ def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:
     """Yield the inputs of the plant: a pulse for each servo."""
     limits, names = controller_of(robot), drive_names(robot)
     center, low, high = (limits[f"pulse_{name}"][0] for name in ("center", "min", "max"))
-    for place, name in enumerate((*names, *(f"fin-{side}" for side in LABELS["side"] if sea))):
+    for index, name in enumerate((*names, *(f"fin-{side}" for side in LABELS["side"] if sea))):
         if name:
             text = f"pulse to servo {name}, held within its limits"
-            yield _input(place, f"pulse_command_{_word(name)}", "s", text, center, low, high)
+            yield _input(index, f"pulse_command_{_word(name)}", "s", text, center, low, high)
 
 
 def _parameters(sea: bool) -> Iterator[Variable]:
     """Yield the parameters: seed and start, which are fixed, and the current, which is tunable."""
     text = "seed of the sensors' errors"
     yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
-    of_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
+    at_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
     if sea:
-        of_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
-        of_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
-    for place, (name, unit, text, start) in enumerate(of_start, start=1):
+        at_start.append(("start_depth", "m", "depth of the nose at the start", 2.0))
+        at_start.append(("start_heading", "rad", "heading at the start, clockwise from north", 0.0))
+    for index, (name, unit, text, start) in enumerate(at_start, start=1):
         low = 0.0 if name == "start_depth" else None
-        yield Variable(name, "parameter", unit, text, f"r fixed {place} {start!r}", "fixed", start=start, low=low)
-    for place, toward in enumerate(("east", "north") if sea else (), start=4):
-        text, line = f"current of the water toward {toward}", f"r tunable {place} 0"
+        yield Variable(name, "parameter", unit, text, f"r fixed {index} {start!r}", "fixed", start=start, low=low)
+    for index, toward in enumerate(("east", "north") if sea else (), start=4):
+        text, line = f"current of the water toward {toward}", f"r tunable {index} 0"
         yield Variable(f"current_{toward}", "parameter", "m/s", text, line, "tunable", start=0.0)
 
 
 def _output(name: str, unit: str, description: str, column: str, place: int, factor: float = 1.0) -> Variable:
-    whole = name in ("status", "fixed")
-    line = f"{'i' if whole else 'r'} output {column} {place} {factor!r}"
-    variability, kind = ("discrete", "Integer") if whole else ("continuous", "Real")
+    integer = name in ("status", "fixed")
+    line = f"{'i' if integer else 'r'} output {column} {place} {factor!r}"
+    variability, kind = ("discrete", "Integer") if integer else ("continuous", "Real")
     return Variable(name, "output", unit, description, line, variability, kind)
 
 
 def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
-    """Yield what the sensors read: those of the controller, and of the pilot where the image has one."""
-    read = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
-    for channel in read:
-        for place, label in enumerate(_of_channel(robot, channel)):
+    """Yield the outputs of the sensors: the controller's, and the pilot's where the image has one."""
+    channels = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
+    for channel in channels:
+        for index, label in enumerate(_channel_labels(robot, channel)):
             if label is not None:
                 name = _joined(channel.column, label)
                 text = f"{_joined(channel.name, label, ' ')} {channel.meaning}"
-                yield _output(name, channel.unit, text, channel.column, place)
+                yield _output(name, channel.unit, text, channel.column, index)
     if pilot:
         yield _output("fixed", "1", "1 where the satellite receiver has a fix in this tick", "fixed", 0)
 
 
-def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
-    """Name the places of a channel; None where the robot has no sensor."""
+def _channel_labels(robot: Robot, channel: Channel) -> list[str | None]:
+    """Return the labels of a channel's sensors; None where the robot has none."""
     if channel.per == "joint":
         return [group.name if group.drive.oil else None for group in robot.joints]
     if channel.per == "circuit":
@@ -136,8 +136,8 @@ def _of_channel(robot: Robot, channel: Channel) -> list[str | None]:
     return [axis if channel.size > 1 else "" for axis in axes[: channel.size]]
 
 
-def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
-    """Yield what the record of the twin has."""
+def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
+    """Yield the outputs that a twin records; without its controller's where the FMU is the plant alone."""
     left_out = (*OF_CONTROLLER, *OF_CONTROLLER_AT_SEA) if kind == "plant" else ()
     drives, oil = drive_names(robot), [group.drive.oil for group in robot.joints]
     places: dict[str, Any] = LABELS | {
@@ -149,16 +149,16 @@ def _truth(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
     for name, (dim, unit, text) in (SEA_VARIABLES if sea else VARIABLES).items():
         if name in left_out:
             continue
-        for place, label in enumerate(POSITION if name == "position" else places[dim]):
-            if (dim and not label) or (name == "angle_measured" and not oil[place]):
+        for index, label in enumerate(POSITION if name == "position" else places[dim]):
+            if (dim and not label) or (name == "angle_measured" and not oil[index]):
                 continue
             column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
-            yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, place, factor)
+            yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, index, factor)
     if sea:
         yield _output("speed", "m/s", "velocity of the nose through the water, ahead", "velocity", 0, -1.0)
         yield _output("depth", "m", "depth of the nose", "position", 2, -1.0)
-        for place, (name, text) in enumerate(ANGLES.items()):
-            yield _output(name, "rad", text, "angles", place)
+        for index, (name, text) in enumerate(ANGLES.items()):
+            yield _output(name, "rad", text, "angles", index)
 
 
 ANGLES = {
@@ -169,7 +169,7 @@ ANGLES = {
 
 
 def _joined(name: str, label: str, by: str = "_") -> str:
-    """Return a name with the label of a place."""
+    """Return a name joined with the label of one of its values, if that has one."""
     return f"{name}{by}{_word(label)}" if label else name
 
 

@@ -1,4 +1,4 @@
-"""What the water is to each link, asked of the core: inertia with added mass, and drag along and across."""
+"""Inertia with added mass, and drag along and across, of each link in water, as the core computes them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ PER_GROUP = ("bandwidth", "phase_offset")
 
 @dataclass(frozen=True)
 class LinkWater:
-    """A straight link alone in still water: no beating, no wake."""
+    """Inertia and drag of a straight link alone in still water: no beating, no wake."""
 
     inertia: Array  # (3, 3) along it, across it, turn, at its center of mass, with the link's own [kg, kg m, kg m^2]
     along: float  # kg/m: force along it per speed squared
@@ -26,27 +26,27 @@ class LinkWater:
 
 
 def links_water(robot: Robot) -> list[LinkWater]:
-    """Return what the robot's water law makes of each link."""
+    """Return inertia and drag of each link by the robot's water law."""
     columns = model_columns(robot, {})
-    return [_alone(robot, columns, i) for i in range(len(robot.links.name))]
+    return [_link_alone(robot, columns, i) for i in range(len(robot.links.name))]
 
 
-def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
-    """Ask the core about a body of this link alone."""
+def _link_alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
+    """Return inertia and drag of a body that is this link alone."""
     links = len(robot.links.name)
 
-    def own(name: str, value: Any) -> Any:
+    def pick(name: str, value: Any) -> Any:
         column = np.ravel(np.asarray(value, dtype=float))
         return column[link : link + 1] if name not in PER_GROUP and np.ndim(value) and len(column) == links else value
 
-    alone = {name: own(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
+    alone = {name: pick(name, value) for name, value in columns.items()} | {"joint_group": [-1], "joint_share": [0.0]}
     if "edge_aspect" in alone and link < links - 1:  # no tail fin, whose added mass has a place of its own
         alone["edge_aspect"] = 0.0
     # Backward, across, and turning: the tail fin pushes only along itself then. Twists of the nose.
     from_com = np.array([[1.0, 0, 0], [0, 1, -robot.links.com[link]], [0, 0, 1]])
-    slow = from_com.T
+    twists = from_com.T
     answer = _core.dynamics(
-        _core.Model(robot.model.water, alone), np.zeros((6, 1, 3)), np.concatenate([slow, 2 * slow])
+        _core.Model(robot.model.water, alone), np.zeros((6, 1, 3)), np.concatenate([twists, 2 * twists])
     )
     force = -answer["wrench"] @ from_com  # at the center of mass
     linear_and_square = np.array([np.diag(force[:3]), np.diag(force[3:])])  # b + a, 2 b + 4 a
@@ -55,7 +55,7 @@ def _alone(robot: Robot, columns: dict[str, Any], link: int) -> LinkWater:
 
 
 def lost_drag(robot: Robot) -> list[str]:
-    """List what the drag of the robot's law has beyond squares of the speeds along and across."""
+    """List the parts of the law's drag that are no squares of the speeds along and across, in words."""
     coefficients = getattr(robot.water, robot.model.water)
     parts = {
         "cross_flow": "cross flow in the drag: v_n |v_n| stands for v_n |v|",
@@ -67,7 +67,7 @@ def lost_drag(robot: Robot) -> list[str]:
 
 
 def balanced(moments: Sequence[float]) -> tuple[Array, Array]:
-    """Return moments of inertia (3,) that a rigid body can have, and the rest of `moments` [kg m^2].
+    """Return moments of inertia (3,) that a rigid body can have, and what `moments` have beyond them [kg m^2].
 
     No moment of a body exceeds the sum of the two others; a rod's about z beside an ellipsoid's about x and y may.
     """

@@ -89,9 +89,9 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
         require(robot.spatial, "spatial", robot)
         require(robot.fins, "fins", robot)
     root = ElementTree.Element("mujoco", model=robot.name)
-    about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
+    title = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
     option = {"timestep": TIMESTEP, "integrator": "RK4", "density": 0.0 if plugin else robot.water.density}
-    facts = [about, *_facts(robot, option, free=free)]
+    facts = [title, *_facts(robot, option, free=free)]
     root.append(notes(facts, losses(robot, plugin=plugin, free=free)))
     add(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true")
     add(root, "option", **option, gravity=(0, 0, -9.81))
@@ -103,8 +103,8 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
     _sensors(root, robot)
     custom = add(root, "custom")
     for name, gait in robot.gaits.items():
-        late = [group.phase_offset for group in robot.joints]
-        numbers = (gait.frequency, *gait.amplitude, *np.add(gait.phase, late), *gait.bias)
+        offsets = [group.phase_offset for group in robot.joints]
+        numbers = (gait.frequency, *gait.amplitude, *np.add(gait.phase, offsets), *gait.bias)
         add(custom, "numeric", name=name, data=numbers)
     check_names(robot, root.iter(), alike=False)
     return document(root)
@@ -126,38 +126,38 @@ def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
 
 
 def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
-    """List what of the robot's model does not survive."""
+    """List the parts of the robot's model that the file lacks, in words."""
     law = robot.model.water
-    lost = [
+    lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "current, waves and bottom",
         f"exact timing: the servos turn all joints {2000 * DAMPING / SERVO:.1f} ms late",
     ]
     if any(hinge.stop is not None for hinge in robot.hinges):
-        lost.append("stiffness and damping of the hinges' stops: MuJoCo's own limits of joints stand there")
+        lacking.append("stiffness and damping of the hinges' stops: MuJoCo's own limits of joints stand there")
     if any(hinge.cubic for hinge in robot.hinges):
-        lost.append("MuJoCo before 4, whose springs have no cubic term")
+        lacking.append("MuJoCo before 4, whose springs have no cubic term")
     if plugin:
-        lost.append("MJX and MuJoCo Warp, which run no engine plugins")
+        lacking.append("MJX and MuJoCo Warp, which run no engine plugins")
     if free:
-        return [*lost, "the pectoral servos' limit of rate"]
-    drawn = " (they are drawn only)" if robot.fins is not None else ""
-    lost.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn}")
+        return [*lacking, "the pectoral servos' limit of rate"]
+    drawn_only = " (they are drawn only)" if robot.fins is not None else ""
+    lacking.append(f"motion out of the plane: depth, roll, pitch, pectoral fins{drawn_only}")
     if plugin:
-        return lost
+        return lacking
     turning, along = excess(robot)
-    more = f"the boxes of water add {100 * turning:.2g} % to the drag of turning in place"
-    lost.append(f"rotation as free as in the water law: {more}")
+    detail = f"the boxes of water add {100 * turning:.2g} % to the drag of turning in place"
+    lacking.append(f"rotation as free as in the water law: {detail}")
     if along > NOTED:
-        more = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
-        lost.append(f"friction as low as in the water law: {more}")
-    more = f"its smallest boxes add {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} % along the robot"
-    lost.append(f"the same drag in MJX: {more}; MuJoCo Warp agrees with MuJoCo")
+        detail = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
+        lacking.append(f"friction as low as in the water law: {detail}")
+    detail = f"its smallest boxes add {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} % along the robot"
+    lacking.append(f"the same drag in MJX: {detail}; MuJoCo Warp agrees with MuJoCo")
     if law == "lumped":
-        return lost
-    lost.append(f"added mass across the links: the {law} law's is not alike in all directions")
-    lost.append("the tail fin's force, most of the thrust: without the plugin, speeds are too low")
-    return lost + lost_drag(robot)
+        return lacking
+    lacking.append(f"added mass across the links: the {law} law's is not alike in all directions")
+    lacking.append("the tail fin's force, most of the thrust: without the plugin, speeds are too low")
+    return lacking + lost_drag(robot)
 
 
 def _world(root: Element, robot: Robot, *, free: bool) -> Element:
@@ -170,7 +170,7 @@ def _world(root: Element, robot: Robot, *, free: bool) -> Element:
 
 
 def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
-    """Hang the links one behind the other."""
+    """Add the links, each as a body of the one ahead, with joints, masses and visible pieces."""
     links, waters = robot.links, links_water(robot)
     driven = {link for group in robot.joints for link in group.links}
     hinges = {hinge.link: hinge for hinge in robot.hinges}
@@ -202,12 +202,12 @@ def _hinge(body: Element, hinge: Hinge, name: str) -> None:
     """Add the passive hinge at the front of a link, in series with its joint."""
     spring = (hinge.stiffness, 0.0, hinge.cubic) if hinge.cubic else hinge.stiffness
     stops = {} if hinge.stop is None else {"range": (-hinge.stop, hinge.stop)}
-    about = {"axis": (0, 0, 1), "stiffness": spring, "springref": hinge.rest, "damping": hinge.damping}
-    add(body, "joint", name=f"hinge-{name}", **about, **stops)
+    attributes = {"axis": (0, 0, 1), "stiffness": spring, "springref": hinge.rest, "damping": hinge.damping}
+    add(body, "joint", name=f"hinge-{name}", **attributes, **stops)
 
 
 def _head(head: Element, robot: Robot, *, free: bool) -> None:
-    """Free the head, and put sites and a camera on it."""
+    """Add the joints that free the head, its sites and a camera."""
     if free:
         add(head, "freejoint", name="head")
     else:
@@ -251,24 +251,24 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
 
 def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
     """Return the rod and the plates of a link; together they have its mass, first and second moment."""
-    alike = float(min(water.inertia[0, 0], water.inertia[1, 1]))  # with the added mass alike in all directions
+    isotropic = float(min(water.inertia[0, 0], water.inertia[1, 1]))  # with the added mass alike in all directions
     com, turn = robot.links.com[i], float(water.inertia[2, 2])
-    for own in OWN_WATER:
-        mass = (1 - own) * robot.links.mass[i]
-        plates = [*_plates(robot, i, water, alike - mass)]
-        place = (alike * com - sum(plate.mass * plate.at for plate in plates)) / mass
-        rest = turn + alike * com**2 - mass * place**2
-        rest -= sum(plate.mass * plate.at**2 + plate.inertia[2] for plate in plates)
-        if rest > turn / 2:
+    for water_part in OWN_WATER:
+        mass = (1 - water_part) * robot.links.mass[i]
+        plates = [*_plates(robot, i, water, isotropic - mass)]
+        place = (isotropic * com - sum(plate.mass * plate.at for plate in plates)) / mass
+        rod_inertia = turn + isotropic * com**2 - mass * place**2
+        rod_inertia -= sum(plate.mass * plate.at**2 + plate.inertia[2] for plate in plates)
+        if rod_inertia > turn / 2:
             break
-    return [_Part(place, mass, (ROD * rest, rest, rest)), *plates]
+    return [_Part(place, mass, (ROD * rod_inertia, rod_inertia, rod_inertia)), *plates]
 
 
 def _points(robot: Robot, i: int) -> list[tuple[float, float]]:
     """Return where drag acts on a link: places behind its front joint [m], and their parts of the drag."""
     if robot.model.water == "lumped":
         return [(robot.links.com[i], 1.0)]
-    return [(robot.links.length[i] / 2 * (1 + at), part) for at, part in zip(POINTS, WEIGHTS, strict=True)]
+    return [(robot.links.length[i] / 2 * (1 + point), weight) for point, weight in zip(POINTS, WEIGHTS, strict=True)]
 
 
 def _plates(robot: Robot, i: int, water: LinkWater, wet: float) -> Iterator[_Part]:
@@ -277,19 +277,19 @@ def _plates(robot: Robot, i: int, water: LinkWater, wet: float) -> Iterator[_Par
         rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
         value = f"0 {'across' if water.along else 'along'} link {robot.links.name[i]}"
         raise InputError(rule, file=robot.file or None, key=f"water.{robot.model.water}", value=value, fix=fix)
-    thick = min(THICK * robot.body.length, math.sqrt(float(water.inertia[2, 2]) / wet))
-    for at, part in _points(robot, i):
-        along, across = (part * drag / (2 * robot.water.density) for drag in (water.along, water.across))  # m^2
-        about_z, about_x, about_y = _flat((1 - ALONG) * part * wet, thick, across)
-        plate = _Part(at, (1 - ALONG) * part * wet, (about_x, about_y, about_z))
+    half_width = min(THICK * robot.body.length, math.sqrt(float(water.inertia[2, 2]) / wet))
+    for place, share in _points(robot, i):
+        along, across = (share * drag / (2 * robot.water.density) for drag in (water.along, water.across))  # m^2
+        about_z, about_x, about_y = _plate_inertia((1 - ALONG) * share * wet, half_width, across)
+        plate = _Part(place, (1 - ALONG) * share * wet, (about_x, about_y, about_z))
         yield plate
         _, y, z = plate.half_sizes(SMALLEST)
         if along > y * z:
-            about_z, about_y, about_x = _flat(ALONG * part * wet, math.sqrt(along - y * z), along - y * z)
-            yield _Part(at, ALONG * part * wet, (about_x, about_y, about_z))
+            about_z, about_y, about_x = _plate_inertia(ALONG * share * wet, math.sqrt(along - y * z), along - y * z)
+            yield _Part(place, ALONG * share * wet, (about_x, about_y, about_z))
 
 
-def _flat(mass: float, half: float, area: float) -> tuple[float, float, float]:
+def _plate_inertia(mass: float, half: float, area: float) -> tuple[float, float, float]:
     """Return moments of inertia of a plate, about its height, its width and its normal [kg m^2].
 
     Half width and half height have a product `area` [m^2]. Sums and differences are exact in single precision.
@@ -303,16 +303,16 @@ def _flat(mass: float, half: float, area: float) -> tuple[float, float, float]:
 
 
 def excess(robot: Robot, smallest: float = SMALLEST) -> tuple[float, float]:
-    """Return what the boxes add to the drag of the straight robot, as parts of it: in turning in place, and along.
+    """Return the boxes' excess drag over the straight robot's, relative to it: in turning in place, and along.
 
     The robot turns about its center of mass. `smallest` [kg m^2] is the engine's.
     """
     links, turning, along, resisted, dragged = robot.links, 0.0, 0.0, 0.0, 0.0
     fronts = np.cumsum([0, *links.length[:-1]])
-    middle = np.dot(links.mass, fronts + links.com) / np.sum(links.mass)
+    com = np.dot(links.mass, fronts + links.com) / np.sum(links.mass)
     for i, water in enumerate(links_water(robot)):
-        for at, part in _points(robot, i):
-            turning += part * water.across / robot.water.density * abs(fronts[i] + at - middle) ** 3
+        for place, share in _points(robot, i):
+            turning += share * water.across / robot.water.density * abs(fronts[i] + place - com) ** 3
         along += water.along / (2 * robot.water.density)
         for plate in _parts(robot, i, water)[1:]:
             x, y, z = plate.half_sizes(smallest)
@@ -360,18 +360,18 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
     equality, tendon, actuator = (add(root, tag) for tag in ("equality", "tendon", "actuator"))
     for group in robot.joints:
         joints = [f"joint-{robot.links.name[link]}" for link in group.links]
-        square = sum(part * part for part in group.share)
+        squares = sum(part * part for part in group.share)
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
-            add(bend, "joint", joint=joint, coef=part / square)
-        lead, whole = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
+            add(bend, "joint", joint=joint, coef=part / squares)
+        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
         for joint, part in zip(joints, group.share, strict=True):
             if joint != lead:
-                add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / whole, 0, 0, 0))
+                add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))
         lag = {}
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
             lag = {"timeconst": 1 / (2 * math.pi * group.bandwidth)}
-        stiffness, damping = inertia * square * SERVO**2, 2 * DAMPING * inertia * square * SERVO
+        stiffness, damping = inertia * squares * SERVO**2, 2 * DAMPING * inertia * squares * SERVO
         add(actuator, "position", name=group.name, tendon=group.name, kp=stiffness, kv=damping, **lag)
     if free:
         add_fin_drives(actuator, robot, stiffness=inertia * SERVO**2, damping=2 * DAMPING * inertia * SERVO)

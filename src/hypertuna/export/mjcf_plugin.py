@@ -33,12 +33,12 @@ def add_plugin(root: Element, robot: Robot, *, free: bool) -> None:
 def add_link(body: Element, robot: Robot, i: int, *, free: bool) -> None:
     """Add a link's own mass and, in space, the head's fins, which stand right behind it."""
     links = robot.links
-    up = robot.spatial.com_height[i] if free and robot.spatial is not None else 0
-    fins = 2 * FIN_MASS if free and i == 0 else 0
+    height = robot.spatial.com_height[i] if free and robot.spatial is not None else 0
+    fin_share = 2 * FIN_MASS if free and i == 0 else 0
     inertia, _ = balanced(moments(robot, i))
     add(body, "plugin", instance="water")
-    add(body, "inertial", pos=(links.com[i], 0, up), mass=(1 - fins) * links.mass[i], diaginertia=inertia)
-    if fins:
+    add(body, "inertial", pos=(links.com[i], 0, height), mass=(1 - fin_share) * links.mass[i], diaginertia=inertia)
+    if fin_share:
         for side, name in ((-1, "port"), (1, "starboard")):
             _fin(body, robot, side, name)
 
@@ -56,6 +56,6 @@ def _fin(head: Element, robot: Robot, side: int, name: str) -> None:
     fins, mass = require(robot.fins, "fins", robot), FIN_MASS * robot.links.mass[0]
     body = add(head, "body", name=f"pectoral-{name}", pos=(fins.x, side * fins.y, fins.z))
     add(body, "plugin", instance="water")
-    small = mass * fins.span**2
-    add(body, "inertial", pos=(0, 0, 0), mass=mass, diaginertia=(small, small, small))
+    inertia = mass * fins.span**2
+    add(body, "inertial", pos=(0, 0, 0), mass=mass, diaginertia=(inertia, inertia, inertia))
     add(body, "joint", name=f"pectoral-{name}", axis=(0, 1, 0), armature=rotor(robot))

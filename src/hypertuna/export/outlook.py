@@ -1,4 +1,4 @@
-"""How an exported robot looks: convex pieces of each link, in its own axes."""
+"""Shape of an exported robot: convex pieces of each link, in its own axes."""
 
 import math
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ class Piece(NamedTuple):
 
 
 def sections(robot: Robot) -> tuple[Array, Array]:
-    """Return height and width of the section of each link, mean over it (links,) [m]; ellipses of neutral links."""
+    """Return mean height and width (links,) [m] of the links' sections: of [spatial], or ellipses of neutral links."""
     if robot.spatial is not None:
         return np.array(robot.spatial.height), np.array(robot.spatial.width)
     height = np.divide(robot.links.lateral_area, robot.links.length)
@@ -39,29 +39,29 @@ def pieces(robot: Robot) -> Iterator[Piece]:
     height, width = sections(robot)
     length, last = robot.links.length, len(robot.links.length) - 1
     soft = {link for group in robot.joints for link in group.links}
-    size, tall = robot.body.length, edge_height(robot) > height[-1]
+    body_length, has_tail_fin = robot.body.length, edge_height(robot) > height[-1]
     for i, long in enumerate(length):
         before, after = max(i - 1, 0), min(i + 1, last)
         ends = np.array([[height[before] + height[i], width[before] + width[i]],
                          [height[after] + height[i], width[after] + width[i]]]) / 2  # fmt: skip
         if i == last:
-            ends[1] = 0.35 * ends[0] if tall else (height[i], 2 * EDGE * size)
+            ends[1] = 0.35 * ends[0] if has_tail_fin else (height[i], 2 * EDGE * body_length)
         yield Piece(i, robot.links.name[i], SOFT if i in soft and i != last else SKIN, _loft(long, ends, head=i == 0))
-    if tall:
+    if has_tail_fin:
         long, half = length[-1], edge_height(robot) / 2
-        for name, up in (("upper", half), ("lower", -half)):
-            lobe = [(0.15 * long, 0), (0.80 * long, up), (long, up), (0.62 * long, 0)]
-            yield Piece(last, f"fin-{name}", FIN, _plate(lobe, EDGE * size))
+        for name, z in (("upper", half), ("lower", -half)):
+            lobe = [(0.15 * long, 0), (0.80 * long, z), (long, z), (0.62 * long, 0)]
+            yield Piece(last, f"fin-{name}", FIN, _plate(lobe, EDGE * body_length))
     if robot.fins is not None:
         fin = robot.fins
         for name, side in (("port", -1), ("starboard", 1)):
             half, root, tip = fin.chord / 2, -side * fin.span / 2, side * fin.span / 2
-            flat = _plate([(-half, root), (-0.3 * half, tip), (half, tip), (half, root)], EDGE * size)
-            yield Piece(0, f"pectoral-{name}", FIN, flat[:, [0, 2, 1]], (fin.x, side * fin.y, fin.z))
+            plate = _plate([(-half, root), (-0.3 * half, tip), (half, tip), (half, root)], EDGE * body_length)
+            yield Piece(0, f"pectoral-{name}", FIN, plate[:, [0, 2, 1]], (fin.x, side * fin.y, fin.z))
 
 
 def edge_height(robot: Robot) -> float:
-    """Return the height of the trailing edge [m], 0 where nothing tells it."""
+    """Return the height of the trailing edge [m], 0 where it is not known."""
     return 0.0 if robot.water.strip is None else robot.water.strip.edge_height
 
 
@@ -74,9 +74,9 @@ def _loft(length: float, ends: Array, *, head: bool) -> Array:
     around = 2 * math.pi * np.arange(AROUND) / AROUND
     return np.array(
         [
-            (at, part * w / 2 * math.cos(a), part * h / 2 * math.sin(a))
-            for at, part in zip(x, scale, strict=True)
-            for h, w in [ends[0] + max(at, 0) / length * (ends[1] - ends[0])]
+            (position, size * w / 2 * math.cos(a), size * h / 2 * math.sin(a))
+            for position, size in zip(x, scale, strict=True)
+            for h, w in [ends[0] + max(position, 0) / length * (ends[1] - ends[0])]
             for a in around
         ]
     )

@@ -47,8 +47,8 @@ def sdf(robot: Robot | str | Path) -> str:
     """
     robot = robot_of(robot)
     root = ElementTree.Element("sdf", version="1.10")
-    about = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
-    root.append(notes([about, *_facts(robot)], sdf_losses(robot)))
+    title = f"{robot.name}, written by hypertuna {version()} from {robot.file or 'a robot without a file'}."
+    root.append(notes([title, *_facts(robot)], sdf_losses(robot)))
     model = add(root, "model", name=robot.name)
     fronts = np.concatenate([[0], np.cumsum(robot.links.length)])
     heights = _com_heights(robot)
@@ -77,20 +77,20 @@ def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
     if robot.spatial is None:
         return matrix
     # As the core: what acts in the plane acts at the height of the center of buoyancy; up and down, and in roll.
-    spatial, long = robot.spatial, robot.links.length[link]
+    spatial, length = robot.spatial, robot.links.length[link]
     matrix = _raised(matrix, spatial.buoyancy_height[link])
-    width, height, middle = spatial.width[link], spatial.height[link], long / 2 - robot.links.com[link]
-    heave = spatial.added_mass_vertical[link] * robot.water.density * math.pi / 4 * width**2 * long
+    width, height, arm = spatial.width[link], spatial.height[link], length / 2 - robot.links.com[link]
+    heave = spatial.added_mass_vertical[link] * robot.water.density * math.pi / 4 * width**2 * length
     matrix[2, 2] += heave
-    matrix[2, 4] -= heave * middle
-    matrix[4, 2] -= heave * middle
-    matrix[4, 4] += heave * (middle**2 + long**2 / 12)
-    matrix[3, 3] += robot.water.density * math.pi / 128 * (height**2 - width**2) ** 2 * long
+    matrix[2, 4] -= heave * arm
+    matrix[4, 2] -= heave * arm
+    matrix[4, 4] += heave * (arm**2 + length**2 / 12)
+    matrix[3, 3] += robot.water.density * math.pi / 128 * (height**2 - width**2) ** 2 * length
     return _raised(matrix, -spatial.com_height[link])
 
 
 def _raised(matrix: Array, height: float) -> Array:
-    """Return an inertia about a point so much below that of `matrix` [m]: momenta of what moves there."""
+    """Return the inertia (6, 6) about a point that lies `height` [m] below that of the inertia `matrix`."""
     shift = np.eye(6)
     shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
     raised: Array = shift.T @ matrix @ shift
@@ -98,9 +98,9 @@ def _raised(matrix: Array, height: float) -> Array:
 
 
 def sdf_losses(robot: Robot) -> list[str]:
-    """List what of the robot's model does not survive."""
+    """List the parts of the robot's model that the file lacks, in words."""
     degrees = math.degrees(FURTHEST)
-    lost = [
+    lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "gaits: bend = bias + amplitude sin(2 pi frequency t - phase) of each joint group is for you to command",
         f"joints beyond {FASTEST:g} rad/s and {degrees:g} deg: their position controllers and limits stop there",
@@ -109,20 +109,20 @@ def sdf_losses(robot: Robot) -> list[str]:
     for group in robot.joints:
         parts = zip(group.links, group.share, strict=True)
         shares = ", ".join(f"joint-{robot.links.name[link]} {written(part)}" for link, part in parts)
-        lost.append(f"coupling of joint group {group.name}: command each joint with its share of the bend: {shares}")
+        lacking.append(f"coupling of joint group {group.name}: command each joint with its share of the bend: {shares}")
         if robot.model.joints == "bandwidth" and group.bandwidth is not None:
-            lost.append(f"first-order lag of joint group {group.name}: {written(group.bandwidth)} Hz")
+            lacking.append(f"first-order lag of joint group {group.name}: {written(group.bandwidth)} Hz")
         if group.phase_offset:
-            late = written(group.phase_offset)
-            lost.append(f"phase offset of joint group {group.name}: {late} rad, to add to a gait's phase")
+            offset = written(group.phase_offset)
+            lacking.append(f"phase offset of joint group {group.name}: {offset} rad, to add to a gait's phase")
     if robot.fins is not None:
-        lost.append("pectoral fins: neither bodies, joints nor lift")
+        lacking.append("pectoral fins: neither bodies, joints nor lift")
     if robot.spatial is not None:
-        lost.append("drag of each link's own pitch, and the tail fin's force up and down")
+        lacking.append("drag of each link's own pitch, and the tail fin's force up and down")
     if robot.model.water == "lumped":
-        return lost
+        return lacking
     return [
-        *lost,
+        *lacking,
         "drag of a link that moves across and turns at once: Gazebo adds up the two alone",
         "the tail fin's force: its lift, and what cancels the backward pull of its added mass. Speeds are too low",
         *lost_drag(robot),
@@ -154,15 +154,15 @@ def _link(model: Element, robot: Robot, i: int, place: tuple[float, float, float
     add(link, "pose", (*place, 0, 0, 0))
     inertial = add(link, "inertial")
     add(inertial, "mass", links.mass[i])
-    inertia, (body, rest) = add(inertial, "inertia"), balanced(moments(robot, i))
+    inertia, (body, excess) = add(inertial, "inertia"), balanced(moments(robot, i))
     for name, value in zip(
         ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (body[0], 0, 0, body[1], 0, body[2]), strict=True
     ):
         add(inertia, name, value)
-    added, matrix = add(inertial, "fluid_added_mass"), added_mass(robot, i, water) + np.diag([0, 0, 0, *rest])
+    element, matrix = add(inertial, "fluid_added_mass"), added_mass(robot, i, water) + np.diag([0, 0, 0, *excess])
     for a, row in enumerate(AXES):
         for b, column in enumerate(AXES[a:], start=a):
-            add(added, row + column, matrix[a, b] + 0.0)
+            add(element, row + column, matrix[a, b] + 0.0)
     _shape(link, robot, i)
     if i == 0:
         sensor = add(link, "sensor", name="imu", type="imu")
@@ -170,45 +170,45 @@ def _link(model: Element, robot: Robot, i: int, place: tuple[float, float, float
 
 
 def _shape(link: Element, robot: Robot, i: int) -> None:
-    """Add what is seen of a link, and the box that displaces its water."""
-    (height, width), long = (column[i] for column in sections(robot)), robot.links.length[i]
-    middle, up = long / 2 - robot.links.com[i], -_com_heights(robot)[i]
+    """Add a link's visual, and the collision box that displaces its water."""
+    (height, width), length = (column[i] for column in sections(robot)), robot.links.length[i]
+    middle, z = length / 2 - robot.links.com[i], -_com_heights(robot)[i]
     soft = any(i in group.links for group in robot.joints)
     last = i == len(robot.links.length) - 1
-    seen = add(link, "visual", name="body")
-    add(seen, "pose", (middle, 0, up, 0, 0, 0))
-    add(add(add(seen, "geometry"), "ellipsoid"), "radii", (0.55 * long, width / 2, height / 2))
-    _color(seen, SOFT if soft and not last else SKIN)
+    visual = add(link, "visual", name="body")
+    add(visual, "pose", (middle, 0, z, 0, 0, 0))
+    add(add(add(visual, "geometry"), "ellipsoid"), "radii", (0.55 * length, width / 2, height / 2))
+    _color(visual, SOFT if soft and not last else SKIN)
     if last and (edge := edge_height(robot)) > height:
         fin = add(link, "visual", name="fin")
-        add(fin, "pose", (middle + long / 4, 0, up, 0, 0, 0))
-        add(add(add(fin, "geometry"), "box"), "size", (long / 2, 0.003 * robot.body.length, edge))
+        add(fin, "pose", (middle + length / 4, 0, z, 0, 0, 0))
+        add(add(add(fin, "geometry"), "box"), "size", (length / 2, 0.003 * robot.body.length, edge))
         _color(fin, FIN)
     spatial = robot.spatial
     if spatial is None:
         volume, center = robot.links.mass[i] / robot.water.density, 0.0
     else:
         volume, center = spatial.volume[i], spatial.buoyancy_center[i] - robot.links.com[i]
-        up += spatial.buoyancy_height[i]
-    thin = math.sqrt(volume / (long * width * height))
+        z += spatial.buoyancy_height[i]
+    factor = math.sqrt(volume / (length * width * height))
     box = add(link, "collision", name="volume")
-    add(box, "pose", (center, 0, up, 0, 0, 0))
-    add(add(add(box, "geometry"), "box"), "size", (long, thin * width, thin * height))
+    add(box, "pose", (center, 0, z, 0, 0, 0))
+    add(add(add(box, "geometry"), "box"), "size", (length, factor * width, factor * height))
 
 
 def _color(visual: Element, color: str) -> None:
-    """Paint a visual."""
+    """Set the color of a visual."""
     material = add(visual, "material")
     add(material, "ambient", color)
     add(material, "diffuse", color)
 
 
 def _joint(model: Element, robot: Robot, i: int, place: tuple[float, float, float], *, turns: bool) -> None:
-    """Hang a link on the one ahead."""
-    name, ahead = robot.links.name[i], robot.links.name[i - 1]
+    """Add the joint of a link to the one ahead; a fixed one where no group turns it."""
+    name, parent = robot.links.name[i], robot.links.name[i - 1]
     joint = add(model, "joint", name=f"joint-{name}", type="revolute" if turns else "fixed")
     add(joint, "pose", (*place, 0, 0, 0))
-    add(joint, "parent", ahead)
+    add(joint, "parent", parent)
     add(joint, "child", name)
     if turns:
         axis = add(joint, "axis")
@@ -227,10 +227,10 @@ def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
     add(plugin, "yVabsV", -water.across)
     add(plugin, "nRabsR", -water.turn)
     if robot.spatial is not None:
-        spatial, long = robot.spatial, robot.links.length[i]
-        half = robot.water.density / 2
-        add(plugin, "zWabsW", -half * spatial.drag_vertical[i] * long * spatial.width[i])
-        add(plugin, "kPabsP", -half * spatial.drag_roll[i] * long * spatial.height[i] ** 4 / 32)
+        spatial, length = robot.spatial, robot.links.length[i]
+        half_density = robot.water.density / 2
+        add(plugin, "zWabsW", -half_density * spatial.drag_vertical[i] * length * spatial.width[i])
+        add(plugin, "kPabsP", -half_density * spatial.drag_roll[i] * length * spatial.height[i] ** 4 / 32)
 
 
 def _plugin(model: Element, file: str, name: str) -> Element:

@@ -12,14 +12,14 @@ Element = ElementTree.Element
 
 
 def add(parent: Element, tag: str, content: Any = None, **attributes: Any) -> Element:
-    """Add an element with attributes and maybe a content."""
+    """Add an element to a parent, with attributes and maybe a text, and return it."""
     element = ElementTree.SubElement(parent, tag, {name: written(value) for name, value in attributes.items()})
     element.text = None if content is None else written(content)
     return element
 
 
 def written(value: Any) -> str:
-    """Write a word, a truth, a number or numbers."""
+    """Return a word, a truth value, a number or numbers as text."""
     if isinstance(value, str):
         return value
     if isinstance(value, Iterable):
@@ -43,8 +43,8 @@ def notes(facts: Iterable[str], lost: Iterable[str]) -> Any:
 def check_names(robot: Robot, parts: Iterable[Element], *, alike: bool) -> None:
     """Check that no two parts have one name: of the same tag, or of any where `alike`; the world has one, too."""
     named = [("" if alike else part.tag, name) for part in parts if (name := part.get("name"))]
-    taken = Counter([*named, ("" if alike else "body", "world")])
-    for (_, name), times in taken.items():
+    counts = Counter([*named, ("" if alike else "body", "world")])
+    for (_, name), times in counts.items():
         if times > 1:
             key = "links.name" if name in robot.links.name else "joints.name"
             rule, fix = "must be no name of the file's own parts", "give it another name"
@@ -52,6 +52,6 @@ def check_names(robot: Robot, parts: Iterable[Element], *, alike: bool) -> None:
 
 
 def document(root: Element) -> str:
-    """Return a file's content."""
+    """Return the text of an XML file from its root element."""
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -62,7 +62,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
 
     @property
     def material(self) -> str:
-        """Material set."""
+        """The material set of the options, or that of the robot."""
         return self.options.material_of(self.robot)
 
     @property
@@ -84,17 +84,17 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
         1e-4 only.
         """
         group, actuator = joint_group(self.robot, self.joint)
-        inside = math.pi * (drive_unit(self.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
+        hose_volume = math.pi * (drive_unit(self.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
         swelling = np.array([state.swelling[SIDES.index(self.side)] for state in self.measured])
-        return (swelling - 1) * (group.drive_units or 0) * inside
+        return (swelling - 1) * (group.drive_units or 0) * hose_volume
 
     def r_squared(self) -> float:
-        """Return the coefficient of determination of a line, angle over pressure."""
+        """Return the coefficient of determination of a line through the angle over the pressure [1]."""
         return straightness(self.pressure, self.angle)
 
     def record(self) -> dict[str, Any]:
         """Return all numbers with units in their names, a step for each pressure."""
-        straight = self.r_squared()
+        r_squared = self.r_squared()
         facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint, "side": self.side}
         numbers = {
             "elements": self.elements,
@@ -102,7 +102,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
             "seconds": sum(self.seconds),
             "status": self.status,
             "status_text": self.status_text,
-            "r_squared": None if math.isnan(straight) else straight,
+            "r_squared": None if math.isnan(r_squared) else r_squared,
         }
         columns = {
             "pressure_kpa": (self.pressure / 1e3).tolist(),
@@ -115,8 +115,8 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
                 *columns.values(), self.measured, self.iterations, self.seconds, strict=True
             )
         ]
-        made_by = provenance(self.robot, water=False)
-        return made_by | facts | self.options.facts(self.robot) | numbers | {"steps": steps}
+        origin = provenance(self.robot, water=False)
+        return origin | facts | self.options.facts(self.robot) | numbers | {"steps": steps}
 
     def dataset(self) -> xr.Dataset:
         """Return all numbers as a labeled dataset."""
@@ -171,18 +171,18 @@ def fe_bend(
     check_side(side)
     model = fe_model(robot, joint, options)
     group, _ = joint_group(robot, joint)
-    place = None if folder is None else Path(folder)
+    directory = None if folder is None else Path(folder)
     facts = {"joint": group.name, "side": side, "ngsolve": ngsolve_version()} | options.facts(robot)
     steps: list[dict[str, Any]] = []
-    with Journal(place / JOURNAL if place else None, journal_header(work, robot, facts)) as journal:
-        _check_course(journal, place, rising)
+    with Journal(directory / JOURNAL if directory else None, journal_header(work, robot, facts)) as journal:
+        _check_course(journal, directory, rising)
         for k, value in enumerate(rising.tolist()):
 
             def reach(k: int = k, value: float = value) -> dict[str, Any]:
-                before = float(rising[k - 1]) if k else 0.0
-                if max(load.Get() for load in model.problem.loads[:2]) != before:
-                    _restore(model, place, k - 1, _loads(before, side), steps[k - 1].get("state") if k else None)
-                return _reach(model, place, k, _loads(value, side), each)
+                former = float(rising[k - 1]) if k else 0.0
+                if max(load.Get() for load in model.problem.loads[:2]) != former:
+                    _restore(model, directory, k - 1, _loads(former, side), steps[k - 1].get("state") if k else None)
+                return _reach(model, directory, k, _loads(value, side), each)
 
             steps.append(journal.answer({"pressure": value}, reach))
             if progress is not None:
@@ -209,31 +209,31 @@ def fe_bend(
 def _status_text(pressure: Array, reached: int, fault: str) -> str:
     """Describe how many pressures [Pa] were reached, and the failure at the next."""
     if not fault:
-        few = {1: "The pressure was", 2: "Both pressures were"}
-        return f"{few.get(reached, f'All {reached} pressures were')} reached."
-    end = f"results end at {pressure[reached - 1] / 1e3:g} kPa" if reached else "there are no results"
-    return f"{pressure[reached] / 1e3:g} kPa was not reached ({fault}); {end}."
+        subjects = {1: "The pressure was", 2: "Both pressures were"}
+        return f"{subjects.get(reached, f'All {reached} pressures were')} reached."
+    extent = f"results end at {pressure[reached - 1] / 1e3:g} kPa" if reached else "there are no results"
+    return f"{pressure[reached] / 1e3:g} kPa was not reached ({fault}); {extent}."
 
 
 def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
     """Check that the pressures continue those of the journal."""
     for k, record in enumerate(journal.records):
-        question, here = record.get("asked"), float(rising[k]) if k < len(rising) else None
-        there = question.get("pressure") if isinstance(question, dict) else None
-        if isinstance(there, float) and there != here:  # the journal itself refuses other questions
-            now = "none now" if here is None else f"{here / 1e3:g} kPa now"
-            rule = f"has {there / 1e3:g} kPa as pressure {k + 1}, but --pressure has {now}"
+        asked, new = record.get("asked"), float(rising[k]) if k < len(rising) else None
+        stored = asked.get("pressure") if isinstance(asked, dict) else None
+        if isinstance(stored, float) and stored != new:  # the journal itself refuses other questions
+            text = "none now" if new is None else f"{new / 1e3:g} kPa now"
+            rule = f"has {stored / 1e3:g} kPa as pressure {k + 1}, but --pressure has {text}"
             fix = "a run may add higher pressures, but neither omit nor change one: give another folder"
             raise InputError(rule, file=None if place is None else str(place / JOURNAL), fix=fix)
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:
-    """Return the pressures of the left and right side [Pa]."""
+    """Return the pressures of left and right side [Pa] from that of one side."""
     return (value, 0.0) if side == "left" else (0.0, value)
 
 
 def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float], each: Each | None) -> dict[str, Any]:
-    """Bring the model to a pair of pressures [Pa], measure it, store its state."""
+    """Bring the model to a pair of pressures [Pa]; return its measurements, after storing its displacements."""
     start = time.process_time()
     result = equilibrium(model, pressure=loads)
     measured = measure(model) if result.converged else None
@@ -249,7 +249,7 @@ def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float
 
 
 def _state(place: Path, k: int) -> Path:
-    """Return the file of the displacements at a pressure."""
+    """Return the path of the file with the displacements at the k-th pressure."""
     return place / f"state-{k:03d}.bin"
 
 
@@ -271,5 +271,5 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
 
 
 def _tuples(record: dict[str, Any]) -> dict[str, Any]:
-    """Convert the lists of a journal to tuples."""
+    """Return a journal's record with its lists as tuples."""
     return {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}

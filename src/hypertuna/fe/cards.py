@@ -84,7 +84,7 @@ def comparison_card(compared: FeComparison) -> Card:
 
 
 def _title(bent: FeBend) -> str:
-    """Name a bend."""
+    """Return the title of a bend: robot, joint, side and material set."""
     return f"{bent.robot.name}: joint {bent.joint}, {bent.side} side, material set {bent.material}"
 
 
@@ -103,9 +103,9 @@ def outcome(bent: FeBend) -> tuple[str, str]:
 @cards.of(JointMap)
 def map_card(found: JointMap) -> Card:
     """Show the points, a row for each: elements and fast model side by side."""
-    heads = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
-    heads += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
-    heads += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]
+    header = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
+    header += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
+    header += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]
     rows = []
     for c, p in np.ndindex(found.elements.angle.shape):
         row = [f"{pressure / 1e3:.4g}" for pressure in found.pressure[p]]
@@ -120,7 +120,7 @@ def map_card(found: JointMap) -> Card:
     moment, volume = 100 * found.moment_difference, 100 * found.volume_difference
     text = f"moments of the fast model differ by at most {moment:.1f} % of the {found.straight:.3g} N m of the straight"
     parts: list[Part] = [
-        Table(heads, rows, left=(), tight=True),
+        Table(header, rows, left=(), tight=True),
         f"{text} joint, volumes by {volume:.1f} % of their range",
         (found.status_text, "green" if found.status == "converged" else "bold yellow"),
     ]

@@ -21,7 +21,7 @@ from hypertuna.fe.section import section_bend
 
 @dataclass(frozen=True)
 class Reason:
-    """One step from the fast model to finite elements."""
+    """One step from the fast model to finite elements: what changes, and the bend after it."""
 
     text: str  # the change
     angle: float  # of the joint after the change [rad]; NaN without equilibrium
@@ -65,8 +65,8 @@ class FeComparison(Displayed):
             "shortening_percent": 100 * self.shortening,
             "shortening_analytic_percent": 100 * analytic.shortening,
         }
-        kept = {key: value for key, value in fe.record().items() if key not in ("steps", "r_squared")}
-        return kept | {
+        facts = {key: value for key, value in fe.record().items() if key not in ("steps", "r_squared")}
+        return facts | {
             "friction": analytic.friction,
             "r_squared_fe": fe.r_squared(),
             "r_squared_analytic": analytic.r_squared(),
@@ -91,7 +91,7 @@ def compare(fe: FeBend, *, reasons: bool = False) -> FeComparison:
 
 
 def _reasons(fe: FeBend) -> tuple[Reason, ...]:
-    """Change the fast model step by step at the highest pressure."""
+    """Return the bend at the highest pressure after each step from the fast model to finite elements."""
     robot, joint, highest = fe.robot, fe.joint, fe.pressure[-1:]
     options: dict[str, Any] = {"side": fe.side, "material": fe.material}
     sections = section_bend(robot, joint, highest, side=fe.side, options=fe.options)

@@ -20,7 +20,7 @@ Expression = Any  # an ngsolve.CoefficientFunction
 
 @dataclass(frozen=True)
 class Solid:
-    """A nearly incompressible solid."""
+    """A nearly incompressible solid: law, constants and Poisson's ratio."""
 
     law: str  # one of `LAWS`
     constants: Mooney  # C1 and C2 [Pa]; all laws have the shear modulus 2 (C1 + C2) at rest
@@ -65,13 +65,13 @@ def solid_energy(solid: Solid, F: Expression) -> Expression:
 
 def nominal_stress(solid: Solid, F: Expression) -> Expression:
     """Return the first Piola-Kirchhoff stress [Pa], the derivative of the energy with respect to F."""
-    held = F.MakeVariable()
-    return solid_energy(solid, held).Diff(held)
+    variable = F.MakeVariable()
+    return solid_energy(solid, variable).Diff(variable)
 
 
 @dataclass(frozen=True)
 class Wall:
-    """Hose and braid on the wall of a channel."""
+    """Hose and braid on the wall of a channel, for their energies per area."""
 
     outer: float  # radius of hose and channel at rest [m]
     inner: float  # radius of the hose at rest [m]
@@ -116,13 +116,13 @@ def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) 
     """Return the energy of the braid per area at rest [J/m^2]: nearly inextensible fibers, slack when shortened."""
     from ngsolve import IfPos
 
-    both = fiber_stretches(wall, Caa, Chh, Cah)
-    return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, wall.slack) * (lam - 1) ** 2 for lam in both)
+    stretches = fiber_stretches(wall, Caa, Chh, Cah)
+    return sum(wall.braid_stiffness / 2 * IfPos(lam - 1, 1.0, wall.slack) * (lam - 1) ** 2 for lam in stretches)
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What lies on the axis and holds its length, spread over a strip of the neutral layer."""
+    """A member on the axis of a joint that holds its length, spread over a strip of the neutral layer."""
 
     stiffness: float  # E A [N]
     buckling: float  # compression that it carries at most [N]; infinite if it never buckles
@@ -130,16 +130,16 @@ class Axis:
 
 
 def axis_energy(axis: Axis, pulled: Expression, pushed: Expression) -> Expression:
-    """Return the energy of the strip per area at rest [J/m^2], as core joint.hpp has it, of its strain.
+    """Return the energy of the strip per area at rest [J/m^2] from its strains, in tension and compression.
 
     `pulled` is the strain that counts in tension, `pushed` the one in compression.
     """
     from ngsolve import IfPos
 
-    held, limit = pushed, axis.buckling / axis.stiffness
+    limited, limit = pushed, axis.buckling / axis.stiffness
     if math.isfinite(limit):
-        held = IfPos(pushed + limit, pushed, -limit)
-    energy = IfPos(pulled, pulled * pulled / 2, 0) + IfPos(-pushed, held * (pushed - held / 2), 0)
+        limited = IfPos(pushed + limit, pushed, -limit)
+    energy = IfPos(pulled, pulled * pulled / 2, 0) + IfPos(-pushed, limited * (pushed - limited / 2), 0)
     return axis.stiffness / axis.width * energy
 
 
@@ -151,9 +151,9 @@ def aligned_axis_energy(axis: Axis, along: Expression, turn: Expression) -> Expr
     """
     from ngsolve import CF, InnerProduct, Norm, cos, sin
 
-    off = InnerProduct(along, CF((-sin(turn), cos(turn), 0)))
+    across = InnerProduct(along, CF((-sin(turn), cos(turn), 0)))
     pushed = InnerProduct(along, CF((cos(turn), sin(turn), 0))) - 1
-    guide = LOOSE / 2 * axis.stiffness / axis.width * off * off
+    guide = LOOSE / 2 * axis.stiffness / axis.width * across * across
     return axis_energy(axis, Norm(along) - 1, pushed) + guide
 
 

@@ -52,8 +52,8 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
     """
     import ngsolve as ngs
 
-    smooth = {name: _smooth(model, field) for name, field in ((STRESS, _stress(model)), (STRAIN, _strain(model)))}
-    fields = {DISPLACEMENT: model.displacement} | smooth
+    averaged = {name: _smooth(model, field) for name, field in ((STRESS, _stress(model)), (STRAIN, _strain(model)))}
+    fields = {DISPLACEMENT: model.displacement} | averaged
     _write(model.mesh, fields, volume_path(folder, k), ngs.VOL, VOLUME_FINER)
     plate = ngs.BoundaryFromVolumeCF(model.mesh.MaterialCF({"plate": 1.0}, default=0.0))
     of_matrix = {name: float(number) for name, number in FACE_NUMBERS.items() if name not in OF_PLATE}
@@ -64,29 +64,30 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
 
 
 def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np.uint8], dict[str, Array]]:
-    """Read a file of faces: points (n, 3) [m], cells as VTK has them, their types, and fields at the points.
+    """Return points (n, 3) [m], cells as VTK has them, their types, and fields at the points of a file of faces.
 
     VTK itself would take any size and any corner that the file states.
     """
     content, arrays = read_bytes(path, "surface"), dict[str, Any]()
-    begin = content.find(NUMBERS, 0, HEAD) + len(NUMBERS)
+    header_end = content.find(NUMBERS, 0, HEAD) + len(NUMBERS)
     try:
-        for kind, name, width, offset in ARRAY.findall(content, 0, begin) if begin >= len(NUMBERS) else ():
-            at = begin + int(offset) + 4
-            count = int.from_bytes(content[at - 4 : at], "little") // TYPES[kind].itemsize
-            values = np.frombuffer(content, TYPES[kind], count, at)
+        for kind, name, width, offset in ARRAY.findall(content, 0, header_end) if header_end >= len(NUMBERS) else ():
+            start = header_end + int(offset) + 4
+            count = int.from_bytes(content[start - 4 : start], "little") // TYPES[kind].itemsize
+            values = np.frombuffer(content, TYPES[kind], count, start)
             arrays[name.decode()] = values.reshape(-1, 3) if width == b"3" else values
         points, corners, ends, types = (arrays[name] for name in ("Points", "connectivity", "offsets", "types"))
         fields = {name: arrays[name] for name in (DISPLACEMENT, FACE, STRESS, STRAIN)}
-        sizes, whole = (
+        sizes, integers = (
             np.where(types == QUAD, np.int32(4), np.int32(3)),
             (corners.dtype.kind, ends.dtype.kind) == ("i", "i"),
         )
         faces = np.isin(types, (TRIANGLE, QUAD)).all() and np.array_equal(ends, np.cumsum(sizes, dtype=np.int32))
-        known = len(corners) == sizes.sum() > 0 and corners.min() >= 0 and corners.max() < len(points)
-        widths = [values.ndim for values in (points, *fields.values())] == [2, 2, 1, 1, 1]
-        at_points = all(len(values) == len(points) for values in fields.values()) and np.isfinite(points).all()
-        if not (whole and faces and known and widths and at_points and np.abs(fields[FACE]).max() <= len(FACE_NUMBERS)):
+        corners_fit = len(corners) == sizes.sum() > 0 and corners.min() >= 0 and corners.max() < len(points)
+        shapes_fit = [values.ndim for values in (points, *fields.values())] == [2, 2, 1, 1, 1]
+        values_fit = all(len(values) == len(points) for values in fields.values()) and np.isfinite(points).all()
+        fits = integers and faces and corners_fit and shapes_fit and values_fit
+        if not (fits and np.abs(fields[FACE]).max() <= len(FACE_NUMBERS)):
             raise ValueError
     except (ValueError, KeyError):
         raise InputError("must be a whole surface", file=str(path), fix=KINDS["surface"].fix) from None
@@ -123,9 +124,9 @@ def _stress(model: FeModel) -> Any:
     from ngsolve import Det, Grad, Id, InnerProduct, Trace, sqrt
 
     F = Id(3) + Grad(model.displacement)
-    held = F.MakeVariable()
-    true = solid_energy(model.matrix, held).Diff(held) * F.trans / Det(F)
-    deviator = true - Trace(true) / 3 * Id(3)
+    variable = F.MakeVariable()
+    cauchy = solid_energy(model.matrix, variable).Diff(variable) * F.trans / Det(F)
+    deviator = cauchy - Trace(cauchy) / 3 * Id(3)
     return sqrt(1.5 * InnerProduct(deviator, deviator))
 
 
@@ -136,8 +137,8 @@ def _strain(model: FeModel) -> Any:
     F = Id(3) + Grad(model.displacement)
     C = F.trans * F
     mean = Trace(C) / 3
-    away = C - mean * Id(3)
-    spread = sqrt(InnerProduct(away, away) / 6 + ROUND)
-    cosine = Det(away) / (2 * spread**3)
+    deviator = C - mean * Id(3)
+    radius = sqrt(InnerProduct(deviator, deviator) / 6 + ROUND)
+    cosine = Det(deviator) / (2 * radius**3)
     angle = acos(IfPos(cosine - 1, 1.0, IfPos(-1 - cosine, -1.0, cosine))) / 3
-    return log(mean + 2 * spread * cos(angle)) / 2
+    return log(mean + 2 * radius * cos(angle)) / 2

@@ -50,7 +50,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class JointBody:
-    """The soft body of a joint."""
+    """The soft body of a joint: half axes of its sections, channels, tip plate and axis [m]."""
 
     name: str  # of the joint group
     stations: Array  # (k,) places of sections from 0 to the length [m]; half axes are linear in between
@@ -96,8 +96,8 @@ class JointBody:
     def symmetry_area(self) -> float:
         """Area of matrix and tip plate in the plane z = 0 [m^2]."""
         sides = np.trapezoid(2 * self.semi_minor, self.stations) + 2 * float(self.semi_minor[-1]) * self.plate
-        cut = [2 * math.sqrt(max(0.0, self.radius**2 - channel.z**2)) for channel in self.channels]
-        return float(sides) - sum(cut) * self.length
+        chords = [2 * math.sqrt(max(0.0, self.radius**2 - channel.z**2)) for channel in self.channels]
+        return float(sides) - sum(chords) * self.length
 
 
 def joint_body(robot: Robot, joint: str | int) -> JointBody:
@@ -113,12 +113,12 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
         _taper(stations, middles, np.array(a)) for a in (actuator.semi_major, actuator.semi_minor)
     )
     file, key = robot.file or None, f"[joints.actuator] of {group.name}"
-    narrow = float(semi_major.min()), float(semi_minor.min())
-    if min(narrow) <= 0:
+    narrowest = float(semi_major.min()), float(semi_minor.min())
+    if min(narrowest) <= 0:
         raise InputError("must leave a section at both ends", file=file, key=key, fix="give half axes that taper less")
     count, radius = cast(int, group.drive_units), unit.outer_diameter / 2
     levers = list(actuator.levers)
-    spacing = actuator.spacing or _widest(narrow, max(levers), count, radius)
+    spacing = actuator.spacing or _widest(narrowest, max(levers), count, radius)
     heights = spacing * (np.arange(count) - (count - 1) / 2)
     if min(levers) < radius + WALL / 2:
         rule, fix = "must keep the hoses of both sides apart", "give a longer lever or thinner hoses"
@@ -128,18 +128,18 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
         value = f"{1e3 * spacing:.3g} mm for hoses of {2e3 * radius:.3g} mm"
         fix = "give thinner hoses, a shorter lever or fewer drive units"
         raise InputError("must keep neighboring hoses apart", file=file, key=f"{key}: spacing_m", value=value, fix=fix)
-    wall = _clearance(narrow, max(levers), float(heights[-1])) - radius
+    wall = _clearance(narrowest, max(levers), float(heights[-1])) - radius
     if wall < WALL:
         value = f"{1e3 * wall:.2g} mm at the narrowest section"
         rule = f"must leave {1e3 * WALL:g} mm of matrix around the outermost hoses"
         fix = "give a smaller spacing_m, a shorter lever or thinner hoses"
         raise InputError(rule, file=file, key=key, value=value, fix=fix)
     channels = tuple(Channel(s, (1 - 2 * s) * levers[s], float(z)) for s in (0, 1) for z in heights)
-    held = actuator.axis_width if actuator.axis_stiffness else 0.0
-    if held > 2 * (narrow[0] - WALL):
-        rule, value = "must leave matrix above and below", f"{1e3 * held:.3g} mm in {2e3 * narrow[0]:.3g} mm"
+    axis_width = actuator.axis_width if actuator.axis_stiffness else 0.0
+    if axis_width > 2 * (narrowest[0] - WALL):
+        rule, value = "must leave matrix above and below", f"{1e3 * axis_width:.3g} mm in {2e3 * narrowest[0]:.3g} mm"
         raise InputError(rule, file=file, key=f"{key}: axis_width_m", value=value, fix="give a smaller axis_width_m")
-    return JointBody(group.name, stations, semi_major, semi_minor, radius, channels, actuator.plate, held)
+    return JointBody(group.name, stations, semi_major, semi_minor, radius, channels, actuator.plate, axis_width)
 
 
 def _taper(stations: Array, middles: Array, values: Array) -> Array:
@@ -155,20 +155,20 @@ def _taper(stations: Array, middles: Array, values: Array) -> Array:
 
 def _clearance(section: tuple[float, float], y: float, z: float) -> float:
     """Return the distance from a point to the rim of an elliptical section [m]; negative outside."""
-    around = np.linspace(0, 2 * math.pi, 2001)
-    away = np.hypot(section[0] * np.cos(around) - z, section[1] * np.sin(around) - y).min()
+    angles = np.linspace(0, 2 * math.pi, 2001)
+    distance = np.hypot(section[0] * np.cos(angles) - z, section[1] * np.sin(angles) - y).min()
     inside = (z / section[0]) ** 2 + (y / section[1]) ** 2 < 1
-    return float(away) if inside else -float(away)
+    return float(distance) if inside else -float(distance)
 
 
 def _widest(section: tuple[float, float], lever: float, count: int, radius: float) -> float:
-    """Return the spacing [m]: bodies of equal widths (section II.C), or less to leave a quarter radius of matrix."""
+    """Return the spacing of channels [m]: bodies of equal widths (section II.C), or less, to leave a quarter radius."""
     if count == 1:
         return 0.0
     chord = section[0] * math.sqrt(max(0.0, 1 - (lever / section[1]) ** 2))
     spacings = np.linspace(2 * chord / count, 2 * radius, 500)
-    fits = [_clearance(section, lever, s * (count - 1) / 2) >= 1.25 * radius for s in spacings]
-    return float(spacings[int(np.argmax(fits))]) if any(fits) else 2 * radius + WALL
+    possible = [_clearance(section, lever, s * (count - 1) / 2) >= 1.25 * radius for s in spacings]
+    return float(spacings[int(np.argmax(possible))]) if any(possible) else 2 * radius + WALL
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
@@ -177,18 +177,18 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
     from netgen.occ import Axes, Box, Glue, WorkPlane, X, Y
 
     length, plate = MM * body.length / squeeze, MM * body.plate / squeeze
-    far = 2 * MM * max(float(body.semi_major.max()), body.length)
-    upper = Box((-far, -far, 0), (far, far, far))
+    beyond = 2 * MM * max(float(body.semi_major.max()), body.length)
+    upper = Box((-beyond, -beyond, 0), (beyond, beyond, beyond))
     matrix, tip = (solid * upper for solid in _solids(body, squeeze, body.upper))
     parts = [matrix, tip]
     if body.axis > 0:  # a face in the neutral layer
-        half = MM * body.axis / 2
-        parts.insert(1, WorkPlane(Axes((0, 0, 0), n=-Y, h=X)).Rectangle(length, half).Face())
+        half_width = MM * body.axis / 2
+        parts.insert(1, WorkPlane(Axes((0, 0, 0), n=-Y, h=X)).Rectangle(length, half_width).Face())
     shape = Glue(parts)
-    *soft, stiff = sorted(shape.solids, key=lambda solid: solid.center.x)
-    for solid in soft:
+    *soft_solids, plate_solid = sorted(shape.solids, key=lambda solid: solid.center.x)
+    for solid in soft_solids:
         solid.mat("matrix")
-    stiff.mat("plate")
+    plate_solid.mat("plate")
     for face in shape.faces:
         face.name = _face_name(face, body, length, plate)
         if face.name == "axis":
@@ -258,7 +258,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
 
 
 def _surface(solid: Any, size: float) -> Any:
-    """Return the triangles of a drawing's faces, of this size at most [mm]."""
+    """Return the triangles of a drawing's faces, at most `size` [mm] large."""
     need_pictures()
     import pyvista as pv
     from netgen.meshing import MeshingStep

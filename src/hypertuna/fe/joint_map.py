@@ -48,7 +48,7 @@ Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Grid:
-    """A joint, and what it is solved under."""
+    """A joint with the pressures and couples under which it is solved."""
 
     robot: Robot
     joint: str
@@ -59,12 +59,12 @@ class Grid:
 
     @property
     def pairs(self) -> list[Pair]:
-        """Pressures of both sides [Pa]."""
+        """Pressures of left and right side [Pa], a pair for each point of a couple."""
         return [(left, right) for left, right in self.pressure.tolist()]
 
     @property
     def header(self) -> dict[str, Any]:
-        """All that the results depend on."""
+        """Header of a journal of the grid: version, robot, options, pressures and couples."""
         facts = {"joint": self.joint, "pressure": self.pressure.tolist(), "couple": self.couple.tolist()}
         options = self.options.facts(self.robot) | facts | {"ngsolve": ngsolve_version()}
         return journal_header("fe map", self.robot, options)
@@ -92,7 +92,7 @@ class JointMap(Displayed):
 
     @property
     def moment_difference(self) -> float:
-        """Largest difference of the moments over that of the straight joint under the largest pressure [1]."""
+        """Largest difference of the moments over the moment that holds the joint straight at full pressure [1]."""
         return self.largest("moment") / self.straight
 
     @property
@@ -116,9 +116,9 @@ class JointMap(Displayed):
             "bend_difference_deg": math.degrees(self.largest("angle")),
             "length_difference_mm": 1e3 * self.largest("length"),
         }
-        told = {"seconds": self.seconds, "status": self.status, "status_text": self.status_text}
-        both = {"elements": self.elements.record(), "model": self.model.record()}
-        return provenance(self.robot, water=False) | facts | grid | {"couple_n_m": self.couple} | both | largest | told
+        run = {"seconds": self.seconds, "status": self.status, "status_text": self.status_text}
+        states = {"elements": self.elements.record(), "model": self.model.record()}
+        return provenance(self.robot, water=False) | facts | grid | {"couple_n_m": self.couple} | states | largest | run
 
 
 def joint_map(
@@ -144,8 +144,8 @@ def joint_map(
     by_elements = solve or joint_by_elements(robot, grid.joint, grid.options)
     points: list[dict[str, Any]] = []
     with Journal(checkpoint, grid.header) as journal:
-        whole = journal.known // len(pairs)  # couples whose points are all known
-        with closing(map_shards(partial(_of_couple, grid, solve), grid.couple[whole:].tolist(), executor)) as rows:
+        complete = journal.known // len(pairs)  # couples whose points are all known
+        with closing(map_shards(partial(_of_couple, grid, solve), grid.couple[complete:].tolist(), executor)) as rows:
             row: list[dict[str, Any]] = []
             for c, p in itertools.product(range(len(grid.couple)), range(len(pairs))):
 
@@ -159,7 +159,7 @@ def joint_map(
                 points.append(journal.answer([c, p], point))
                 if progress is not None:
                     progress(len(points), len(grid.couple) * len(pairs))
-    faults = [one["fault"].rstrip(".") for one in points if one["fault"]]
+    faults = [point_record["fault"].rstrip(".") for point_record in points if point_record["fault"]]
     text = f"All {len(points)} points have an equilibrium."
     if faults:
         text = f"{len(faults)} of {len(points)} points have no equilibrium; the first: {faults[0]}."
@@ -175,7 +175,7 @@ def joint_map(
         straight=grid.straight,
         status="partial" if faults else "converged",
         status_text=text,
-        seconds=float(sum(one["seconds"] for one in points)),
+        seconds=float(sum(point_record["seconds"] for point_record in points)),
     )
 
 
@@ -205,7 +205,7 @@ def joint_map_shards(
 
 
 def map_layout(grid: Grid | JointMap) -> Layout:
-    """Return how the states of both models are labeled."""
+    """Return the layout of a map's files: dimensions, names, units and meanings of both models' states."""
     variables = {
         f"{prefix}{name}": {"units": unit, "long_name": f"{meaning}, by {model}"}
         for prefix, model in (("", "finite elements"), ("model_", "the fast model"))
@@ -231,7 +231,7 @@ def _grid(
     fill: float | None,
     options: FeOptions | None,
 ) -> Grid:
-    """Check what a joint is solved under, and fill in the defaults."""
+    """Return the grid of a joint from checked pressures and couples, with the defaults filled in."""
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
     if fill is None:
@@ -244,34 +244,34 @@ def _grid(
 
 
 def _both(grid: Grid, couple: Array, points: Sequence[Mapping[str, Any]]) -> tuple[States, States]:
-    """Return the states of both models from the points of finite elements under some couples."""
+    """Return the states of elements and of the fast model from the elements' points under some couples."""
     elements = states_of(points, couple, len(grid.pressure))
     model = next(m for m in joint_models(grid.robot, grid.options.material) if m.name == grid.joint)
     return elements, fast_states(grid.robot, model, grid.pressure, elements)
 
 
 def _range(grid: Grid, solve: Joint | None, first: int, last: int) -> dict[str, Array]:
-    """Solve all points of a range of couples."""
+    """Return the states of both models under a range of couples, by column."""
     couple = grid.couple[first:last]
     return state_columns(
-        *_both(grid, couple, [point for one in couple.tolist() for point in _of_couple(grid, solve, one)])
+        *_both(grid, couple, [point for torque in couple.tolist() for point in _of_couple(grid, solve, torque)])
     )
 
 
 def _of_couple(grid: Grid, solve: Joint | None, couple: float) -> list[dict[str, Any]]:
-    """Solve all points of a couple."""
+    """Return the records of all points of a couple."""
     solve = solve or joint_by_elements(grid.robot, grid.joint, grid.options)
     return [_solved(solve, couple, grid.pairs[: p + 1]) for p in range(len(grid.pairs))]
 
 
 def _solved(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
-    """Solve a point, and take the processor time."""
+    """Return the record of a point at the end of a path of pressures, with its processor time."""
     start = time.process_time()
     return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
-    """Check the pressures and return them with those of the right side."""
+    """Return checked pressures of the left side with those of the right, which the same oil has: pairs [Pa]."""
     rising = check_pressure(pressure)
     if not rising[-1] > 0:
         raise InputError("must end above 0", key="pressure", value=shown(rising.tolist()), fix="add a higher one")
@@ -282,7 +282,7 @@ def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
 
 
 def _couples(values: ArrayLike) -> Array:
-    """Check couples [N m]."""
+    """Return checked couples [N m] as an array."""
     try:
         array = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
@@ -294,28 +294,28 @@ def _couples(values: ArrayLike) -> Array:
 
 
 def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None = None) -> Joint:
-    """Return the finite elements of a joint; they continue a path that only grows, and restart any other at rest."""
+    """Return a function that solves a joint: a longer path goes on from the last state, any other starts at rest."""
     model: Any = None
-    place: tuple[float, tuple[Pair, ...]] | None = None
+    solved_path: tuple[float, tuple[Pair, ...]] | None = None
 
     def solve(couple: float, path: Sequence[Pair]) -> Mapping[str, Any]:
-        nonlocal model, place
+        nonlocal model, solved_path
         model = model or fe_model(robot, joint, options)
-        steps = list(path)
-        if place == (couple, tuple(path[:-1])):
-            steps = steps[-1:]
+        pairs_left = list(path)
+        if solved_path == (couple, tuple(path[:-1])):
+            pairs_left = pairs_left[-1:]
         else:  # from rest
             for load in model.problem.loads:
                 load.Set(0.0)
             model.problem.state.vec[:] = 0.0
-        place = None
-        for pair in steps:
+        solved_path = None
+        for pair in pairs_left:
             result = equilibrium(model, pressure=pair, couple=couple)
             if not result.converged:
                 return {"fault": result.text}
-        place = couple, tuple(path)
-        found = measure(model)
-        told = {"angle": found.angle, "volume": list(found.volume), "length": found.length}
-        return told | {"fault": found.fault}
+        solved_path = couple, tuple(path)
+        measured = measure(model)
+        numbers = {"angle": measured.angle, "volume": list(measured.volume), "length": measured.length}
+        return numbers | {"fault": measured.fault}
 
     return solve

@@ -57,25 +57,25 @@ class Measured:
 def measure(model: FeModel) -> Measured:
     """Measure a model and check its state."""
     angle, tip = _tip(model)
-    inside, rest = _inside(model), _inside(model, moved=False)
+    moved, at_rest = _inside(model), _inside(model, moved=False)
     share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of hoses in the braids at rest; hoses are incompressible
     stretches, area = _stretches(model)
-    strain, stress, ratio, weight = _matrix(model)
+    strain, stress, volume_ratio, volumes = _matrix(model)
     measured = Measured(
         angle=angle,
         tip=tip,
         length=_length(model),
-        volume=(inside[0] - share * rest[0], inside[1] - share * rest[1]),
-        swelling=(inside[0] / rest[0], inside[1] / rest[1]),
+        volume=(moved[0] - share * at_rest[0], moved[1] - share * at_rest[1]),
+        swelling=(moved[0] / at_rest[0], moved[1] / at_rest[1]),
         axial_stretch=_ends(stretches["axial"]),
         hoop_stretch=_ends(stretches["hoop"]),
         fiber_stretch=_ends(stretches["fiber"]),
         fiber_99=_quantile(stretches["fiber"], np.tile(area, 2)),
         strain_max=float(strain.max()),
-        strain_99=_quantile(strain, weight),
+        strain_99=_quantile(strain, volumes),
         stress_max=float(stress.max()),
-        stress_99=_quantile(stress, weight),
-        jacobian_min=float(ratio.min()),
+        stress_99=_quantile(stress, volumes),
+        jacobian_min=float(volume_ratio.min()),
         fault="",
     )
     return replace(measured, fault=_fault(model, measured))
@@ -94,30 +94,30 @@ def _length(model: FeModel) -> float:
     """
     import ngsolve as ngs
 
-    end, body = max(vertex.point[0] for vertex in model.mesh.vertices), model.body
-    x = end * body.length / (body.length + body.plate) * np.linspace(INSIDE, 1 - INSIDE, CHORDS + 1)
+    tip_x, body = max(vertex.point[0] for vertex in model.mesh.vertices), model.body
+    x = tip_x * body.length / (body.length + body.plate) * np.linspace(INSIDE, 1 - INSIDE, CHORDS + 1)
     points = model.mesh(x, 0 * x, INSIDE + 0 * x)
-    rest = np.asarray(ngs.CF((ngs.x, ngs.y, ngs.z))(points))
-    bent = rest + np.asarray(model.displacement(points))
-    at_rest, now = (np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in (rest, bent))
-    return float(now / at_rest) * model.body.length
+    at_start = np.asarray(ngs.CF((ngs.x, ngs.y, ngs.z))(points))
+    bent = at_start + np.asarray(model.displacement(points))
+    length_at_rest, length = (np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in (at_start, bent))
+    return float(length / length_at_rest) * model.body.length
 
 
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
     """Return angle [rad] and center [m] of the tip plate's far face: the rotation that fits its points best."""
     import ngsolve as ngs
 
-    def mean(what: Any) -> float:
-        return float(ngs.Integrate(what * ngs.ds("tip"), model.mesh)) / area
+    def mean(field: Any) -> float:
+        return float(ngs.Integrate(field * ngs.ds("tip"), model.mesh)) / area
 
     area = float(ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), model.mesh))
     x, y = ngs.x + model.displacement[0], ngs.y + model.displacement[1]
-    off = ngs.y - mean(ngs.y)
-    return math.atan2(-mean(x * off), mean(y * off)), (mean(x), mean(y))
+    offset = ngs.y - mean(ngs.y)
+    return math.atan2(-mean(x * offset), mean(y * offset)), (mean(x), mean(y))
 
 
 def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
-    """Return the volume in the channels of each side, both halves [m^3]."""
+    """Return the volumes inside the channels of left and right side [m^3], of both halves of the body."""
     import ngsolve as ngs
 
     place, F = ngs.CF((ngs.x, ngs.y, ngs.z)), ngs.Id(3)
@@ -135,8 +135,8 @@ def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
     points = model.mesh.MapToAllElements(rule, model.mesh.Boundaries(FACES["walls"]))
     C = surface_strain(ngs.Grad(model.displacement))
-    values = (ngs.sqrt(C.Caa), ngs.sqrt(C.Chh), *fiber_stretches(model.wall, *C))
-    axial, hoop, *fibers = (np.asarray(value(points)).ravel() for value in values)
+    expressions = (ngs.sqrt(C.Caa), ngs.sqrt(C.Chh), *fiber_stretches(model.wall, *C))
+    axial, hoop, *fibers = (np.asarray(expression(points)).ravel() for expression in expressions)
     J = np.asarray(ngs.specialcf.JacobianMatrix(3, 2)(points)).reshape(-1, 3, 2)
     area = np.sqrt(np.linalg.det(J.transpose(0, 2, 1) @ J))
     stretches = {"axial": axial, "hoop": hoop, "fiber": np.concatenate(fibers)}
@@ -153,27 +153,27 @@ def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
     gradient = np.asarray(F(points)).reshape(-1, 3, 3)
     ratio = np.linalg.det(gradient)
     piola = np.asarray(nominal_stress(model.matrix, F)(points)).reshape(-1, 3, 3)
-    true = piola @ gradient.transpose(0, 2, 1) / ratio[:, None, None]
+    cauchy = piola @ gradient.transpose(0, 2, 1) / ratio[:, None, None]
     strain = np.log(np.linalg.svd(gradient, compute_uv=False)[:, 0])
-    weight = np.asarray(ngs.Det(ngs.specialcf.JacobianMatrix(3))(points)).ravel()
-    weight = weight * np.tile(np.array(rule.weights), len(weight) // len(rule.weights))
-    return strain, von_mises(true), ratio, weight
+    volumes = np.asarray(ngs.Det(ngs.specialcf.JacobianMatrix(3))(points)).ravel()
+    volumes = volumes * np.tile(np.array(rule.weights), len(volumes) // len(rule.weights))
+    return strain, von_mises(cauchy), ratio, volumes
 
 
 def _quantile(values: Array, weight: Array) -> float:
-    """Return the weighted quantile."""
+    """Return the value below which 99 % of the weight lies."""
     order = np.argsort(values)
-    share = np.cumsum(weight[order]) / weight.sum()
-    return float(values[order][np.searchsorted(share, QUANTILE)])
+    cumulated = np.cumsum(weight[order]) / weight.sum()
+    return float(values[order][np.searchsorted(cumulated, QUANTILE)])
 
 
 def _ends(values: Array) -> tuple[float, float]:
-    """Return minimum and maximum."""
+    """Return minimum and maximum of values."""
     return float(values.min()), float(values.max())
 
 
 def _fault(model: FeModel, state: Measured) -> str:
-    """Return what is impossible: inverted elements, a volume beyond the braid's limit, stretched fibers."""
+    """Return why a state is impossible, empty if it is not: inverted elements, too much volume, stretched fibers."""
     angle = model.wall.braid_angle
     limit = 2 / (3 * math.sqrt(3)) / (math.sin(angle) ** 2 * math.cos(angle))
     if state.jacobian_min <= 0:

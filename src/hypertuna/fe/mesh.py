@@ -37,7 +37,7 @@ class MeshSize:
         return self.order if self.curve is None else self.curve
 
     def squeeze(self, body: JointBody) -> float:
-        """Return the length of elements along a joint over that across it."""
+        """Return the ratio of elements' length along a joint to that across it."""
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
@@ -71,7 +71,7 @@ def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
 
 
 def _straight(body: JointBody, size: MeshSize) -> Any:
-    """Return tetrahedra with plane faces."""
+    """Return a mesh of tetrahedra with plane faces."""
     import ngsolve as ngs
     from netgen.occ import OCCGeometry
 
@@ -96,17 +96,17 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
     motion = ngs.GridFunction(space)
     motion.Set(mesh.BoundaryCF(curved), definedon=mesh.Boundaries("|".join(curved)), dual=True)
     u, v = space.TnT()
-    both = [ngs.Grad(w) + ngs.Grad(w).trans for w in (u, v)]
+    strains = [ngs.Grad(w) + ngs.Grad(w).trans for w in (u, v)]
     stiffness = ngs.BilinearForm(space, symmetric=True)
-    stiffness += ngs.InnerProduct(*both) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements are stiffer
+    stiffness += ngs.InnerProduct(*strains) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements are stiffer
     stiffness.Assemble()
-    pull = motion.vec.CreateVector()
-    pull.data = stiffness.mat * motion.vec
-    motion.vec.data -= stiffness.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * pull
+    residual = motion.vec.CreateVector()
+    residual.data = stiffness.mat * motion.vec
+    motion.vec.data -= stiffness.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * residual
     deformation = ngs.GridFunction(ngs.VectorH1(mesh, order=size.curvature))
-    scale = (size.squeeze(body) / MM, 1 / MM, 1 / MM)
+    scales = (size.squeeze(body) / MM, 1 / MM, 1 / MM)
     place = (ngs.x, ngs.y, ngs.z)
-    deformation.Set(ngs.CF(tuple(s * (p + motion[k]) - p for k, (s, p) in enumerate(zip(scale, place, strict=True)))))
+    deformation.Set(ngs.CF(tuple(s * (p + motion[k]) - p for k, (s, p) in enumerate(zip(scales, place, strict=True)))))
     return deformation
 
 
@@ -117,9 +117,9 @@ def _to_channels(body: JointBody) -> Any:
     motion, radius = ngs.CF((0.0, 0.0, 0.0)), MM * body.radius
     for channel in body.upper:
         dy, dz = ngs.y - MM * channel.y, ngs.z - MM * channel.z
-        away = ngs.sqrt(dy * dy + dz * dz)
-        outward = radius / away - 1
-        motion = ngs.IfPos(1.001 * radius - away, ngs.CF((0.0, outward * dy, outward * dz)), motion)
+        distance = ngs.sqrt(dy * dy + dz * dz)
+        outward = radius / distance - 1
+        motion = ngs.IfPos(1.001 * radius - distance, ngs.CF((0.0, outward * dy, outward * dz)), motion)
     return motion
 
 
@@ -130,18 +130,18 @@ def _to_rim(body: JointBody, squeeze: float) -> Any:
     stations = [MM / squeeze * float(x) for x in body.stations]
 
     def taper(values: Any) -> Any:
-        half = ngs.CF(MM * float(values[-1]))  # of the plate
+        axis = ngs.CF(MM * float(values[-1]))  # of the plate
         for k in reversed(range(len(stations) - 1)):
             taper_rate = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
-            half = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + taper_rate * (ngs.x - stations[k]), half)
-        return half
+            axis = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + taper_rate * (ngs.x - stations[k]), axis)
+        return axis
 
     reach = ngs.sqrt((ngs.z / taper(body.semi_major)) ** 2 + (ngs.y / taper(body.semi_minor)) ** 2)
     return ngs.CF((0.0, (1 / reach - 1) * ngs.y, (1 / reach - 1) * ngs.z))
 
 
 def _inverted(mesh: Any, size: MeshSize) -> int:
-    """Count the elements whose Jacobian is not positive everywhere."""
+    """Return the number of elements whose Jacobian is not positive everywhere."""
     import ngsolve as ngs
 
     points = mesh.MapToAllElements(ngs.IntegrationRule(ngs.TET, 2 * size.curvature), ngs.VOL)
@@ -163,8 +163,11 @@ def _check(mesh: Any, body: JointBody) -> None:
         "volume of the matrix": (ngs.dx("matrix"), body.volume / 2),
         "area of the axis' strip": (ngs.ds("axis"), body.axis / 2 * body.length),
     }
-    for what, (where, expected) in parts.items():
-        off = ngs.Integrate(one * where, mesh) - expected
-        if abs(off) > AREA * expected:
-            rule, value = f"must have the drawing's {what}", f"{100 * off / expected if expected else 100:+.2g} % off"
+    for name, (where, expected) in parts.items():
+        excess = ngs.Integrate(one * where, mesh) - expected
+        if abs(excess) > AREA * expected:
+            rule, value = (
+                f"must have the drawing's {name}",
+                f"{100 * excess / expected if expected else 100:+.2g} % off",
+            )
             raise InputError(rule, key="mesh", value=value, fix="use a finer mesh, or change the geometry slightly")

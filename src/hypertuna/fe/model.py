@@ -55,12 +55,12 @@ class FeOptions:
         return self.material or drive_unit(robot).material_set
 
     def facts(self, robot: Robot) -> dict[str, Any]:
-        """Return all options, for records and journals."""
+        """Return all options by name, for records and journals."""
         return asdict(self) | {"material": self.material_of(robot)}
 
 
 class SurfaceStrain(NamedTuple):
-    """Squared stretches of a wall along the channel and around it, and their shear, as NGSolve expressions."""
+    """Squared stretches of a wall along the channel and around it, and their shear, as NGSolve expressions [1]."""
 
     Caa: Any
     Chh: Any
@@ -126,7 +126,7 @@ def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
 
 
 def axis_of(robot: Robot, body: JointBody) -> Axis:
-    """Return what holds the axis of a joint's body."""
+    """Return the member that holds the axis of a joint's body."""
     _, actuator = joint_group(robot, body.name)
     buckling = math.inf if actuator.axis_buckling is None else actuator.axis_buckling
     return Axis(actuator.axis_stiffness, buckling, body.axis)
@@ -156,8 +156,8 @@ def _energy(space: Any, axis: Axis, body: JointBody, matrix: Solid, wall: Wall, 
     F, place = ngs.Id(3) + ngs.Grad(u), ngs.CF((ngs.x, ngs.y, ngs.z)) + u
     energy = ngs.BilinearForm(space, symmetric=True)
     energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx("matrix"))
-    stiff = Solid("neo_hookean", Mooney(PLATE * matrix.shear / 2, 0.0), 0.3)
-    energy += ngs.Variation(solid_energy(stiff, F).Compile() * ngs.dx("plate"))
+    plate = Solid("neo_hookean", Mooney(PLATE * matrix.shear / 2, 0.0), 0.3)
+    energy += ngs.Variation(solid_energy(plate, F).Compile() * ngs.dx("plate"))
     gradient = ngs.Grad(u).Trace()
     C = surface_strain(gradient)
     walls = hose_energy(wall, *C) + braid_energy(wall, *C)
@@ -171,7 +171,7 @@ def _energy(space: Any, axis: Axis, body: JointBody, matrix: Solid, wall: Wall, 
         energy += ngs.Variation(aligned_axis_energy(axis, along, turn).Compile() * ngs.ds("axis"))
     # The sine of the tip's angle is the integral of -u_x (y - y_m) / int (y - y_m)^2.
     area = ngs.Integrate(ngs.CF(1.0) * ngs.ds("tip"), space.mesh)
-    off = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), space.mesh) / area
-    turn = -u[0] * off / ngs.Integrate(off * off * ngs.ds("tip"), space.mesh)
+    offset = ngs.y - ngs.Integrate(ngs.y * ngs.ds("tip"), space.mesh) / area
+    turn = -u[0] * offset / ngs.Integrate(offset * offset * ngs.ds("tip"), space.mesh)
     energy += ngs.Variation((-0.5 * loads[2] * turn).Compile() * ngs.ds("tip"))
     return energy

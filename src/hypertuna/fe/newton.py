@@ -16,7 +16,7 @@ HOLD = 0.1  # 1/m^2, the first one over the shear modulus
 
 @dataclass(frozen=True)
 class Problem:
-    """An energy to minimize under variable loads."""
+    """An energy [J] to minimize under variable loads, and the present state."""
 
     energy: Any  # ngsolve.BilinearForm of `ngsolve.Variation` [J]
     state: Any  # ngsolve.GridFunction, changes with the loads
@@ -25,7 +25,7 @@ class Problem:
 
     @property
     def free(self) -> Any:
-        """Unknowns of Newton's step."""
+        """Unknowns that Newton's step may change, as bits."""
         return self.state.space.FreeDofs()
 
 
@@ -39,25 +39,25 @@ class Equilibrium:
 
 
 def lead(problem: Problem, loads: Sequence[float], *, least: float = MIN_WORK) -> Equilibrium:
-    """Bring a problem from its present state to other loads, in one step if Newton's method converges, else in smaller.
+    """Bring a problem from its state to other loads, in one step if Newton's method converges, else in smaller steps.
 
     Without convergence the state is the last equilibrium on the way. `least` is a gain of energy [J] that counts as
     none even where the loads hardly change, as on a finer space that starts from the state of a coarser one.
     """
     start, end = [load.Get() for load in problem.loads], [float(load) for load in loads]
-    last = problem.state.vec.CreateVector()
-    last.data = problem.state.vec
+    last_state = problem.state.vec.CreateVector()
+    last_state.data = problem.state.vec
     reached, step, iterations = 0.0, 1.0, 0
     while reached < 1:
-        part = min(1.0, reached + step)
-        _set(problem, start, end, part)
+        fraction = min(1.0, reached + step)
+        _set(problem, start, end, fraction)
         steps, fault = _newton(problem, least)
         iterations += steps
         if not fault:
-            reached, step = part, 2 * step
-            last.data = problem.state.vec
+            reached, step = fraction, 2 * step
+            last_state.data = problem.state.vec
             continue
-        problem.state.vec.data = last
+        problem.state.vec.data = last_state
         _set(problem, start, end, reached)
         step /= 2
         if step < SHORTEST:
@@ -67,16 +67,16 @@ def lead(problem: Problem, loads: Sequence[float], *, least: float = MIN_WORK) -
 
 
 def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: float) -> None:
-    """Interpolate the loads."""
-    for load, first, last in zip(problem.loads, start, end, strict=True):
-        load.Set(first + part * (last - first))
+    """Set the loads to a part of the way from start to end."""
+    for load, old, new in zip(problem.loads, start, end, strict=True):
+        load.Set(old + part * (new - old))
 
 
 def _newton(problem: Problem, least: float) -> tuple[int, str]:
     """Minimize the energy under the present loads; return the number of steps and the failure, empty without one."""
     u, energy = problem.state.vec, problem.energy
     gradient, step, trial = (u.CreateVector() for _ in range(3))
-    first = now = _value(problem, u)
+    value_first = value_now = _value(problem, u)
     for k in range(1, MAX_STEPS + 1):
         energy.Apply(u, gradient)
         energy.AssembleLinearization(u)
@@ -84,7 +84,7 @@ def _newton(problem: Problem, least: float) -> tuple[int, str]:
         if not math.isfinite(gain):
             return k, "the tangent is singular"
         # A regularized step gains little anywhere: the free step decides whether this is an equilibrium.
-        if max(gain, abs(free)) <= CLOSE * abs(now - first) + least:
+        if max(gain, abs(free)) <= CLOSE * abs(value_now - value_first) + least:
             trial.data = u - step
             if math.isfinite(_value(problem, trial)):
                 u.data = trial
@@ -93,12 +93,12 @@ def _newton(problem: Problem, least: float) -> tuple[int, str]:
         for _ in range(HALVINGS):
             trial.data = u - length * step
             value = _value(problem, trial)
-            if math.isfinite(value) and value <= now - 1e-4 * length * gain:
+            if math.isfinite(value) and value <= value_now - 1e-4 * length * gain:
                 break
             length /= 2
         else:
             return k, "no step lowers the energy"
-        u.data, now = trial, value
+        u.data, value_now = trial, value
     return MAX_STEPS, f"Newton's method did not converge in {MAX_STEPS} steps"
 
 
@@ -108,17 +108,17 @@ def _value(problem: Problem, vector: Any) -> float:
 
 
 def _direction(problem: Problem, gradient: Any, step: Any) -> tuple[float, float]:
-    """Solve for Newton's step; return the first-order decrease of energy [J] of this step and of the free step.
+    """Solve for Newton's step; return the first-order decrease of energy [J] of the damped and of the undamped step.
 
     An indefinite tangent (before buckling) is regularized until the step descends; the free step is without.
     """
-    tangent, held, free = problem.energy.mat, 0.0, math.nan
+    tangent, held_back, free = problem.energy.mat, 0.0, math.nan
     for k in range(HOLDS + 1):
         if k:
             hold = HOLD * problem.shear * 10 ** (k - 1)
             squares = _squares(problem)  # keeps the matrix alive as long as its vector
-            tangent.AsVector().data += (hold - held) * squares.AsVector()
-            held = hold
+            tangent.AsVector().data += (hold - held_back) * squares.AsVector()
+            held_back = hold
         step.data = tangent.Inverse(problem.free, inverse="sparsecholesky") * gradient
         gain = float(step.InnerProduct(gradient))
         free = free if k else gain
@@ -128,7 +128,7 @@ def _direction(problem: Problem, gradient: Any, step: Any) -> tuple[float, float
 
 
 def _squares(problem: Problem) -> Any:
-    """Return the mass matrix in the tangent's pattern."""
+    """Return the mass matrix in the pattern of the tangent matrix."""
     import ngsolve as ngs
 
     space = problem.state.space

@@ -79,14 +79,14 @@ class Film:
     faces: tuple[dict[str, Any], ...]  # faces of the upper half by kind, pyvista.PolyData with points at rest
 
     def text(self, k: int) -> str:
-        """Return pressure and bend as text."""
+        """Return the k-th pressure and bend as text."""
         return f"{self.pressure[k] / 1e3:.4g} kPa: {np.degrees(self.angle[k]):.1f} deg"
 
     def top(self, quantity: str) -> float:
-        """Return the upper end of the colors, in SI, from the last pressure."""
-        shown = QUANTITIES[quantity]
-        largest = float(np.quantile(self.faces[-1][self.side][shown.field], QUANTILE)) / shown.unit
-        return _round_up(largest) * shown.unit
+        """Return the upper end of a quantity's color scale [SI], from the last pressure."""
+        scale = QUANTITIES[quantity]
+        largest = float(np.quantile(self.faces[-1][self.side][scale.field], QUANTILE)) / scale.unit
+        return _round_up(largest) * scale.unit
 
 
 def read_film(folder: str | Path) -> Film:
@@ -107,7 +107,7 @@ def read_film(folder: str | Path) -> Film:
 
 @styled
 def draw_step(film: Film, k: int, quantity: str) -> Figure:
-    """Draw both views at a pressure."""
+    """Draw both views of a quantity at the k-th pressure."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, view, text in (
@@ -156,8 +156,8 @@ def write_filmstrip(folder: str | Path, path: str | Path) -> None:
     loaded = np.flatnonzero(film.pressure > 0)
     chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(FRAMES, len(loaded))).round().astype(int))]
     faces = tuple(film.faces[k] for k in chosen)
-    shown = replace(film, pressure=film.pressure[chosen], angle=film.angle[chosen], faces=faces)
-    write_png(draw_filmstrip(shown), path, dpi=FILM_DPI)
+    selection = replace(film, pressure=film.pressure[chosen], angle=film.angle[chosen], faces=faces)
+    write_png(draw_filmstrip(selection), path, dpi=FILM_DPI)
 
 
 def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
@@ -175,14 +175,14 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
 
 def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: Any) -> None:
     """Draw the color bar of a quantity."""
-    shown = QUANTITIES[quantity]
-    colors = ScalarMappable(Normalize(0, film.top(quantity) / shown.unit), SEQUENCE)
-    bar = figure.colorbar(colors, ax=axes, extend="max", label=shown.label, aspect=30, **place)
+    scale = QUANTITIES[quantity]
+    colors = ScalarMappable(Normalize(0, film.top(quantity) / scale.unit), SEQUENCE)
+    bar = figure.colorbar(colors, ax=axes, extend="max", label=scale.label, aspect=30, **place)
     bar.outline.set_visible(False)
 
 
 def _round_up(value: float) -> float:
-    """Round up to a round number for a color bar; 1 for zero."""
+    """Return the next round number from a value up, for a color scale; 1 for zero."""
     if value <= 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
@@ -194,13 +194,13 @@ def _faces(path: Path) -> dict[str, Any]:
     import pyvista as pv
 
     points, cells, types, fields = read_surface(path)
-    whole = pv.UnstructuredGrid(cells, types, points)
-    whole.point_data.update(fields)
-    number = np.rint(whole.point_data_to_cell_data()[FACE]).astype(int)
+    surface = pv.UnstructuredGrid(cells, types, points)
+    surface.point_data.update(fields)
+    number = np.rint(surface.point_data_to_cell_data()[FACE]).astype(int)
 
     def part(kinds: tuple[str, ...]) -> Any:
         cells = np.isin(number, [FACE_NUMBERS[kind] for kind in kinds])
-        joined = whole.extract_cells(cells).clean(tolerance=SAME)
+        joined = surface.extract_cells(cells).clean(tolerance=SAME)
         return joined.extract_surface(algorithm="dataset_surface").triangulate()
 
     return {name: part(kinds) for name, kinds in PARTS.items()}
@@ -245,8 +245,8 @@ def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float
         part.points = part.points + part[DISPLACEMENT]
     if view == "units":
         units = [(_whole(shape[name]), 1.0 if name == side else FADED, True) for name in SIDES]
-        glass = {"outer": THIN, "plate": THICK, "caps": 1.0}
-        return units + [(_whole(shape[name]), opacity, False) for name, opacity in glass.items()]
+        opacities = {"outer": THIN, "plate": THICK, "caps": 1.0}
+        return units + [(_whole(shape[name]), opacity, False) for name, opacity in opacities.items()]
     lower = [(_mirrored(shape[name]), 1.0, True) for name in (*SIDES, "outer")]
     gray = [(_mirrored(shape[name]), 1.0, False) for name in ("plate", "caps")]
     upper = [(shape["outer"], THIN, False), (shape["plate"], THIN, False)]
@@ -255,27 +255,27 @@ def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float
 
 def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
     """Return size of the picture, camera and scale that frame the body at rest and at the last pressure."""
-    away = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
-    right = np.cross((0.0, 0.0, 1.0), away)
+    direction = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
+    right = np.cross((0.0, 0.0, 1.0), direction)
     right /= np.linalg.norm(right)
-    up = np.cross(away, right)
+    up = np.cross(direction, right)
     parts = [_whole(film.faces[-1][name]) for name in ("outer", "plate")]
     points = np.concatenate([place for part in parts for place in (part.points, part.points + part[DISPLACEMENT])])
-    ends = np.array([((points @ axis).min(), (points @ axis).max()) for axis in (right, up)])
-    middle = ends.mean(axis=1) @ np.stack([right, up])
-    wide, high = np.diff(ends).ravel()
-    far = middle + 10 * max(wide, high) * away
+    extents = np.array([((points @ axis).min(), (points @ axis).max()) for axis in (right, up)])
+    middle = extents.mean(axis=1) @ np.stack([right, up])
+    wide, high = np.diff(extents).ravel()
+    position = middle + 10 * max(wide, high) * direction
     size = (round(PIXELS * wide / high), PIXELS)
-    return size, [tuple(far), tuple(middle), tuple(up)], float(MARGIN * high / 2)
+    return size, [tuple(position), tuple(middle), tuple(up)], float(MARGIN * high / 2)
 
 
 def _mirrored(part: Any) -> Any:
-    """Return the lower half of a part."""
+    """Return the lower half of a part, mirrored from its upper half."""
     lower = part.reflect((0, 0, 1), point=(0, 0, 0))
     lower[DISPLACEMENT] = part[DISPLACEMENT] * (1, 1, -1)
     return lower
 
 
 def _whole(part: Any) -> Any:
-    """Join both halves of a part."""
+    """Return both halves of a part as one."""
     return part.merge(_mirrored(part), merge_points=True)

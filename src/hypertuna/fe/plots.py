@@ -23,9 +23,9 @@ ANALYTIC["label"] = "fast model (no friction)"
 def plot_result(bend: FeBend, *, width: float = WIDTH) -> Figure:
     """Plot a bend beside that of the fast model, both without friction: `width` [inch]."""
     path = np.linspace(0, max(float(bend.pressure[-1]), 1.0), SMOOTH)
-    other = fast_bend(bend.robot, bend.joint, path, side=bend.side, material=bend.material, friction=False)
+    fast = fast_bend(bend.robot, bend.joint, path, side=bend.side, material=bend.material, friction=False)
     title = f"{bend.robot.name}, joint {bend.joint}, {bend.side} side, material set {bend.material}"
-    analytic = (other.pressure, other.angle, other.volume)
+    analytic = (fast.pressure, fast.angle, fast.volume)
     described = described_bend(bend.robot, bend.joint)
     return plot_fe_bend(bend.pressure, bend.angle, bend.oil, analytic, described, title, width=width)
 
@@ -49,14 +49,14 @@ def plot_fe_bend(
     figure = Figure(figsize=(width, 0.4 * width + 0.5), layout="constrained")
     panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]
     lines = [(ANALYTIC, analytic)] if analytic else []
-    for style, (pressures, angles, taken) in (*lines, (ELEMENTS, (pressure, angle, oil))):
+    for style, (pressures, angles, oil_taken) in (*lines, (ELEMENTS, (pressure, angle, oil))):
         x = np.asarray(pressures) / KILO
         panels[0].plot(x, np.degrees(angles), **style)
-        if oil is not None and taken is not None:
-            panels[1].plot(np.asarray(taken) / MILLILITER, x, **style)
+        if oil is not None and oil_taken is not None:
+            panels[1].plot(np.asarray(oil_taken) / MILLILITER, x, **style)
     if published is not None:
-        place = published[0] / KILO, np.degrees(published[1])
-        panels[0].plot(*place, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published")
+        described = published[0] / KILO, np.degrees(published[1])
+        panels[0].plot(*described, "x", color=INK, ms=7, mew=1.6, zorder=5, label="published")
     panels[0].set(xlabel="gauge pressure [kPa]", ylabel="bend [deg]", xlim=(0, None), ylim=(0, None))
     if oil is not None:
         panels[1].set(xlabel="oil taken in [ml]", ylabel="gauge pressure [kPa]", xlim=(0, None), ylim=(0, None))

@@ -31,7 +31,7 @@ FIRST = 5e3  # Pa, first step, because of slack braids
 
 @dataclass(frozen=True)
 class Section:
-    """Deformation of the sections of a joint at rising pressures."""
+    """Stretch of the axis and curvature of a joint's sections at rising pressures."""
 
     angle: Array  # (n,) of a joint of such sections, toward the side with the pressure [rad]; NaN without convergence
     axis: Array  # (n,) mean stretch of the line y = z = 0 at rest [1]
@@ -68,15 +68,15 @@ def section_bend(
 def _bent(
     robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
 ) -> Array:
-    """Return stretch of the axis [1] and curvature toward a side per length at rest [1/m] of a section, (n, 2)."""
+    """Return stretch of the axis [1] and curvature per length at rest [1/m] of a section, at each pressure (n, 2)."""
     import ngsolve as ngs
 
-    matrix, in_m = soft_parts(robot, options)
-    wall = replace(in_m, outer=MM * in_m.outer, inner=MM * in_m.inner, braid_stiffness=MM * in_m.braid_stiffness)
+    matrix, w = soft_parts(robot, options)
+    wall = replace(w, outer=MM * w.outer, inner=MM * w.inner, braid_stiffness=MM * w.braid_stiffness)
     body = joint_body(robot, joint)
     mesh = _mesh(body, half)
-    plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
-    space = plane[0] * plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
+    in_plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
+    space = in_plane[0] * in_plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
     scale = MM * half[1]
     energy = _energy(space, axis_of(robot, body), matrix, wall, load, side, scale)
@@ -86,9 +86,9 @@ def _bent(
     for k, value in enumerate(rising):
         if not lead(problem, (float(value),)).converged:
             break
-        axis, turn = (problem.state.components[c].vec[0] for c in (2, 3))
-        moved = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
-        states[k] = 1 + axis - turn / scale * moved, (1 - 2 * SIDES.index(side)) * turn / half[1]
+        axis, bend = (problem.state.components[c].vec[0] for c in (2, 3))
+        pin_distance = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
+        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / half[1]
     return states
 
 
@@ -112,8 +112,8 @@ def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
         if abs(low.x) < 1e-4 and abs(high.x) < 1e-4:
             edge.name = "axis"
         for channel in body.upper:
-            away = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
-            if away < 1.001 * r:
+            distance = max(max(abs(p.x - MM * channel.y), abs(p.y - MM * channel.z)) for p in (low, high))
+            if distance < 1.001 * r:
                 edge.name, edge.maxh = ("wall_left", "wall_right")[channel.side], AROUND * r
     min(face.vertices, key=lambda corner: corner.p.x).name = "pin"
     mesh = ngs.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=b / 2, grading=0.5))

@@ -52,47 +52,47 @@ def state_columns(elements: States, model: States) -> dict[str, Array]:
 
 
 def apart(elements: States, model: States, name: str) -> float:
-    """Return the largest difference of a number of two sets of states; NaN without any."""
+    """Return the largest difference of a number between two sets of states; NaN if all are NaN."""
     difference = np.abs(getattr(model, name) - getattr(elements, name))
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
 
 
 def states_of(points: Sequence[Mapping[str, Any]], couple: Array, pairs: int) -> States:
-    """Arrange the points of finite elements."""
-    none = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
-    sound = [none if one["fault"] else one for one in points]
-    angle, length = (np.array([one[key] for one in sound]).reshape(-1, pairs) for key in ("angle", "length"))
-    volume = np.array([one["volume"] for one in sound]).reshape(-1, pairs, 2)
+    """Return the states (couples, pairs) of points of finite elements; NaN without an equilibrium."""
+    missing = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
+    valid = [missing if point["fault"] else point for point in points]
+    angle, length = (np.array([point[key] for point in valid]).reshape(-1, pairs) for key in ("angle", "length"))
+    volume = np.array([point["volume"] for point in valid]).reshape(-1, pairs, 2)
     return States(angle, couple[:, None] * np.cos(angle), volume, length)
 
 
 def fast_states(robot: Robot, model: JointModel, pressure: Array, elements: States) -> States:
-    """Return the fast model under the elements' moments and pairs of pressures (n, 2) [Pa]."""
+    """Return the fast model's states under the elements' moments and pairs of pressures (n, 2) [Pa]."""
     group, actuator = joint_group(robot, model.name)
-    shape, known = elements.angle.shape, np.isfinite(elements.angle)
-    both = np.broadcast_to(pressure, (*shape, 2))[known]
+    shape, solved = elements.angle.shape, np.isfinite(elements.angle)
+    pressures = np.broadcast_to(pressure, (*shape, 2))[solved]
     # Each couple by itself: a search begins where that of the row before ended, which the last bits show.
-    rows = [model.balance(pressure[at], moment[at]) for at, moment in zip(known, elements.moment, strict=True)]
-    found = {name: np.concatenate([row[name] for row in rows]) for name in ("angle", "strain", "volume")}
-    held = [holding_moment(model, a, pair) for a, pair in zip(elements.angle[known], both, strict=True)]
+    rows = [model.balance(pressure[row], moment[row]) for row, moment in zip(solved, elements.moment, strict=True)]
+    balanced = {name: np.concatenate([row[name] for row in rows]) for name in ("angle", "strain", "volume")}
+    moments = [holding_moment(model, a, pair) for a, pair in zip(elements.angle[solved], pressures, strict=True)]
     # The ends are stiff: their channels keep their volume, and the axis its length.
     lumen = math.pi / 4 * drive_unit(robot).inner_diameter ** 2
-    ends = cast(int, group.drive_units) * lumen * (actuator.length - model["length"])
-    length = actuator.length + model["length"] * (model["rest"] + found["strain"])
+    rigid_volume = cast(int, group.drive_units) * lumen * (actuator.length - model["length"])
+    length = actuator.length + model["length"] * (model["rest"] + balanced["strain"])
     states = States(*(np.full(size, math.nan) for size in (shape, shape, (*shape, 2), shape)))
-    values = (found["angle"], np.array(held), found["volume"] + ends, length)
-    for whole, part in zip((states.angle, states.moment, states.volume, states.length), values, strict=True):
-        whole[known] = part
+    values = (balanced["angle"], np.array(moments), balanced["volume"] + rigid_volume, length)
+    for target, column in zip((states.angle, states.moment, states.volume, states.length), values, strict=True):
+        target[solved] = column
     return states
 
 
 def holding_moment(model: JointModel, angle: float, pressure: ArrayLike) -> float:
     """Return the moment from outside [N m] that holds an angle [rad] under a pair of pressures [Pa]."""
-    both = np.asarray(pressure, dtype=np.float64)
+    pair = np.asarray(pressure, dtype=np.float64)
 
     def pulled(strain: float) -> float:
-        at = model.at(angle, strain, both)
-        return float(at["axial"][0] + at["gain"][0] @ both)
+        loads = model.at(angle, strain, pair)
+        return float(loads["axial"][0] + loads["gain"][0] @ pair)
 
-    at = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), both)
-    return -float(at["elastic"][0] + at["slope"][0] @ both)
+    loads = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), pair)
+    return -float(loads["elastic"][0] + loads["slope"][0] @ pair)

@@ -40,8 +40,8 @@ def lamp_of(film: Film) -> tuple[int, int]:
 
     samples = np.stack([cv2.blur(sample, (5, 5)) for sample in film.sample()]).astype(np.int16)
     high, low = np.percentile(samples, [95, 5], axis=0)
-    usual = np.median(samples, axis=0)
-    swing = (high - low) * (np.minimum(high - usual, usual - low) <= 0.25 * (high - low))
+    middle = np.median(samples, axis=0)
+    swing = (high - low) * (np.minimum(high - middle, middle - low) <= 0.25 * (high - low))
     bright = np.where(high > np.percentile(high, 50) + LEAST_LEVEL, swing, 0)
     v, u = np.unravel_index(int(np.argmax(bright)), bright.shape)
     if bright[v, u] < LEAST_LEVEL:
@@ -51,7 +51,7 @@ def lamp_of(film: Film) -> tuple[int, int]:
 
 
 def blinks_of(film: Film, lamp: tuple[int, int]) -> Array:
-    """Return the times [s] at which a lamp at a pixel goes on.
+    """Return the times [s], by the film, at which the lamp at a pixel (u, v) goes on.
 
     A lamp that goes on during the exposure of a frame is half bright in it: times are known to about a half of a frame.
     """
@@ -59,22 +59,22 @@ def blinks_of(film: Film, lamp: tuple[int, int]) -> Array:
     if not (0 <= u < film.width and 0 <= v < film.height):
         rule, fix = "must lie in the picture", "give the pixel as a viewer shows it"
         raise InputError(rule, file=film.file, key="--led", value=f"{u}, {v}", fix=fix)
-    box = (slice(max(v - NEAR, 0), v + NEAR + 1), slice(max(u - NEAR, 0), u + NEAR + 1))
-    light = np.full(len(film.time), np.nan)
+    window = (slice(max(v - NEAR, 0), v + NEAR + 1), slice(max(u - NEAR, 0), u + NEAR + 1))
+    level = np.full(len(film.time), np.nan)
     for number, frame in film.frames():
-        light[number] = frame[box].astype(float).mean()
-    own = np.isfinite(light)
-    time, light = film.time[own], light[own]
-    low, high = np.percentile(light, [2, 98])
+        level[number] = frame[window].astype(float).mean()
+    recorded = np.isfinite(level)
+    time, level = film.time[recorded], level[recorded]
+    low, high = np.percentile(level, [2, 98])
     if high - low < LEAST_LEVEL:  # one short blink in a long film
-        low, high = float(np.median(light)), float(light.max())
+        low, high = float(np.median(level)), float(level.max())
     if high - low < LEAST_LEVEL:
         rule, fix = f"must blink by {LEAST_LEVEL:g} gray levels", "check --led, and whether the lamp is seen"
         raise InputError(rule, file=film.file, key="the lamp", value=f"{high - low:.1f}", fix=fix)
-    on = light > (low + high) / 2
-    begun = np.flatnonzero(on[1:] & ~on[:-1]) + 1
+    lit = level > (low + high) / 2
+    starts = np.flatnonzero(lit[1:] & ~lit[:-1]) + 1
     # it went on within the interval before: on average half of it before the frame
-    return np.asarray(time[begun] - 0.5 / film.rate)
+    return np.asarray(time[starts] - 0.5 / film.rate)
 
 
 def read_blinks(path: str | Path, column: str = "blink") -> Array:
@@ -94,15 +94,15 @@ def read_blinks(path: str | Path, column: str = "blink") -> Array:
             fix="sort the rows by time",
         )
     lit = on > 0.5 * (on.min() + on.max()) if np.ptp(on) else np.zeros(len(on), dtype=bool)
-    begun = np.flatnonzero(lit[1:] & ~lit[:-1]) + 1
-    if not len(begun):
+    starts = np.flatnonzero(lit[1:] & ~lit[:-1]) + 1
+    if not len(starts):
         fix = "log the command of the lamp: 1 while it is on"
         raise InputError("must go from off to on", file=table.file, key=column, value="never", fix=fix)
-    return np.asarray((time[begun] + time[begun - 1]) / 2)
+    return np.asarray((time[starts] + time[starts - 1]) / 2)
 
 
 def clock_between(film: Array, log: Array, rate: float, file: str) -> Clock:
-    """Return the clock of a log by blinks (n,) [s] of the film and of the log; rate: of the film's frames [Hz].
+    """Return the clock of a log, from the times (n,) [s] of blinks in film and log; rate: frames per second [Hz].
 
     Blinks may be missing in either. A second way to match as many of them is an error: they repeat.
     """
@@ -114,46 +114,46 @@ def clock_between(film: Array, log: Array, rate: float, file: str) -> Clock:
             raise InputError(
                 f"must be {MOST} at most", file=file, key=f"blinks in {where}", value=f"{len(blinks)}", fix=fix
             )
-    ways: dict[tuple[int, ...], Clock] = {}
-    for one in film:
-        for other in log:
-            found = _matched(film, log, float(one), float(other), 1 / rate)
-            if found is not None:
-                ways.setdefault(found[0], found[1])
-    most = max((clock.blinks for clock in ways.values()), default=0)
-    best = [clock for clock in ways.values() if clock.blinks == most]
-    offsets = sorted(clock.offset for clock in best)
-    if len(best) > 1 and offsets[-1] - offsets[0] > 2 / rate:
+    matches: dict[tuple[int, ...], Clock] = {}
+    for film_blink in film:
+        for log_blink in log:
+            match = _matched(film, log, float(film_blink), float(log_blink), 1 / rate)
+            if match is not None:
+                matches.setdefault(match[0], match[1])
+    most = max((clock.blinks for clock in matches.values()), default=0)
+    candidates = [clock for clock in matches.values() if clock.blinks == most]
+    offsets = sorted(clock.offset for clock in candidates)
+    if len(candidates) > 1 and offsets[-1] - offsets[0] > 2 / rate:
         value = f"offsets of {', '.join(f'{offset:.3g}' for offset in offsets[:4])} s"
         rule, fix = "must match in one way", "blink at unequal times, such as after 1, 3 and 4 s, or film all blinks"
         raise InputError(rule, file=file, key="the blinks", value=value, fix=fix)
-    if not best or 2 * most <= min(len(film), len(log)):
+    if not candidates or 2 * most <= min(len(film), len(log)):
         value = f"{len(film)} in the film and {len(log)} in the log, of which {most} fit each other"
         fix = "check that both saw the same lamp"
         raise InputError("must be the same in film and log", file=file, key="the blinks", value=value, fix=fix)
-    return min(best, key=lambda clock: clock.left)
+    return min(candidates, key=lambda clock: clock.left)
 
 
 def _matched(film: Array, log: Array, one: float, other: float, frame: float) -> tuple[tuple[int, ...], Clock] | None:
-    """Return which blinks of the log those of the film are, if `one` of these is `other` of the log, and the clock."""
-    apart = film[:, np.newaxis] - log - (one - other)
+    """Return each film blink's index in the log (-1: none) and the clock, if `one` and `other` [s] are one blink."""
+    misfit = film[:, np.newaxis] - log - (one - other)
     allowed = frame + DRIFT * np.abs(log - other)
-    nearest = np.argmin(np.abs(apart), axis=1)
-    own = np.flatnonzero(np.abs(apart[np.arange(len(film)), nearest]) < allowed[nearest])
-    its = nearest[own]
-    if len(set(its.tolist())) < len(its):
+    nearest = np.argmin(np.abs(misfit), axis=1)
+    in_film = np.flatnonzero(np.abs(misfit[np.arange(len(film)), nearest]) < allowed[nearest])
+    in_log = nearest[in_film]
+    if len(set(in_log.tolist())) < len(in_log):
         return None
-    middle, sd = float(log[its].mean()), frame / math.sqrt(12)
-    away, lag = log[its] - middle, film[own] - log[its]
-    known_by = float((away**2).sum()) + (sd / USUAL_DRIFT) ** 2
-    drift = float((away * (lag - lag.mean())).sum()) / known_by
-    left = float(np.sqrt(((lag - lag.mean() - drift * away) ** 2).mean()))
-    if left > STEP * frame:
+    middle, sd = float(log[in_log].mean()), frame / math.sqrt(12)
+    since_middle, lag = log[in_log] - middle, film[in_film] - log[in_log]
+    information = float((since_middle**2).sum()) + (sd / USUAL_DRIFT) ** 2
+    drift = float((since_middle * (lag - lag.mean())).sum()) / information
+    residual = float(np.sqrt(((lag - lag.mean() - drift * since_middle) ** 2).mean()))
+    if residual > STEP * frame:
         return None
-    known = [-1] * len(film)
-    for k, j in zip(own.tolist(), its.tolist(), strict=True):
-        known[k] = j
-    count = len(own)
-    return tuple(known), Clock(
-        float(lag.mean()), middle, drift, sd / math.sqrt(count), sd / math.sqrt(known_by), left, count
+    partner = [-1] * len(film)
+    for k, j in zip(in_film.tolist(), in_log.tolist(), strict=True):
+        partner[k] = j
+    count = len(in_film)
+    return tuple(partner), Clock(
+        float(lag.mean()), middle, drift, sd / math.sqrt(count), sd / math.sqrt(information), residual, count
     )

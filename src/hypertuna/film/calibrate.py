@@ -36,18 +36,18 @@ def calibrate(
     lens_k1: float = 0.0,
     refractive_index: float = 1.333,
 ) -> tuple[Camera, dict[str, Any]]:
-    """Find a camera, and how far it is off [px].
+    """Return a camera, and a record of its calibration: views of the board, corners, and their rms residuals [px].
 
     size: of the picture, where no board is filmed. board: film of a checkerboard in air; squares: its inner corners.
     corners: CSV file of four points of the tank or more, in pixels and m, at `corner_depth` [m]; height: of the camera
     over the water [m]. focal, lens_k1: of the lens, where no board is filmed; without corners the camera looks straight
     down.
     """
-    about: dict[str, Any] = {}
+    report: dict[str, Any] = {}
     if board is not None:
         film = open_film(board)
         size = film.width, film.height
-        focal, center, lens_k1, about = _lens(film, squares)
+        focal, center, lens_k1, report = _lens(film, squares)
     elif size is None:
         raise InputError("must be given", key="--size", fix="give the size of the film's frames, or a film of a board")
     else:
@@ -58,11 +58,11 @@ def calibrate(
         if focal is None:
             fix = "film a checkerboard, or give the corners of the tank"
             raise InputError("must be given without board and corners", key="--focal", fix=fix)
-        return _camera(values | {"focal_px": focal, "place_m": (0.0, 0.0, height)}), about
+        return _camera(values | {"focal_px": focal, "place_m": (0.0, 0.0, height)}), report
     pixels, places = read_corners(corners)
     camera, residual = _placed(values, pixels, places, corner_depth, height, focal, str(corners))
     rms = float(np.sqrt((residual**2).sum(axis=1).mean()))
-    return camera, about | {"corners": len(pixels), "corner_rms_px": rms}
+    return camera, report | {"corners": len(pixels), "corner_rms_px": rms}
 
 
 def read_corners(path: str | Path) -> tuple[Array, Array]:
@@ -75,7 +75,7 @@ def read_corners(path: str | Path) -> tuple[Array, Array]:
 
 
 def _camera(values: dict[str, Any]) -> Camera:
-    """Return a camera of checked values."""
+    """Return the camera of the values of a camera file, after its checks."""
     try:
         return Camera.model_validate(values)
     except ValidationError as error:
@@ -87,35 +87,35 @@ def _placed(
 ) -> tuple[Camera, Array]:
     """Return the camera that sees points of the tank at their pixels, and the residuals [px]."""
     middle, spread = places.mean(axis=0), pixels - pixels.mean(axis=0)
-    around = places - middle
+    centered = places - middle
     # a turn and a scale from pixels (y down) to places begin the search
     image = (spread[:, 0] - 1j * spread[:, 1])[:, np.newaxis]
-    factor = complex(np.linalg.lstsq(image, around[:, 0] + 1j * around[:, 1], rcond=None)[0][0])
-    if abs(factor) == 0 or np.linalg.matrix_rank(around, tol=1e-6) < 2:
+    factor = complex(np.linalg.lstsq(image, centered[:, 0] + 1j * centered[:, 1], rcond=None)[0][0])
+    if abs(factor) == 0 or np.linalg.matrix_rank(centered, tol=1e-6) < 2:
         raise InputError("must not lie on one line", file=file, key="the points", fix="give the corners of the tank")
-    if np.linalg.det(np.linalg.lstsq(spread * [1, -1], around, rcond=None)[0]) < 0:
+    if np.linalg.det(np.linalg.lstsq(spread * [1, -1], centered, rcond=None)[0]) < 0:
         rule = "must not be mirrored: x, y and up are right-handed"
         fix = "film without a mirror and not as a selfie, mirror the film back (ffmpeg -vf hflip), or swap x and y"
         raise InputError(rule, file=file, key="the points", fix=fix)
     start = np.array([middle[0], middle[1], 0.0, 0.0, np.angle(factor), 0.0])
-    own = height / abs(factor) if focal is None else focal
+    first_focal = height / abs(factor) if focal is None else focal
 
     def camera(x: Array) -> Camera:
         turn = np.array([0.0, 0.0, x[4]])
         tilt = np.degrees(_combined(np.array([x[2], x[3], 0.0]), turn))
         place = (float(x[0]), float(x[1]), height)
-        length = own * np.exp(x[5]) if focal is None else own
+        length = first_focal * np.exp(x[5]) if focal is None else first_focal
         return _camera(values | {"focal_px": float(length), "place_m": place, "tilt_deg": tuple(map(float, tilt))})
 
-    def off(x: Array) -> Array:
+    def residual(x: Array) -> Array:
         try:
             seen, _ = camera(x).sight(pixels, depth)
         except InputError:
             return np.full(places.size, 1e3)
         return np.asarray((seen - places).ravel() / abs(factor))
 
-    found = least_squares(off, start, x_scale=[height, height, 0.1, 0.1, 0.1, 0.1])
-    return camera(found.x), found.fun.reshape(-1, 2)
+    solution = least_squares(residual, start, x_scale=[height, height, 0.1, 0.1, 0.1, 0.1])
+    return camera(solution.x), solution.fun.reshape(-1, 2)
 
 
 def _combined(tilt: Array, turn: Array) -> Array:
@@ -126,7 +126,7 @@ def _combined(tilt: Array, turn: Array) -> Array:
 
 
 def _lens(film: Film, squares: tuple[int, int]) -> tuple[float, tuple[float, float], float, dict[str, Any]]:
-    """Return focal length, center, k1 and what was found, from a film of a checkerboard."""
+    """Return focal length [px], center [px], k1 and a record of the fit, from a film of a checkerboard."""
     need("film", "cv2", by="calibration")
     import cv2
 
@@ -149,5 +149,5 @@ def _lens(film: Film, squares: tuple[int, int]) -> tuple[float, tuple[float, flo
     rms, matrix, lens, _, _ = cv2.calibrateCamera(
         [grid] * len(seen), seen, (film.width, film.height), start, None, flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS
     )
-    about = {"boards": len(seen), "board_rms_px": float(rms)}
-    return float(matrix[0, 0]), (float(matrix[0, 2]), float(matrix[1, 2])), float(np.ravel(lens)[0]), about
+    report = {"boards": len(seen), "board_rms_px": float(rms)}
+    return float(matrix[0, 0]), (float(matrix[0, 2]), float(matrix[1, 2])), float(np.ravel(lens)[0]), report

@@ -49,7 +49,7 @@ class Camera(Part):
 
     @property
     def off_vertical(self) -> float:
-        """Angle between its axis and straight down [rad]."""
+        """Angle between the camera's axis and straight down [rad]."""
         x, y, z = self.axes[:, 2]
         return float(np.arctan2(np.hypot(x, y), -z))
 
@@ -64,7 +64,7 @@ class Camera(Part):
         return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]))
 
     def sight(self, pixels: ArrayLike, depth: float) -> tuple[Array, Array]:
-        """Return places (..., 2) [m] at a depth [m] that pixels (..., 2) see, and the lean of the sight (..., 2).
+        """Return the places (..., 2) [m] at a depth [m] that pixels (..., 2) see, and the lean of their sight (..., 2).
 
         The lean is the horizontal way of the line of sight per height, under water.
         """
@@ -98,16 +98,16 @@ class Camera(Part):
         within: the last step [px].
         """
         places = np.asarray(places, dtype=float)
-        at = np.broadcast_to(np.array(self.center), places.shape).copy()
+        pixel = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
-            beside = np.stack([at, at + np.array([1.0, 0.0]), at + np.array([0.0, 1.0])])
+            beside = np.stack([pixel, pixel + np.array([1.0, 0.0]), pixel + np.array([0.0, 1.0])])
             here, right, below = self.sight(beside, depth)[0]
-            by = np.stack([right - here, below - here], axis=-1)
-            step = np.linalg.solve(by, (places - here)[..., np.newaxis])[..., 0]
-            at += step
+            jacobian = np.stack([right - here, below - here], axis=-1)
+            step = np.linalg.solve(jacobian, (places - here)[..., np.newaxis])[..., 0]
+            pixel += step
             if np.abs(step).max(initial=0.0) < within:
                 break
-        return at
+        return pixel
 
 
 def read_camera(path: str | Path) -> Camera:
@@ -128,9 +128,9 @@ def write_camera(camera: Camera, path: str | Path, comment: str) -> None:
 
 
 def _rounded(value: Any) -> Any:
-    """Return values with numbers of eight digits."""
+    """Return the values of a camera file with their numbers rounded to eight digits."""
     if isinstance(value, dict):
-        return {key: _rounded(one) for key, one in value.items()}
+        return {key: _rounded(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_rounded(one) for one in value]
+        return [_rounded(part) for part in value]
     return float(f"{value:.8g}") if isinstance(value, float) else value

@@ -35,7 +35,7 @@ Blobs = tuple[Array, Array]  # centers (n, 2) [px] and areas (n,) [px]
 
 @dataclass(frozen=True)
 class Palette:
-    """What is a dot: how far its color must be from that of the empty tank, and in which direction."""
+    """The color of dots: in which direction it differs from that of the empty tank, and how far."""
 
     tank: NDArray[np.float32]  # (height, width, 2): a and b of CIE Lab
     hue: Array | None  # (2,) unit vector; None for all
@@ -43,21 +43,21 @@ class Palette:
 
     def __call__(self, frame: Gray) -> Array:
         """Return how strongly each pixel (height, width) has the color of a dot."""
-        away = _chroma(frame) - self.tank
+        difference = _chroma(frame) - self.tank
         if self.hue is None:
-            return np.asarray(np.hypot(away[..., 0], away[..., 1]))
-        along = away @ self.hue
-        return np.asarray(along - np.abs(away @ np.array([-self.hue[1], self.hue[0]], np.float32)))
+            return np.asarray(np.hypot(difference[..., 0], difference[..., 1]))
+        along = difference @ self.hue
+        return np.asarray(along - np.abs(difference @ np.array([-self.hue[1], self.hue[0]], np.float32)))
 
     def blobs(self, frame: Gray) -> Blobs:
-        """Return the dots of a frame."""
+        """Return the centers (n, 2) [px] and the areas (n,) [px] of the dots in a frame."""
         import cv2
 
         strong = self(frame)
-        _, label, about, _ = cv2.connectedComponentsWithStats((strong > 0.5 * self.level).astype(np.uint8))
+        _, label, stats, _ = cv2.connectedComponentsWithStats((strong > 0.5 * self.level).astype(np.uint8))
         centers, areas = [], []
-        for k in range(1, len(about)):
-            left, top, wide, high, area = about[k]
+        for k in range(1, len(stats)):
+            left, top, wide, high, area = stats[k]
             if area < LEAST_AREA:
                 continue
             box = (slice(max(top - RIM, 0), top + high + RIM), slice(max(left - RIM, 0), left + wide + RIM))
@@ -69,7 +69,7 @@ class Palette:
 
 
 def _chroma(frame: Gray) -> Array:
-    """Return a and b (height, width, 2) of CIE Lab."""
+    """Return the color a and b (height, width, 2), in CIE Lab, of each pixel of a frame."""
     import cv2
 
     return np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2LAB)[..., 1:])
@@ -85,18 +85,18 @@ def hue_of(color: str) -> Array:
     except ValueError:
         fix = f"give one of {', '.join(COLORS)}, or #rrggbb as a picture viewer shows it"
         raise InputError("must be a color", key="--dot-color", value=shown(color), fix=fix) from None
-    away = (
+    chroma = (
         cv2.cvtColor(np.array([[[blue, green, red]]], np.uint8), cv2.COLOR_BGR2LAB)[0, 0, 1:].astype(np.float32) - 128
     )
-    size = float(np.hypot(*away))
+    size = float(np.hypot(*chroma))
     if size < LEAST_COLOR:
         fix = "paint the dots in a strong color"
         raise InputError("must be a color, not a gray", key="--dot-color", value=shown(color), fix=fix)
-    return np.asarray(away / size)
+    return np.asarray(chroma / size)
 
 
 def palette_of(film: Film, color: str | None) -> tuple[Palette, int, float]:
-    """Return what is a dot in a film, how many there are in most of its samples, and their usual area [px]."""
+    """Return the palette of a film's dots, their number in most of its samples, and their usual area [px]."""
     samples = film.sample(colors=True)
     # of colors, not of their red, green and blue: where fish, dots and tank are seen, these would make another color
     tank = background_of(np.stack([_chroma(sample) for sample in samples])).astype(np.float32)
@@ -110,22 +110,22 @@ def palette_of(film: Film, color: str | None) -> tuple[Palette, int, float]:
         raise InputError(rule, file=film.file, key="the dots", value=f"{level:.1f}", fix=fix)
     palette = Palette(tank, palette.hue, level)
     areas = [palette.blobs(sample)[1] for sample in samples]
-    usual = float(np.median(np.concatenate(areas)))
-    counts = np.bincount([int((area > SMALL * usual).sum()) for area in areas])
-    return palette, int(np.argmax(counts[1:])) + 1 if len(counts) > 1 else 0, usual
+    usual_area = float(np.median(np.concatenate(areas)))
+    counts = np.bincount([int((area > SMALL * usual_area).sum()) for area in areas])
+    return palette, int(np.argmax(counts[1:])) + 1 if len(counts) > 1 else 0, usual_area
 
 
 def along_body(points: Array) -> Array:
-    """Return the order of points (n, 2) on the shortest way through all: from one to its next neighbor, and so on."""
-    apart = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
-    ways = []
+    """Return the order (n,) of points (n, 2) on the shortest path through all, each the next neighbor of the last."""
+    distance = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+    paths = []
     for first in range(len(points)):
-        way, rest = [first], set(range(len(points))) - {first}
+        path, rest = [first], set(range(len(points))) - {first}
         while rest:
-            way.append(min(rest, key=lambda k: apart[way[-1], k]))
-            rest.remove(way[-1])
-        ways.append(way)
-    return np.array(min(ways, key=lambda way: apart[way[:-1], way[1:]].sum()))
+            path.append(min(rest, key=lambda k: distance[path[-1], k]))
+            rest.remove(path[-1])
+        paths.append(path)
+    return np.array(min(paths, key=lambda path: distance[path[:-1], path[1:]].sum()))
 
 
 @dataclass
@@ -148,18 +148,18 @@ class Follower:
             return self._anew(number, centers, areas)
         expected = self.place + self.step
         gate = GATE * float(np.linalg.norm(np.diff(self.place, axis=0), axis=1).min()) + np.linalg.norm(self.step)
-        apart = np.linalg.norm(expected[:, np.newaxis] - centers, axis=2)
-        own, other = linear_sum_assignment(np.where(apart < gate, apart, 10 * gate)) if len(centers) else ([], [])
+        distance = np.linalg.norm(expected[:, np.newaxis] - centers, axis=2)
+        dot, blob = linear_sum_assignment(np.where(distance < gate, distance, 10 * gate)) if len(centers) else ([], [])
         dots = np.full((self.count, 2), np.nan)
-        joined = False
-        for k, j in zip(own, other, strict=True):
-            if apart[k, j] >= gate:
+        merged = False
+        for k, j in zip(dot, blob, strict=True):
+            if distance[k, j] >= gate:
                 continue
             if areas[j] > LARGE * self.usual:
-                joined = True
+                merged = True
                 continue
             dots[k] = centers[j]
-        self.touching += joined
+        self.touching += merged
         seen = np.isfinite(dots[:, 0])
         if seen.sum() < max(2, self.count / 2):
             self.lost += 1
@@ -170,7 +170,7 @@ class Follower:
         return dots
 
     def _anew(self, number: int, centers: Array, areas: Array) -> Array:
-        """Return dots that are found without those of frames before: all of them, and nothing else."""
+        """Return the dots (count, 2) [px] without use of earlier frames; NaN unless exactly `count` are seen."""
         if len(centers) != self.count or (areas > LARGE * self.usual).any():
             self.lost += 1
             return np.full((self.count, 2), np.nan)
@@ -180,19 +180,19 @@ class Follower:
 
 
 def _carried(before: Array, after: Array, points: Array) -> Array:
-    """Move and turn points (n, 2) as others moved from before to after."""
-    one, other = (before - before.mean(axis=0)) @ [1, 1j], (after - after.mean(axis=0)) @ [1, 1j]
-    turn = np.exp(1j * np.angle((other * one.conj()).sum()))
-    away = ((points - before.mean(axis=0)) @ [1, 1j]) * turn
-    return np.asarray(np.stack([away.real, away.imag], axis=1) + after.mean(axis=0))
+    """Return points (n, 2) [px] moved by the shift and rotation that best take `before` to `after` (m, 2)."""
+    old, new = (before - before.mean(axis=0)) @ [1, 1j], (after - after.mean(axis=0)) @ [1, 1j]
+    turn = np.exp(1j * np.angle((new * old.conj()).sum()))
+    turned = ((points - before.mean(axis=0)) @ [1, 1j]) * turn
+    return np.asarray(np.stack([turned.real, turned.imag], axis=1) + after.mean(axis=0))
 
 
 def follow_dots(
     film: Film, color: str | None, count: int | None, progress: Callable[[int, int], None]
 ) -> tuple[Array, list[int], list[str]]:
-    """Return dots (frames, dots, 2) [px] in their order along the body, from either end, and what to tell.
+    """Return dots (frames, dots, 2) [px] in order along the body, the frames of fresh starts, and notes for the user.
 
-    count: of the dots, if it is known. The list has the frames at which dots are sought anew: the end from which they
+    count: of the dots, if it is known. At a fresh start dots are sought without earlier frames: the end from which they
     are counted may change there.
     """
     palette, seen, usual = palette_of(film, color)
@@ -214,6 +214,6 @@ def follow_dots(
 
 
 def _blobs(film: Film, palette: Palette) -> Iterator[tuple[int, Blobs]]:
-    """Yield number and dots of frames."""
+    """Yield the number of each frame of a film, and the centers and areas of its dots."""
     for number, frame in film.colors():
         yield number, palette.blobs(frame)

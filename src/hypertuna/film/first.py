@@ -1,4 +1,4 @@
-"""Where the fish is before anything is known of it: from the pixels of a connected part, in both directions."""
+"""First guesses of the fish's pose from the pixels of a connected part, with the nose at either end."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from hypertuna.film.sections import Body
 
 
 def guesses(body: Body, places: Array, contrast: float) -> list[Array]:
-    """Return unknowns of a bent body over places (n, 2) [m], its nose at either end."""
+    """Return two first guesses of a body's unknowns from places (n, 2) [m] of its pixels: the nose at either end."""
     center = places.mean(axis=0)
-    away = places - center
-    _, vectors = np.linalg.eigh(away.T @ away)
+    centered = places - center
+    _, vectors = np.linalg.eigh(centered.T @ centered)
     half = np.sqrt(body.section[:, 0])
-    middle = float((half * body.stations).sum() / half.sum())  # distance of the area's center from the nose
-    return [_along(body, away, center, sign * vectors[:, 1], middle, contrast) for sign in (1.0, -1.0)]
+    from_nose = float((half * body.stations).sum() / half.sum())  # distance of the area's center from the nose
+    return [_along(body, centered, center, sign * vectors[:, 1], from_nose, contrast) for sign in (1.0, -1.0)]
 
 
 def _along(body: Body, away: Array, center: Array, axis: Array, middle: float, contrast: float) -> Array:
-    """Return unknowns of a body along an axis from nose to tail, bent as a parabola through the places."""
+    """Return a body's unknowns along an axis from nose to tail, links bent to a parabola through the places `away`."""
     normal = np.array([-axis[1], axis[0]])
     along, across = away @ axis + middle, away @ normal
-    line = np.polynomial.Polynomial.fit(along, across, 2)
+    parabola = np.polynomial.Polynomial.fit(along, across, 2)
     ends = np.append(0.0, np.cumsum(body.length))
-    heading = np.arctan2(axis[1], axis[0]) + np.arctan(line.deriv()((ends[1:] + ends[:-1]) / 2))
+    heading = np.arctan2(axis[1], axis[0]) + np.arctan(parabola.deriv()((ends[1:] + ends[:-1]) / 2))
     matrix = np.column_stack([np.ones(len(body.length)), body.share])
     turn = np.linalg.lstsq(matrix, heading, rcond=None)[0]
-    nose = center - middle * axis + line(0.0) * normal
+    nose = center - middle * axis + parabola(0.0) * normal
     return np.concatenate([nose, turn, [0.0, 0.0, contrast]])

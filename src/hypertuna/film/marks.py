@@ -51,13 +51,13 @@ def points_of(
         pixels, tags, notes = find_tags(film, marks.dictionary, wanted, progress)
         names = [str(tag) for tag in tags] if places is None else [*places.names]
     else:
-        pixels, begun, notes = follow_dots(film, marks.color, None if places is None else len(places.names), progress)
+        pixels, starts, notes = follow_dots(film, marks.color, None if places is None else len(places.names), progress)
         names = [f"dot{k + 1}" for k in range(pixels.shape[1])] if places is None else [*places.names]
     place = np.full(pixels.shape, np.nan)
     seen = np.isfinite(pixels[..., 0])
     place[seen] = camera.sight(pixels[seen], depth)[0]
     if marks.kind == "dots":
-        place = _nose_first(place, begun, None if places is None else _from_nose(places, robot), film.file)
+        place = _nose_first(place, starts, None if places is None else _from_nose(places, robot), film.file)
         seen = np.isfinite(place[..., 0])
     parts = zip(names, seen.mean(axis=0), strict=True)
     missing = "; ".join(f"{name} in {100 * (1 - part):.0f} %" for name, part in parts if part < 0.9)
@@ -79,21 +79,21 @@ def points_of(
 
 
 def judged(run: MarkerRun, robot: Robot, rate: float) -> tuple[MarkerRun, tuple[Array, float] | None]:
-    """Return a run of a film of a frame rate [Hz] with what its beat lets doubt, and the noise of ripples.
+    """Return a film's run with notes on doubts about its beat, and the noise of ripples; rate: frames per second [Hz].
 
     The noise: standard deviations (groups,) [rad] of the joint angles and their memory [s]; None without a steady beat.
     """
-    own = np.concatenate(run.stretches) if run.stretches else np.zeros(0, dtype=int)
-    beat = beat_of(run.markers.time[own], run.fit.angle[own]) if len(own) else None
+    frames = np.concatenate(run.stretches) if run.stretches else np.zeros(0, dtype=int)
+    beat = beat_of(run.markers.time[frames], run.fit.angle[frames]) if len(frames) else None
     if beat is None:
         return run, None
     notes = (*run.markers.notes, *pace_doubts(robot, beat.frequency, rate))
     run = replace(run, markers=replace(run.markers, notes=notes))
-    return run, (np.maximum(beat.noise, np.median(run.fit.sd[own, 3:], axis=0)), beat.memory)
+    return run, (np.maximum(beat.noise, np.median(run.fit.sd[frames, 3:], axis=0)), beat.memory)
 
 
 def _places(path: str | Path, robot: Robot) -> Places:
-    """Return the places of a file, from nose to tail."""
+    """Return the places of marks on the robot from a file, in the order from nose to tail."""
     table = read_table(path, RUNS)
     names = table.parse(lambda _, cells: cells.get("marker", ""))
     places = read_places(path, robot, names)
@@ -108,7 +108,7 @@ def _from_nose(places: Places, robot: Robot) -> Array:
 
 
 def _number(name: str, file: str) -> int:
-    """Return the number of a tag."""
+    """Return the number of a tag from its name, such as 7 from "tag 7"."""
     text = name.lower().removeprefix("tag").strip()
     if not text.isdecimal():
         fix = "write the number that the tag shows"
@@ -117,20 +117,20 @@ def _number(name: str, file: str) -> int:
 
 
 def _nose_first(place: Array, begun: list[int], from_nose: Array | None, file: str) -> Array:
-    """Count dots (frames, dots, 2) [m] from the nose: by the distances between them, or by the motion, head first.
+    """Return dots (frames, dots, 2) [m] ordered from the nose, which the gaps between dots or the motion tell.
 
     begun: frames at which the end from which they are counted may change; frames between two of them that do not tell
     the nose are left out.
     """
-    ends, place, told = [*begun[1:], len(place)], place.copy(), 0
+    ends, place, decided = [*begun[1:], len(place)], place.copy(), 0
     for first, end in zip(begun, ends, strict=True):
-        way = _forward(place[first:end], from_nose)
-        if way == 0:
+        direction = _forward(place[first:end], from_nose)
+        if direction == 0:
             place[first:end] = np.nan
-        elif way < 0:
+        elif direction < 0:
             place[first:end] = place[first:end, ::-1]
-        told += way != 0
-    if not told:
+        decided += direction != 0
+    if not decided:
         rule = f"must tell the nose from the tail: by {FORWARD:g} lengths that the robot swims head first"
         fix = "film a longer way, or give the places of dots at unequal distances by --places"
         raise InputError(rule, file=file, key="the dots", fix=fix)
@@ -144,12 +144,12 @@ def _forward(place: Array, from_nose: Array | None) -> int:
     if not whole.any():
         return 0
     if from_nose is not None:
-        gap, known = np.median(gaps[whole], axis=0), np.diff(from_nose)
-        ahead, back = (float(np.abs(gap - one).sum()) for one in (known, known[::-1]))
-        if max(ahead, back) > UNEQUAL * min(ahead, back):
-            return 1 if ahead < back else -1
-    own = place[whole]
-    middle, facing = own.mean(axis=1), own[:, 0] - own[:, -1]
+        gap, given = np.median(gaps[whole], axis=0), np.diff(from_nose)
+        misfit, misfit_reversed = (float(np.abs(gap - one).sum()) for one in (given, given[::-1]))
+        if max(misfit, misfit_reversed) > UNEQUAL * min(misfit, misfit_reversed):
+            return 1 if misfit < misfit_reversed else -1
+    centered = place[whole]
+    middle, facing = centered.mean(axis=1), centered[:, 0] - centered[:, -1]
     length = float(np.median(gaps[whole].sum(axis=1)))
     facing = facing / np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
     forward = float((np.diff(middle, axis=0) * facing[:-1]).sum())

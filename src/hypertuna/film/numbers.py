@@ -15,7 +15,7 @@ from hypertuna.ranges import Range
 
 
 def read_rows(path: str | Path, columns: Sequence[str], limits: Range, fix: str) -> Array:
-    """Read a CSV file of these columns: numbers (rows, columns) within limits; fix: for a missing column."""
+    """Read numbers (rows, columns) of a CSV file's columns, checked for limits; fix: advice on a missing column."""
     table = read_table(path, RUNS)
     own = {column: column for column in columns}
     table.keys(own, own, fix=fix)

@@ -22,7 +22,7 @@ BITS = 4_000_000  # per second
 
 
 def drawn(run: FilmRun, number: int, frame: Gray, thickness: int = 1) -> Any:
-    """Return a frame (height, width, 3) in blue, green, red, with the outline and the joints of the fish."""
+    """Return a frame as a picture (height, width, 3) in blue, green, red, with outline and joints of the fish."""
     import cv2
 
     picture = cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR)
@@ -38,7 +38,7 @@ def drawn(run: FilmRun, number: int, frame: Gray, thickness: int = 1) -> Any:
 
 
 def marked(run: MarkerRun, film: Film, camera: Camera, depth: float) -> Callable[[int, Gray], Any]:
-    """Return what draws the chain and the marks of a run over frames: green ones are used, red ones are rejected."""
+    """Return a function that draws a run's chain and marks over a frame: green ones are used, red ones are rejected."""
     import cv2
 
     frames = np.searchsorted(film.time, run.markers.time - 0.5 / film.rate)
@@ -53,9 +53,9 @@ def marked(run: MarkerRun, film: Film, camera: Camera, depth: float) -> Callable
             return picture
         color = GOOD if run.fit.determined[row] else BAD
         cv2.polylines(picture, [np.rint(16 * chain[row]).astype(np.int32)], False, color, 1, cv2.LINE_AA, 4)
-        for m in np.flatnonzero(seen[row]):
-            at = np.rint(16 * places[row, m]).astype(int).tolist()
-            cv2.circle(picture, at, 16 * 5, BAD if run.fit.rejected[row, m] else GOOD, 1, cv2.LINE_AA, 4)
+        for mark in np.flatnonzero(seen[row]):
+            center = np.rint(16 * places[row, mark]).astype(int).tolist()
+            cv2.circle(picture, center, 16 * 5, BAD if run.fit.rejected[row, mark] else GOOD, 1, cv2.LINE_AA, 4)
         return picture
 
     return draw
@@ -64,7 +64,7 @@ def marked(run: MarkerRun, film: Film, camera: Camera, depth: float) -> Callable
 def write_overlay(
     film: Film, draw: Callable[[int, Gray], Any], path: str | Path, progress: Callable[[int, int], None]
 ) -> None:
-    """Write a film with what is drawn over its frames, small: green where it is used, red where it is not."""
+    """Write a small copy of a film with `draw` over its frames: green where the result is used, red where it is not."""
     import av
     import cv2
 

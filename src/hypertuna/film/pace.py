@@ -4,7 +4,7 @@ from hypertuna.description.robot import Robot
 
 
 def pace_doubts(robot: Robot, beat: float | None, rate: float) -> list[str]:
-    """Return what to check of a beat [Hz] in a film of a frame rate [Hz], by the bounds of the robot's gaits."""
+    """Return a warning of a beat [Hz], in a film of a frame rate [Hz], outside the bounds of the robot's gaits."""
     bounds = robot.gait_bounds
     if beat is None or bounds is None:
         return []

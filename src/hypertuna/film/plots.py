@@ -1,4 +1,4 @@
-"""Figure to check a tracked film: its worst frames, the path, joint angles with the beat through them."""
+"""Figure to check a tracked film: the frames whose edges are farthest off, the path, joint angles and their beat."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
 
 
 def _worst(offset: Array) -> list[int]:
-    """Return the frames whose edges are farthest off."""
+    """Return the numbers of the frames whose edges are farthest off, in the order of time."""
     known = np.flatnonzero(np.isfinite(offset))
     return sorted(known[np.argsort(-offset[known])][:WORST].tolist())
 
 
 def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Gray]]:
-    """Return frames of the film by number."""
+    """Return the number and the gray levels (height, width) of some frames of the film, chosen by their numbers."""
     return [next(iter(run.view.film.frames(number))) for number in numbers]

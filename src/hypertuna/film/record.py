@@ -70,7 +70,7 @@ def record(
 
 
 def _nothing(source: str, value: str) -> InputError:
-    """Return the error of a source that gives nothing."""
+    """Return the error to raise for a source that gives no frames; value: what it gave instead."""
     fixes = {
         CAMERA: "connect it, check its number and whether another program uses it, or give its address",
         PIPE: "pipe a film into the command: it must be MP4, Matroska or MPEG-TS, and begin with its head",
@@ -81,11 +81,11 @@ def _nothing(source: str, value: str) -> InputError:
 
 @contextmanager
 def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> Iterator[Any]:
-    """Open a source."""
+    """Open a camera, an address or the pipe, and yield its PyAV container."""
     import av
 
-    asked = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
-    asked |= {"framerate": f"{rate:g}"} if rate is not None else {}
+    settings = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
+    settings |= {"framerate": f"{rate:g}"} if rate is not None else {}
     if source == PIPE:
         stream = av.open(sys.stdin.buffer, options={"protocol_whitelist": "pipe"}, timeout=WAIT)
     elif source.lower().startswith(CAMERA):
@@ -97,7 +97,7 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
         if device not in {one for names in av.formats_available for one in names.split(",")}:
             fix = "record by its own program, and track the file"
             raise InputError("cannot be opened by this PyAV", key=source, value=f"without {device}", fix=fix)
-        stream = av.open(name.format(number), format=device, options=asked, timeout=WAIT)
+        stream = av.open(name.format(number), format=device, options=settings, timeout=WAIT)
     elif source.lower().startswith(NETWORK):
         stream = av.open(source, options={"protocol_whitelist": PROTOCOLS}, timeout=WAIT)
     else:
@@ -110,28 +110,28 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
 
 
 def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], None]]]:
-    """Yield the time [s] of each frame and what writes it: packets as they come, raw pictures as MPEG-4."""
+    """Yield the time [s] of each frame and a function that writes it: packets unchanged, raw pictures as MPEG-4."""
     stream, begin = container.streams.video[0], time.monotonic()
     if stream.codec_context.name in KEPT:
-        copy = out.add_stream_from_template(stream)
+        copied = out.add_stream_from_template(stream)
         started = False
         for packet in container.demux(stream):
             if packet.pts is None or not packet.size or not (started := started or packet.is_keyframe):
                 continue
             stamp = float(packet.pts * packet.time_base)
-            packet.stream = copy
+            packet.stream = copied
             yield stamp, partial(out.mux, packet)
         return
-    made = out.add_stream("mpeg4", rate=1000)
-    made.width, made.height, made.pix_fmt = stream.codec_context.width, stream.codec_context.height, "yuv420p"
-    made.codec_context.flags |= 2  # AV_CODEC_FLAG_QSCALE
-    made.codec_context.global_quality = 118 * QUALITY
+    encoded = out.add_stream("mpeg4", rate=1000)
+    encoded.width, encoded.height, encoded.pix_fmt = stream.codec_context.width, stream.codec_context.height, "yuv420p"
+    encoded.codec_context.flags |= 2  # AV_CODEC_FLAG_QSCALE
+    encoded.codec_context.global_quality = 118 * QUALITY
     for frame in container.decode(stream):
         stamp = frame.time if frame.time is not None else time.monotonic() - begin
-        yield stamp, partial(_encode, out, made, frame)
-    out.mux(made.encode(None))
+        yield stamp, partial(_encode, out, encoded, frame)
+    out.mux(encoded.encode(None))
 
 
 def _encode(out: Any, stream: Any, frame: Any) -> None:
-    """Compress and write a raw picture."""
+    """Compress a raw picture by a stream of the output file, and write it there."""
     out.mux(stream.encode(frame.reformat(format="yuv420p")))

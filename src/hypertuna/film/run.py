@@ -37,7 +37,7 @@ BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken 
 
 @dataclass(frozen=True)
 class FilmRun:
-    """The fish of a film."""
+    """The fish tracked through a film: joint angles, head poses and their errors."""
 
     name: str
     view: View
@@ -51,7 +51,7 @@ class FilmRun:
 
     @property
     def size(self) -> float:
-        """The fish's length by the camera over that of the robot."""
+        """Length of the fish as the camera sees it, over that of the robot [1]."""
         return math.exp(self.tuning.size)
 
     @property
@@ -85,7 +85,7 @@ class FilmRun:
         return np.asarray(sd)
 
     def record(self) -> dict[str, Any]:
-        """Return what was found, units in the names."""
+        """Return the results as JSON has them, units in the names."""
         state, groups = self.tracked.state, self.body.groups
         seen = self.tracked.seen[np.isfinite(self.tracked.offset)] >= MIN_SEEN
         return {
@@ -128,15 +128,15 @@ class FilmRun:
         told = []
         if abs(self.size - 1) > WARN_OFF:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
-            used = "the fish's own length" if self.scale == "fish" else "the camera"
+            measure = "the fish's own length" if self.scale == "fish" else "the camera"
             told.append(
                 f"{self.name}: the fish looks {percent} than the robot: check the camera's height, the depth of the "
-                f"fish and its length. Lengths are measured by {used}."
+                f"fish and its length. Lengths are measured by {measure}."
             )
         if self.body.measured and abs(girth := 100 * (math.exp(self.tuning.girth) - 1)) > WARN_GIRTH:
-            looks = f"{abs(girth):.0f} % {'wider' if girth > 0 else 'narrower'}"
+            width = f"{abs(girth):.0f} % {'wider' if girth > 0 else 'narrower'}"
             told.append(
-                f"{self.name}: the fish looks {looks} than its sections: check them. The film's widths are used."
+                f"{self.name}: the fish looks {width} than its sections: check them. The film's widths are used."
             )
         if self.body.file_off:
             told.append(
@@ -154,9 +154,9 @@ class FilmRun:
         elif self.beat.beats < 6:
             told.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
         told += [f"{self.name}: {sentence}" for sentence in jumps(self.stretches, self.tracked.time)]
-        if lost := len(self.tracked.state) - sum(map(len, self.stretches)):
+        if unused := len(self.tracked.state) - sum(map(len, self.stretches)):
             why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]
-            told.append(f"{self.name}: {lost} frames are left out ({', '.join(why) or 'in short parts'}).")
+            told.append(f"{self.name}: {unused} frames are left out ({', '.join(why) or 'in short parts'}).")
         return told
 
 
@@ -192,20 +192,20 @@ def track_film(
     tracker, journal = Tracker(view, body, tuning), journal or Journal(None, {})
     tracked = track(tracker, journal, progress)
     if forward(tracked) < -BACKWARD * float(body.length.sum()):
-        again = track(tracker, journal, progress, turn=True)
-        tracked = again if (again.state == OK).sum() > 0.8 * (tracked.state == OK).sum() else tracked
+        reversed_run = track(tracker, journal, progress, turn=True)
+        tracked = reversed_run if (reversed_run.state == OK).sum() > 0.8 * (tracked.state == OK).sum() else tracked
     stretches = _check(tracked, body, film.file)
-    own = np.concatenate(stretches)
-    tracked.unknowns[own, 2] = np.unwrap(tracked.unknowns[own, 2])
-    beat = beat_of(tracked.time[own], tracked.unknowns[own, 3:])
-    head = _head(tracked, body, camera, math.exp(tuning.size), scale)[own]
-    noise = np.median(_sd(tracked)[own, :3], axis=0)
-    noise = noise if beat is None else np.maximum(path_noise(tracked.time[own], head, beat.frequency), noise)
+    frames = np.concatenate(stretches)
+    tracked.unknowns[frames, 2] = np.unwrap(tracked.unknowns[frames, 2])
+    beat = beat_of(tracked.time[frames], tracked.unknowns[frames, 3:])
+    head = _head(tracked, body, camera, math.exp(tuning.size), scale)[frames]
+    noise = np.median(_sd(tracked)[frames, :3], axis=0)
+    noise = noise if beat is None else np.maximum(path_noise(tracked.time[frames], head, beat.frequency), noise)
     return FilmRun(Path(path).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
 
 
 def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str) -> list[str]:
-    """Write joint angles, head poses and a manifest; return the names of the files."""
+    """Write the joint angles and head poses of a run, and a manifest of them; return the names of the files."""
     folder, files, recordings = Path(output).parent, [], []
     for k, frames in enumerate(run.stretches):
         name = run.name if len(run.stretches) == 1 else f"{run.name}-{k + 1}"
@@ -217,8 +217,8 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
         files += written
     if run.body.learned:
         path = folder / f"{run.name}-sections.csv"
-        half = np.sqrt(run.body.section[::SECTION]) * [math.exp(run.tuning.girth), 1.0]
-        columns = (run.body.stations[::SECTION], *(2 * half).T)
+        half_sizes = np.sqrt(run.body.section[::SECTION]) * [math.exp(run.tuning.girth), 1.0]
+        columns = (run.body.stations[::SECTION], *(2 * half_sizes).T)
         columns_csv({}, dict(zip(COLUMNS, columns, strict=True))).write(path)
         files.append(str(path))
     document = {"format": 1, "robot": robot.name, "recordings": recordings}
@@ -227,7 +227,7 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
 
 
 def _sd(tracked: Tracked) -> Array:
-    """Return standard deviations (frames, 3 + groups) by the noise of pixels."""
+    """Return standard deviations (frames, 3 + groups) [m, rad] of pose and joint angles, from the noise of pixels."""
     return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
 
 
@@ -244,11 +244,11 @@ def _head(tracked: Tracked, body: Body, camera: Camera, size: float, scale: str)
 
 
 def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
-    """Return the frames in use; refuse a film of which too little is known."""
+    """Return the frames in use, one array per stretch; refuse a film with too few frames that show the fish."""
     state, count = tracked.state, len(tracked.state)
     check_seen(body, tracked.seen[np.isfinite(tracked.offset)], file)
-    whole = stretches_of(tracked.time, np.flatnonzero(state == OK))
-    stretches = split_takes(whole, tracked.unknowns[:, :2], float(body.length.sum()))
+    tracked_frames = stretches_of(tracked.time, np.flatnonzero(state == OK))
+    stretches = split_takes(tracked_frames, tracked.unknowns[:, :2], float(body.length.sum()))
     used = sum(map(len, stretches))
     if used < LEAST_OK * count:
         worst = max(FIXES, key=lambda k: int((state == k).sum()))

@@ -51,7 +51,7 @@ class Body:
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns of a frame."""
+        """Number of unknowns in the fit to one frame."""
         return 6 + len(self.groups)
 
     @property
@@ -61,7 +61,7 @@ class Body:
 
     @property
     def area(self) -> float:
-        """Area seen from straight above [m^2]."""
+        """Area of the silhouette from straight above [m^2]."""
         return float(2 * np.trapezoid(np.sqrt(self.section[:, 0]), self.stations))
 
     def fit(self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float) -> Fit:
@@ -72,7 +72,7 @@ class Body:
         return Fit(found["unknowns"], found["information"], found["seen"], noise, offset)
 
     def draw(self, pixels: Array, unknowns: Array, edge: float) -> dict[str, Any]:
-        """Draw the silhouette over pixels (n, 5), its edge blurred by `edge` [m]."""
+        """Return values, derivatives and edge distances of a silhouette drawn over pixels (n, 5); edge: blur [m]."""
         return _core.draw_silhouette(pixels, self.length, self.share, self.section, unknowns, edge)
 
     def joints(self, unknowns: Array) -> tuple[Array, Array]:
@@ -104,28 +104,28 @@ def body_of(robot: Robot, file: str | Path | None = None) -> Body:
     length = np.array(robot.links.length)
     share = np.cumsum(group_shares(robot), axis=0)
     stations = np.linspace(0.0, float(length.sum()), STATIONS)
-    half = _estimated(robot, stations) if file is None else _read(file, stations)
-    return Body(length, share, half**2, tuple(group.name for group in robot.joints), file is not None)
+    half_sizes = _estimated(robot, stations) if file is None else _read(file, stations)
+    return Body(length, share, half_sizes**2, tuple(group.name for group in robot.joints), file is not None)
 
 
 def _estimated(robot: Robot, stations: Array) -> Array:
-    """Estimate half widths and heights (stations, 2) [m] of a slender fish; heights agree with the lateral areas."""
+    """Return half widths and half heights (stations, 2) [m] of a slender fish whose heights match its lateral areas."""
     shape = Shape.of(robot.body.length, robot.body.mass)
-    x, height, width = shape.sections(0.0, shape.length)
+    station, height, width = shape.sections(0.0, shape.length)
     ends = np.append(0.0, np.cumsum(robot.links.length)) / float(np.sum(robot.links.length)) * shape.length
     for begin, end, area in zip(ends[:-1], ends[1:], robot.links.lateral_area, strict=True):
-        own = (x >= begin) & (x < end)
-        height[own] *= area / (end - begin) / height[own].mean()
+        in_link = (station >= begin) & (station < end)
+        height[in_link] *= area / (end - begin) / height[in_link].mean()
     place = stations / stations[-1] * shape.length
-    half = np.column_stack([np.interp(place, x, column, left=0.0) / 2 for column in (width, height)])
+    half = np.column_stack([np.interp(place, station, column, left=0.0) / 2 for column in (width, height)])
     half[0] = 0.0
     return half
 
 
 def _read(path: str | Path, stations: Array) -> Array:
-    """Read half widths and heights (stations, 2) [m] from a CSV file."""
-    missing = "measure widths and heights at a dozen stations, nose and tail tip among them"
-    rows = read_rows(path, COLUMNS, SIZE, missing)
+    """Read half widths and half heights (stations, 2) [m] of sections from a CSV file."""
+    advice = "measure widths and heights at a dozen stations, nose and tail tip among them"
+    rows = read_rows(path, COLUMNS, SIZE, advice)
     place, width, height = rows.T
     total = float(stations[-1])
     if len(rows) < 3 or (np.diff(place) <= 0).any() or abs(place[0]) > 0 or abs(place[-1] / total - 1) > 0.02:

@@ -1,4 +1,4 @@
-"""Frames of a film as gray levels, with their times, and the empty tank: the median of frames all over the film."""
+"""Frames of a film as gray levels or colors, with their times, and the empty tank: the median over the film."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FORMS: dict[str, Callable[[bytes], bool]] = {
 
 @dataclass(frozen=True)
 class Film:
-    """A film: its file, the size of its frames, and the times of all of them."""
+    """A film: its file, the size of its frames, and the time of each."""
 
     file: str
     width: int
@@ -49,7 +49,7 @@ class Film:
 
     @property
     def rate(self) -> float:
-        """Frames per second [Hz], lost ones included; single times of some formats are whole milliseconds."""
+        """Frames per second [Hz] over the whole film, lost ones counted: single times may be whole milliseconds."""
         interval = np.diff(self.time)
         return float(np.rint(interval / np.median(interval)).sum() / (self.time[-1] - self.time[0]))
 
@@ -63,19 +63,19 @@ class Film:
 
     def _decoded(self, first: int, picture: Callable[[Any], Gray]) -> Iterator[tuple[int, Gray]]:
         """Yield number and picture of frames in order, from a number on."""
-        half = 0.5 / self.rate
+        half_interval = 0.5 / self.rate
         with _decoder(self.file) as (container, stream):
             if first > 0:
                 _seek(container, stream, self._stamp(first), self.file)
             for frame in _read(container.decode(stream), self.file):
                 if frame.time is None or frame.is_corrupt:
                     continue
-                number = int(np.searchsorted(self.time, (frame.time - self.begin) * self.pace - half))
+                number = int(np.searchsorted(self.time, (frame.time - self.begin) * self.pace - half_interval))
                 if number >= first and number < len(self.time):
                     yield number, picture(frame)
 
     def _stamp(self, number: int) -> float:
-        """Return the time [s] of a frame by the file."""
+        """Return the time [s] of a frame in the file's own clock, by its number."""
         return self.begin + float(self.time[number]) / self.pace
 
     def sample(self, count: int = SAMPLES, *, colors: bool = False) -> Gray:
@@ -85,17 +85,17 @@ class Film:
         """
         pixels = self.width * self.height * (3 if colors else 1)
         count = max(5, min(count, ROOM // pixels, len(self.time)))
-        wanted = np.linspace(0, len(self.time) - 1, count).round().astype(int)
+        numbers = np.linspace(0, len(self.time) - 1, count).round().astype(int)
         found: dict[float, Gray] = {}
         picture = self._color if colors else self._gray
         with _decoder(self.file) as (container, stream):
-            for number in wanted if len(self.time) > 4 * count else ():
+            for number in numbers if len(self.time) > 4 * count else ():
                 _seek(container, stream, self._stamp(number), self.file)
                 frame = next(_read(container.decode(stream), self.file), None)
                 if frame is not None and frame.time is not None and frame.time not in found:
                     found[frame.time] = picture(frame)
         if len(found) < 0.7 * count:
-            found = {float(k): frame for k, frame in self._decoded(0, picture) if k in wanted}
+            found = {float(k): frame for k, frame in self._decoded(0, picture) if k in numbers}
         return np.stack([*found.values()])
 
     def _gray(self, frame: Any) -> Gray:
@@ -111,7 +111,7 @@ class Film:
         return self._shown(frame.to_ndarray(format="bgr24"))
 
     def _shown(self, picture: Gray) -> Gray:
-        """Return a copy of a picture as it is shown: phones store portraits lying."""
+        """Return a copy of a picture turned upright: phones store portraits lying."""
         turned = np.rot90(picture, self.turn)
         if turned.shape[:2] != (self.height, self.width):
             raise InputError("must have frames of one size", file=self.file, fix="film each run by itself")
@@ -138,14 +138,14 @@ def open_film(path: str | Path, frame_rate: float | None = None) -> Film:
                 stamps.append(float(packet.pts * packet.time_base))
             if len(stamps) > MOST:
                 raise InputError(f"must have {MOST} frames at most", file=name, value="longer", fix="cut it")
-        filmed = frame_rate or _filmed_at(container)
-    stamp = np.sort(np.array(stamps))
+        filmed_rate = frame_rate or _filmed_at(container)
+    stored = np.sort(np.array(stamps))
     pace = 1.0
-    if filmed is not None and len(stamp) > 1 and (usual := float(np.median(np.diff(stamp)))) > 0:
-        pace = 1 / (usual * filmed)
-    time = _checked((stamp - stamp[:1]) * pace, name)
+    if filmed_rate is not None and len(stored) > 1 and (interval := float(np.median(np.diff(stored)))) > 0:
+        pace = 1 / (interval * filmed_rate)
+    time = _checked((stored - stored[:1]) * pace, name)
     turn = _turn(name)
-    return Film(name, *((height, width) if turn % 2 else (width, height)), time, float(stamp[0]), pace, turn)
+    return Film(name, *((height, width) if turn % 2 else (width, height)), time, float(stored[0]), pace, turn)
 
 
 def _filmed_at(container: Any) -> float | None:
@@ -158,7 +158,7 @@ def _filmed_at(container: Any) -> float | None:
 
 
 def _turn(name: str) -> int:
-    """Return the quarter turns in which the pictures of a film are shown; interlaced pictures are refused."""
+    """Return the quarter turns by which a film's pictures are turned for display; refuse interlaced pictures."""
     with _decoder(name) as (container, stream):
         frame = next(_read(container.decode(stream), name), None)
     if frame is None:
@@ -170,7 +170,7 @@ def _turn(name: str) -> int:
 
 
 def _checked(time: Array, name: str) -> Array:
-    """Check times: enough, of a usual rate, evenly spaced but for lost frames."""
+    """Return times [s] of frames after checks: enough of them, at a usual rate, evenly spaced but for lost frames."""
     if len(time) < LEAST:
         value, fix = f"{len(time)}", "film six beats"
         raise InputError(f"must have {LEAST} frames with times at least", file=name, key="frames", value=value, fix=fix)
@@ -192,7 +192,7 @@ def _checked(time: Array, name: str) -> Array:
 
 
 def background_of(samples: Gray) -> Gray:
-    """Return the median of frames (samples, height, width), a stripe at a time."""
+    """Return the median picture (height, width) of frames (samples, height, width), computed a stripe at a time."""
     stripes = np.array_split(np.arange(samples.shape[1]), 16)
     parts = [np.median(samples[:, rows], axis=0) for rows in stripes if len(rows)]
     return np.concatenate(parts).astype(np.uint8)
@@ -200,12 +200,12 @@ def background_of(samples: Gray) -> Gray:
 
 @contextmanager
 def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
-    """Open the first video of a file."""
+    """Open the first video of a file, and yield its PyAV container and stream."""
     import av
 
     with opened(name, "film") as stream:
         head = stream.read(16)
-        form = next((form for form, is_of in FORMS.items() if is_of(head)), None)
+        form = next((form for form, matches in FORMS.items() if matches(head)), None)
         if form is None:
             fix = "convert it: ffmpeg -i FILM film.mp4"
             raise InputError("must be a film: MP4, MOV, MKV, WebM or AVI", file=name, fix=fix)
@@ -227,7 +227,7 @@ def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
 
 
 def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
-    """Yield what a decoder gives; damage is an error of the file."""
+    """Yield the packets or frames of a decoder; raise an InputError of the file where it is damaged."""
     import av
 
     try:
@@ -237,7 +237,7 @@ def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
 
 
 def _seek(container: Any, stream: Any, time: float, name: str) -> None:
-    """Go to the last key frame before a time of the file [s]."""
+    """Move a container to the last key frame before a time [s] in the file's own clock."""
     import av
 
     for place in (int(time / stream.time_base), stream.start_time or 0):
@@ -250,7 +250,7 @@ def _seek(container: Any, stream: Any, time: float, name: str) -> None:
 
 
 def _unreadable(name: str, error: Exception) -> InputError:
-    """Return the error of a file that is no whole film."""
+    """Return the error to raise for a file that is damaged or no film."""
     text = type(error).__name__
     return InputError(
         "must be a whole film", file=name, value=f"not ({text})", fix="copy it anew, or convert it to MP4"

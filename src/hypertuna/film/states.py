@@ -1,4 +1,4 @@
-"""What may come of a frame, and what to do where it happens too often."""
+"""States of a tracked frame, and the advice where a state occurs too often."""
 
 OK, LOST, BORDER, MISFIT, UNSEEN = range(5)
 STATES = ("ok", "not found", "not whole in the picture", "not fitted by the silhouette", "without a part")

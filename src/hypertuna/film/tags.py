@@ -23,75 +23,75 @@ def dictionaries() -> list[str]:
 
 
 def detector_of(dictionary: str) -> Any:
-    """Return what finds the tags of a dictionary in a picture."""
+    """Return OpenCV's detector of the tags of a dictionary."""
     import cv2
 
     name = dictionary.lower().removeprefix("dict_")
     if name not in dictionaries():
         fix = did_you_mean(name, dictionaries())
         raise InputError("must be a dictionary of OpenCV", key="--dictionary", value=shown(dictionary), fix=fix)
-    own = next(one for one in dir(cv2.aruco) if one.lower() == f"dict_{name}")
+    constant = next(one for one in dir(cv2.aruco) if one.lower() == f"dict_{name}")
     settings = cv2.aruco.DetectorParameters()
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     settings.cornerRefinementWinSize = 3
     settings.minMarkerPerimeterRate = 0.02
-    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, own)), settings)
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, constant)), settings)
 
 
 def found_tags(detector: Any, frame: Gray) -> tuple[dict[int, Array], set[int]]:
-    """Return the center (2,) [px] of each tag in a frame, and the tags that are there twice."""
+    """Return the center (2,) [px] of each tag that a frame shows once, and the tags that it shows twice."""
     corners, ids, _ = detector.detectMarkers(frame)
-    found: dict[int, Array] = {}
+    centers: dict[int, Array] = {}
     twice: set[int] = set()
     for corner, tag in zip(corners, [] if ids is None else ids.ravel().tolist(), strict=True):
-        twice |= {tag} & found.keys()
-        found[tag] = _middle(corner[0].astype(float))
-    return {tag: center for tag, center in found.items() if tag not in twice}, twice
+        twice |= {tag} & centers.keys()
+        centers[tag] = _middle(corner[0].astype(float))
+    return {tag: center for tag, center in centers.items() if tag not in twice}, twice
 
 
 def _middle(corner: Array) -> Array:
     """Return where the diagonals of corners (4, 2) cross: the middle of a square that is seen obliquely, too."""
     a, b = corner[2] - corner[0], corner[3] - corner[1]
-    away = corner[1] - corner[0]
-    part = (away[0] * b[1] - away[1] * b[0]) / (a[0] * b[1] - a[1] * b[0])
+    side = corner[1] - corner[0]
+    part = (side[0] * b[1] - side[1] * b[0]) / (a[0] * b[1] - a[1] * b[0])
     return np.asarray(corner[0] + part * a)
 
 
 def find_tags(
     film: Film, dictionary: str, wanted: list[int] | None, progress: Callable[[int, int], None]
 ) -> tuple[Array, list[int], list[str]]:
-    """Return the centers (frames, tags, 2) [px] of tags, their numbers, and what to tell.
+    """Return the centers (frames, tags, 2) [px] of tags, their numbers, and notes for the user.
 
     wanted: the tags on the robot, if they are known.
     """
     detector, count = detector_of(dictionary), len(film.time)
-    seen: list[dict[int, Array]] = [{} for _ in range(count)]
-    double: set[int] = set()
+    found: list[dict[int, Array]] = [{} for _ in range(count)]
+    seen_twice: set[int] = set()
     for number, frame in film.frames():
-        seen[number], twice = found_tags(detector, frame)
-        double |= twice
+        found[number], doubled = found_tags(detector, frame)
+        seen_twice |= doubled
         progress(number + 1, count)
-    often = {tag: sum(tag in one for one in seen) for one in seen for tag in one}
-    tags = wanted or sorted(tag for tag, times in often.items() if times >= LEAST_SEEN * count)
-    if sum(often.get(tag, 0) > 0 for tag in tags) < LEAST_TAGS:
-        _refuse(film, detector, dictionary, wanted, often)
+    frame_counts = {tag: sum(tag in one for one in found) for one in found for tag in one}
+    tags = wanted or sorted(tag for tag, times in frame_counts.items() if times >= LEAST_SEEN * count)
+    if sum(frame_counts.get(tag, 0) > 0 for tag in tags) < LEAST_TAGS:
+        _refuse(film, detector, dictionary, wanted, frame_counts)
     notes = [f"tags {', '.join(map(str, tags))} are followed"]
-    for tag in sorted(double & set(tags)):
+    for tag in sorted(seen_twice & set(tags)):
         notes.append(f"tag {tag} is there twice in some frames, and is missing there")
-    if others := sorted(set(often) - set(tags)):
-        notes.append(f"tags without a use: {', '.join(map(str, others))}")
-    return np.array([[one.get(tag, [np.nan] * 2) for tag in tags] for one in seen]), tags, notes
+    if unused := sorted(set(frame_counts) - set(tags)):
+        notes.append(f"tags without a use: {', '.join(map(str, unused))}")
+    return np.array([[one.get(tag, [np.nan] * 2) for tag in tags] for one in found]), tags, notes
 
 
-def _refuse(film: Film, detector: Any, dictionary: str, wanted: list[int] | None, often: dict[int, int]) -> None:
+def _refuse(film: Film, detector: Any, dictionary: str, wanted: list[int] | None, frame_counts: dict[int, int]) -> None:
     """Raise the error of a film that shows too few tags: of another dictionary, or mirrored."""
     samples = film.sample()
     rule = f"must show {LEAST_TAGS} tags of the dictionary {dictionary} at least"
-    value = f"only {', '.join(map(str, sorted(often)))}" if often else "none"
+    value = f"only {', '.join(map(str, sorted(frame_counts)))}" if frame_counts else "none"
     fix = "make them 24 px wide with a white border of one cell, and check --places"
     if sum(len(found_tags(detector, sample[:, ::-1].copy())[0]) for sample in samples) > len(samples):
         value, fix = "none, but their mirror images", "mirror the film back: ffmpeg -i FILM -vf hflip film.mp4"
-    elif not often:
+    elif not frame_counts:
         for name in dictionaries():
             if sum(len(found_tags(detector_of(name), sample)[0]) for sample in samples[:5]) > 5:
                 fix = f"is it --dictionary {name}?"

@@ -1,4 +1,4 @@
-"""Films that were joined: a fish that jumps from one frame to the next is that of another take."""
+"""Takes of films that were joined: where the fish jumps from one frame to the next, another take begins."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ JUMP, STEPS = 0.1, 6.0  # lengths in a frame, and usual steps: farther is a jump
 
 
 def split_takes(stretches: Sequence[Frames], place: Array, length: float) -> tuple[Frames, ...]:
-    """Split frames at jumps of a place (frames, 2) [m] on a fish of a length [m]; leave out short parts."""
+    """Return frames split where the fish's place (frames, 2) [m] jumps, without short parts; length: the fish's [m]."""
     parts: list[Frames] = []
-    for own in stretches:
-        step = np.linalg.norm(np.diff(place[own], axis=0), axis=1) / np.diff(own)
+    for frames in stretches:
+        step = np.linalg.norm(np.diff(place[frames], axis=0), axis=1) / np.diff(frames)
         far = step > max(JUMP * length, STEPS * float(np.median(step)))
-        parts += np.split(own, np.flatnonzero(far) + 1)
+        parts += np.split(frames, np.flatnonzero(far) + 1)
     return tuple(part for part in parts if len(part) >= MIN_SAMPLES)
 
 
 def jumps(stretches: Sequence[Frames], time: Array) -> list[str]:
-    """Return what to tell of frames that follow each other in two recordings."""
+    """Return warnings of jumps of the fish: times [s] at which one recording ends and the next frame begins another."""
     return [
         f"the fish jumps after {time[one[-1]]:.2f} s, so the film is taken as several recordings: were films joined?"
         for one, other in pairwise(stretches)

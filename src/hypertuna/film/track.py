@@ -41,7 +41,7 @@ NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 @dataclass(frozen=True)
 class Tuning:
-    """What all frames have in common."""
+    """Properties of the fish and the film that all frames share."""
 
     size: float  # log of the size
     girth: float  # log of the girth
@@ -51,7 +51,7 @@ class Tuning:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a frame."""
+    """The fit of the silhouette to one frame, and its state."""
 
     state: int
     offset: float = np.inf  # px between drawn and seen edges
@@ -59,13 +59,13 @@ class Outcome:
 
     @property
     def rank(self) -> tuple[bool, float]:
-        """Return what is smaller for a better fit."""
+        """Key to sort outcomes by, the best fit first."""
         return self.state in (LOST, MISFIT), self.offset
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """The fish in every frame."""
+    """Pose, joint angles and their errors in every frame of a film."""
 
     time: Array  # (frames,) [s]
     state: Array  # (frames,): OK, ...
@@ -76,13 +76,13 @@ class Tracked:
 
 
 class Tracker:
-    """Fits a body to frames."""
+    """Fits the silhouette of a body to the frames of a film."""
 
     def __init__(self, view: View, body: Body, tuning: Tuning | None = None) -> None:
         self.view, self.body, self.tuning = view, body, tuning
 
     def _prior(self) -> tuple[Array, Array]:
-        """Return mean and precision of the unknowns."""
+        """Return prior mean and precision (unknowns,) of a fit's unknowns, the precision times the squared noise."""
         groups, noise = len(self.body.groups), self.view.noise
         mean, sd = np.zeros(self.body.unknowns), np.full(self.body.unknowns, np.inf)
         sd[3 : 3 + groups] = FREE_ANGLE
@@ -97,7 +97,7 @@ class Tracker:
         return mean, precision
 
     def fit(self, frame: Gray, start: Array, stages: tuple[tuple[float, float], ...], edge: float) -> Outcome:
-        """Fit the silhouette from a start, in stages ever sharper."""
+        """Fit the silhouette to a frame from the unknowns `start`, in stages of an ever sharper edge [px]."""
         view, body = self.view, self.body
         start = start.copy()
         if self.tuning is not None:
@@ -123,13 +123,13 @@ class Tracker:
         return Outcome(state, offset, found)
 
     def anew(self, frame: Gray, edge: float, near: Array | None = None) -> Outcome:
-        """Fit the silhouette without a start: to the largest parts, in the direction of `near` or in both."""
+        """Fit the silhouette without a start: to a frame's largest parts, headed as in `near` or either way."""
         best = Outcome(LOST)
         expected = self.body.area / self.view.pixel**2
-        for part in self.view.parts(frame)[:3]:
-            if len(part) < 0.25 * expected:
+        for fish_pixels in self.view.parts(frame)[:3]:
+            if len(fish_pixels) < 0.25 * expected:
                 continue
-            places = self.view.grid[part[:, 0], part[:, 1], :2].astype(float)
+            places = self.view.grid[fish_pixels[:, 0], fish_pixels[:, 1], :2].astype(float)
             for start in guesses(self.body, places, self.view.contrast):
                 if near is not None and np.cos(start[2] - near[2]) < 0:
                     continue
@@ -139,23 +139,23 @@ class Tracker:
     def follow(
         self, frames: Iterator[tuple[int, Gray]], before: list[tuple[int, Array]], turn: bool
     ) -> Iterator[tuple[int, Outcome]]:
-        """Yield what came of frames; before: fits of up to two frames before; turn: tail first at the start."""
+        """Yield number and outcome of frames; before: unknowns of up to two earlier frames; turn: start tail first."""
         edge = self.tuning.edge if self.tuning is not None else EDGES[2]
         lapse = max(int(GAP * self.view.film.rate), 2)
         for number, frame in frames:
-            before = [one for one in before if number - one[0] <= lapse][-2:]
+            before = [past for past in before if number - past[0] <= lapse][-2:]
             found = self.fit(frame, _ahead(before, number), NEAR, edge) if before else Outcome(LOST)
             if found.state in (LOST, MISFIT):
-                again = self.anew(frame, edge, before[-1][1] if before else None)
-                if turn and not before and again.state == OK:
-                    again = self._turned(frame, again, edge)
-                found = min(found, again, key=lambda one: one.rank)
+                fresh_fit = self.anew(frame, edge, before[-1][1] if before else None)
+                if turn and not before and fresh_fit.state == OK:
+                    fresh_fit = self._turned(frame, fresh_fit, edge)
+                found = min(found, fresh_fit, key=lambda outcome: outcome.rank)
             if found.state in (OK, UNSEEN):
                 before.append((number, found.fit.unknowns))
             yield number, found
 
     def _turned(self, frame: Gray, found: Outcome, edge: float) -> Outcome:
-        """Fit the silhouette the other way round."""
+        """Fit the silhouette to a frame again, with nose and tail of an earlier fit swapped."""
         unknowns = found.fit.unknowns
         joints, _ = self.body.joints(unknowns)
         start = np.concatenate([joints[-1], [unknowns[2] + np.pi], np.zeros(len(self.body.groups)), unknowns[-3:]])
@@ -163,7 +163,7 @@ class Tracker:
 
 
 def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
-    """Return the unknowns of a frame by those of one or two before, at constant rates."""
+    """Return the unknowns of frame `number`, extrapolated from one or two earlier frames at constant rates."""
     last, unknowns = before[-1]
     if len(before) == 1:
         return unknowns
@@ -173,72 +173,72 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
 
 
 def tune(view: View, body: Body, estimate: Body, samples: Gray) -> tuple[Body, Tuning]:
-    """Find size, girth and blur of the edge from samples of a film, and the widths of a body that is not measured.
+    """Find size, girth and blur of the edge from samples of a film, and the widths of a body without measured sections.
 
     Where the sections of a file are those of another fish, the estimate takes their place.
     """
     tracker, first = Tracker(view, body), 3 + len(body.groups)
-    whole = _whole(tracker, samples)
-    if body.measured and (off := shape_off(body, learned(view, body, whole))) > ANOTHER_SHAPE:
-        tracker.body = body = replace(estimate, file_off=off)
-        whole = _whole(tracker, samples)
+    fits = _whole(tracker, samples)
+    if body.measured and (shape_error := shape_off(body, learned(view, body, fits))) > ANOTHER_SHAPE:
+        tracker.body = body = replace(estimate, file_off=shape_error)
+        fits = _whole(tracker, samples)
     if not body.measured:
         for _ in range(LESSONS):
-            tracker.body = body = learned(view, body, whole)
-            whole = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in whole]
-    edge, least = EDGES[0], np.inf
+            tracker.body = body = learned(view, body, fits)
+            fits = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in fits]
+    blur, least_noise = EDGES[0], np.inf
     for trial in EDGES:
-        noise = np.median([tracker.fit(*one, (), trial).fit.noise for one in whole[:8]])
-        if noise > least:
+        noise = np.median([tracker.fit(*one, (), trial).fit.noise for one in fits[:8]])
+        if noise > least_noise:
             break
-        edge, least = trial, noise
-    logs = [tracker.fit(frame, start, (), edge).fit.unknowns[first : first + 2] for frame, start in whole]
+        blur, least_noise = trial, noise
+    logs = [tracker.fit(frame, start, (), blur).fit.unknowns[first : first + 2] for frame, start in fits]
     (size, girth), (sd, _) = mean_of(np.array(logs))
-    ends = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
-    return body, Tuning(float(size), float(girth), edge, float(np.hypot(sd, ends)))
+    ends_sd = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
+    return body, Tuning(float(size), float(girth), blur, float(np.hypot(sd, ends_sd)))
 
 
 def mean_of(values: Array) -> tuple[Array, Array]:
-    """Return the means of columns (samples, n) in order of time, without strange values, and their standard errors."""
+    """Return means and standard errors (n,) of columns (samples, n) in order of time, outliers left out."""
     middle = np.median(values, axis=0)
     spread = 1.4826 * np.median(np.abs(values - middle), axis=0)
-    own = np.where(np.abs(values - middle) <= 3 * spread, values, np.nan)
-    means = np.nanmean(own, axis=0)
-    memory = memory_of(np.where(np.isfinite(own), own, means), np.arange(len(values), dtype=float))
+    inliers = np.where(np.abs(values - middle) <= 3 * spread, values, np.nan)
+    means = np.nanmean(inliers, axis=0)
+    memory = memory_of(np.where(np.isfinite(inliers), inliers, means), np.arange(len(values), dtype=float))
     free = max(len(values) / memory - 1, 1.0)
-    return means, np.nanstd(own, axis=0) / np.sqrt(free) * student(free)
+    return means, np.nanstd(inliers, axis=0) / np.sqrt(free) * student(free)
 
 
 def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
-    """Return the samples that show the whole fish, and the unknowns of each; refuse a film that has too few."""
+    """Return the samples that show the whole fish, each with its unknowns; refuse a film that has too few of them."""
     view, body = tracker.view, tracker.body
-    close = view.film.time[-1] < GAP * len(samples)  # the heading of a sample then tells that of the next
-    found, near = [], None
+    dense = view.film.time[-1] < GAP * len(samples)  # the heading of a sample then tells that of the next
+    outcomes, near = [], None
     for frame in samples:
         one = tracker.anew(frame, EDGES[2], near)
         one = tracker.anew(frame, EDGES[2]) if near is not None and one.state != OK else one
-        near = one.fit.unknowns if close and one.state == OK else None
-        found.append((frame, one))
-    whole = [(frame, one.fit.unknowns) for frame, one in found if one.state == OK]
+        near = one.fit.unknowns if dense and one.state == OK else None
+        outcomes.append((frame, one))
+    whole = [(frame, one.fit.unknowns) for frame, one in outcomes if one.state == OK]
     if len(whole) < 3:
-        states = [one.state for _, one in found]
+        states = [one.state for _, one in outcomes]
         common = max(FIXES, key=states.count)
         if common == UNSEEN:
-            check_seen(body, np.array([one.fit.seen for _, one in found if one.state != LOST]), view.film.file)
+            check_seen(body, np.array([one.fit.seen for _, one in outcomes if one.state != LOST]), view.film.file)
         rule = f"must show one fish, whole, in 3 of {len(samples)} frames all over the film at least"
         value = f"so in {len(whole)}; in {states.count(common)} it is {STATES[common]}"
         raise InputError(rule, file=view.film.file, value=value, fix=FIXES[common])
     places = np.array([unknowns[:2] for _, unknowns in whole])
-    way, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
-    if way < WAY * length:
+    path, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
+    if path < WAY * length:
         rule = f"must swim through {WAY:g} of its lengths at least, for the tank behind it is seen where it is gone"
         fix = "film a longer way, or go on filming the empty tank for longer than the fish was in it"
-        raise InputError(rule, file=view.film.file, key="the fish", value=f"in {way / length:.2g} of them", fix=fix)
+        raise InputError(rule, file=view.film.file, key="the fish", value=f"in {path / length:.2g} of them", fix=fix)
     return whole
 
 
 def links_of(body: Body) -> list[int]:
-    """Return the first link that each joint group turns."""
+    """Return the index of the first link that each joint group turns."""
     return [int(np.flatnonzero(column)[0]) for column in body.share.T]
 
 
@@ -267,13 +267,13 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
         if fits is None:
             fits = tracker.follow(film.frames(first), before, turn)
         rows: list[list[float]] = []
-        for number, found in fits:
-            if found.state == LOST:
+        for number, outcome in fits:
+            if outcome.state == LOST:
                 rows.append([number, LOST])
             else:
-                matrix = _covariance(found.fit, n)
-                short = (float(f"{x:.6g}") for x in (*found.fit.seen, *matrix[upper]))
-                rows.append([number, found.state, found.offset, *found.fit.unknowns.tolist(), *short])
+                matrix = _covariance(outcome.fit, n)
+                rounded = (float(f"{x:.6g}") for x in (*outcome.fit.seen, *matrix[upper]))
+                rows.append([number, outcome.state, outcome.offset, *outcome.fit.unknowns.tolist(), *rounded])
             if number % BLOCK == BLOCK - 1:
                 break
         return rows
@@ -284,21 +284,21 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
             state[number] = int(row[1])
             if len(row) > 2:
                 values = np.array(row[3:])
-                offset[number], whole = row[2], values[: n + 3]
-                unknowns[number], seen[number] = whole[:n], values[n + 3 : n + 3 + seen.shape[1]]
+                offset[number], fitted = row[2], values[: n + 3]
+                unknowns[number], seen[number] = fitted[:n], values[n + 3 : n + 3 + seen.shape[1]]
                 covariance[number][upper] = values[n + 3 + seen.shape[1] :]
                 covariance[number].T[upper] = values[n + 3 + seen.shape[1] :]
                 if state[number] in (OK, UNSEEN):
-                    before = [*before[-1:], (number, whole)]
+                    before = [*before[-1:], (number, fitted)]
         progress(min(first + BLOCK, count), count)
     return Tracked(film.time, state, unknowns, covariance, seen, offset)
 
 
 def _covariance(found: Fit, n: int) -> Array:
-    """Return the covariance (n, n) of pose and angles by the noise of pixels; size and girth are known."""
+    """Return the covariance (n, n) of pose and joint angles from the noise of pixels, for known size and girth."""
     matrix = found.information
-    own = [*range(n), matrix.shape[0] - 1]
-    kept = matrix[np.ix_(own, own)]
+    unknown_places = [*range(n), matrix.shape[0] - 1]
+    kept = matrix[np.ix_(unknown_places, unknown_places)]
     unit = 1 / np.sqrt(np.maximum(np.diag(kept), TINY))
     value, vector = np.linalg.eigh(kept * unit[:, np.newaxis] * unit)
     inverse = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, np.newaxis] * unit
@@ -306,9 +306,9 @@ def _covariance(found: Fit, n: int) -> Array:
 
 
 def forward(tracked: Tracked) -> float:
-    """Return how far the fish went head first [m], over all frames; negative where the tail leads."""
-    own = np.flatnonzero(tracked.state == OK)
-    z = tracked.unknowns[own]
-    step = np.diff(z[:, :2], axis=0)
-    facing = -np.stack([np.cos(z[:-1, 2]), np.sin(z[:-1, 2])], axis=1)
+    """Return the distance [m] that the fish swam head first over all frames; negative where the tail led."""
+    frames = np.flatnonzero(tracked.state == OK)
+    poses = tracked.unknowns[frames]
+    step = np.diff(poses[:, :2], axis=0)
+    facing = -np.stack([np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])], axis=1)
     return float((step * facing).sum())

@@ -1,4 +1,4 @@
-"""What a film shows of the fish: how much darker or brighter than the empty tank, at which places of its depth."""
+"""Pixels of a film as the fit of the fish takes them: contrast to the empty tank, and places at the fish's depth."""
 
 from __future__ import annotations
 
@@ -36,44 +36,44 @@ class View:
     pixel: float  # m at the fish's depth, in the middle of the picture
 
     def difference(self, frame: Gray) -> Gray:
-        """Return how much a frame differs from the empty tank, to the fish's side."""
+        """Return gray levels (height, width) by which a frame is darker than the tank, or brighter if not `dark`."""
         return np.asarray(_difference(self.background, frame, self.dark))
 
     def pixels(self, frame: Gray, box: Box) -> Array:
-        """Return places, leans and values (n, 5) of the pixels in a box, as the silhouette is fitted to."""
+        """Return the pixels in a box as rows (n, 5): place [m], lean of the sight, gray levels of contrast."""
         value = self.background[box].astype(float) - frame[box]
         value = value if self.dark else -value
         return np.concatenate([self.grid[box].reshape(-1, 4), value.reshape(-1, 1)], axis=1)
 
     def box(self, body: Body, unknowns: Array) -> tuple[Box, bool]:
-        """Return the box of pixels around a silhouette, and whether all of it is in the picture."""
+        """Return the box of pixels around a silhouette, and whether the whole silhouette is in the picture."""
         points, _ = body.joints(unknowns)
         pixels = self.camera.pixels(points, self.depth, within=1.0)
-        side = float(np.sqrt(body.section[:, 0].max())) / self.pixel
+        half_width = float(np.sqrt(body.section[:, 0].max())) / self.pixel
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         size = np.array([self.film.width, self.film.height])
         inside = bool((low > 1).all() and (high < size - 2).all())
-        low = np.clip(low - side - MARGIN, 0, size).astype(int)
-        high = np.clip(high + side + MARGIN, 0, size).astype(int)
+        low = np.clip(low - half_width - MARGIN, 0, size).astype(int)
+        high = np.clip(high + half_width + MARGIN, 0, size).astype(int)
         return (slice(low[1], high[1]), slice(low[0], high[0])), inside
 
     def parts(self, frame: Gray) -> list[Array]:
-        """Return the pixels (n, 2), row and column, of the connected parts that may be fish, the largest first."""
+        """Return the pixels (n, 2), row and column, of each connected part that may be the fish, the largest first."""
         import cv2
 
         mask = (cv2.GaussianBlur(self.difference(frame), (3, 3), 0) > THRESHOLD * self.contrast).astype(np.uint8)
-        _, label, about, _ = cv2.connectedComponentsWithStats(mask)
-        order = 1 + np.argsort(-about[1:, 4])[:5]
-        found = []
-        for k in order:
-            left, top, wide, high, _ = about[k]
-            rows, columns = np.nonzero(label[top : top + high, left : left + wide] == k)
-            found.append(np.column_stack([rows + top, columns + left]))
-        return found
+        _, label, statistics, _ = cv2.connectedComponentsWithStats(mask)
+        order = 1 + np.argsort(-statistics[1:, 4])[:5]
+        part_pixels = []
+        for part in order:
+            left, top, width, height, _ = statistics[part]
+            rows, columns = np.nonzero(label[top : top + height, left : left + width] == part)
+            part_pixels.append(np.column_stack([rows + top, columns + left]))
+        return part_pixels
 
 
 def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View, Gray]:
-    """Look at samples of a film: the empty tank, the fish's contrast, the noise. Returns the samples, too."""
+    """Return the view of a film, and samples of its frames from which tank, contrast and noise are measured."""
     if (film.width, film.height) != (camera.width, camera.height):
         rule = f"must have the size of the camera's picture, {camera.width} x {camera.height}"
         value, fix = f"{film.width} x {film.height} pixels", "film and calibrate in the same mode"
@@ -86,11 +86,11 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
     pixel = camera.pixel_size([film.width / 2, film.height / 2], depth)
     samples = film.sample()
     background = background_of(samples)
-    size = body.area / pixel**2  # px of the fish
-    levels = [_contrast(background, samples, dark, size) for dark in (True, False)]
+    fish_area = body.area / pixel**2  # px of the fish
+    levels = [_contrast(background, samples, dark, fish_area) for dark in (True, False)]
     dark, contrast = levels[0] >= levels[1], max(levels)
-    off = samples[:, ::4, ::4].astype(np.int16) - background[::4, ::4]
-    noise = max(1.4826 * float(np.median(np.abs(off))), 0.5)
+    differences = samples[:, ::4, ::4].astype(np.int16) - background[::4, ::4]
+    noise = max(1.4826 * float(np.median(np.abs(differences))), 0.5)
     if contrast < max(LEAST_CONTRAST, NOISES * noise):
         rule = f"must show a fish that is darker or brighter than the tank by {LEAST_CONTRAST:g} gray levels"
         fix = "check that a fish swims through the picture, use a white floor and a dark fish, and let the waves settle"
@@ -99,19 +99,19 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
 
 
 def _difference(background: Gray, frame: Gray, dark: bool) -> Any:
-    """Return how much a frame is darker, or brighter, than the background."""
+    """Return gray levels (height, width) by which a frame is darker than the background, or brighter if not dark."""
     import cv2
 
     return cv2.subtract(background, frame) if dark else cv2.subtract(frame, background)
 
 
 def _contrast(background: Gray, samples: Gray, dark: bool, size: float) -> float:
-    """Return the typical contrast [gray levels] of a fish of a size [px] that is darker or brighter than the tank."""
+    """Return the median contrast [gray levels] of a fish of an area [px] that is darker, or brighter, than the tank."""
     import cv2
 
     levels = []
     for sample in samples:
-        smooth = cv2.blur(_difference(background, sample, dark), (5, 5))
-        count = np.cumsum(np.bincount(smooth.ravel(), minlength=256)[::-1])[::-1]  # px of this level and above
-        levels.append(float(np.flatnonzero(count >= min(size / 3, count[0]))[-1]))
+        blurred = cv2.blur(_difference(background, sample, dark), (5, 5))
+        areas = np.cumsum(np.bincount(blurred.ravel(), minlength=256)[::-1])[::-1]  # px of this level and above
+        levels.append(float(np.flatnonzero(areas >= min(size / 3, areas[0]))[-1]))
     return float(np.median(levels))

@@ -1,4 +1,4 @@
-"""Firmware and what runs it.
+"""The firmware's numbers from a robot's description, and what runs the firmware.
 
 parameters (numbers from the description), metadata (descriptions of the parameters), header (C++ header of a robot),
 lockstep (messages with a twin), boards, scenario, channel and relay (the modeled radio), in_the_loop, black_box, and

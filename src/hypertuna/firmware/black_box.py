@@ -58,7 +58,7 @@ class Box:
 
     @property
     def sentence(self) -> str:
-        """Summary: complete, or the gaps."""
+        """Sentence on the box: that it is complete, or what is missing and damaged."""
         if not self.gaps:
             return "The box is complete: no tick is missing, all checksums are right."
         damage = f"; damaged in {self.damaged} places, {self.skipped} bytes skipped" if self.damaged else ""
@@ -81,20 +81,20 @@ def record_dtype(joints: int) -> np.dtype[Any]:
 def read_black_box(path: str | Path, report: Callable[[int, int], None] | None = None) -> list[Box]:
     """Read a black box boot by boot; damaged bytes are skipped and counted. `report(bytes read, all bytes)`."""
     file = str(path)
-    content = _written(read_bytes(path, "box"))
+    content = _without_blanks(read_bytes(path, "box"))
     boots: list[_Boot] = []
-    first = b""  # bytes before the first record
+    before_boot = b""  # bytes before the first record
     for piece in _pieces(content, file, report):
         if isinstance(piece, bytes):
             if boots:
                 boots[-1].skip(piece)
-            first = first or piece
+            before_boot = before_boot or piece
         elif (kind := int(piece[0, 0]) >> 8 & 0xFF) == _core.RECORD_ROBOT:
-            boots.append(_Boot(*_head(piece[-1, 1:-1], file)))
+            boots.append(_Boot(*_boot_header(piece[-1, 1:-1], file)))
         elif boots or (joints := _joints_of(piece, kind)):
             if not boots:
                 boots.append(_Boot(None, joints))  # its first record is damaged
-                boots[0].skip(first)
+                boots[0].skip(before_boot)
             boots[-1].take(piece, tick=kind == _core.RECORD_TICK)
     if not boots:
         fix = "give a .bin file from the robot's card, or of `hypertuna hil --black-box`"
@@ -107,43 +107,43 @@ def read_black_box(path: str | Path, report: Callable[[int, int], None] | None =
     return boxes
 
 
-def _written(content: bytes) -> bytes:
-    """Return a box without the sectors at its end that were laid out on the card and not written."""
+def _without_blanks(content: bytes) -> bytes:
+    """Return a box without the blank sectors at its end, laid out on the card but not written."""
     for blank in (b"\0", b"\xff"):
-        used = -(-len(content.rstrip(blank)) // SECTOR) * SECTOR
-        content = content if len(content) % SECTOR else content[:used]
+        length = -(-len(content.rstrip(blank)) // SECTOR) * SECTOR
+        content = content if len(content) % SECTOR else content[:length]
     return content
 
 
 def _pieces(content: bytes, file: str, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
     """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
-    at = begin = tried = 0
-    while at < len(content):
+    position = begin = tried = 0
+    while position < len(content):
         if (tried := tried + 1) > PIECES:
             rule = f"must be a black box: it is damaged in more than {PIECES} places"
             raise InputError(rule, file=file, fix="copy it from the card again")
-        if (table := _table(content, at)) is None:
-            after = content.find(MARK, at + 3)  # the next record begins at the next byte at the earliest
-            at = len(content) if after < 0 else after - 2
-        if begin < at and (table is not None or at == len(content)):
-            yield content[begin:at]
-            begin = at
+        if (table := _table(content, position)) is None:
+            next_mark = content.find(MARK, position + 3)  # the next record begins at the next byte at the earliest
+            position = len(content) if next_mark < 0 else next_mark - 2
+        if begin < position and (table is not None or position == len(content)):
+            yield content[begin:position]
+            begin = position
         if table is not None:
             yield table
-            at = begin = at + table.nbytes
+            position = begin = position + table.nbytes
         if report is not None:
-            report(at, len(content))
+            report(position, len(content))
 
 
 def _table(content: bytes, at: int) -> Ticks | None:
     """Return the complete records of one kind that begin at a position; None if there are none."""
     mark = int.from_bytes(content[at : at + WORD], "little")
     width = (mark & 0xFF) + FRAME
-    most = (len(content) - at) // (WORD * width)
-    if mark >> 16 != _core.RECORD_MARK >> 16 or not most:
+    available = (len(content) - at) // (WORD * width)
+    if mark >> 16 != _core.RECORD_MARK >> 16 or not available:
         return None
     for block in BLOCKS:
-        count = min(block, most)
+        count = min(block, available)
         table = np.frombuffer(content, "<u4", count * width, at).reshape(count, width)
         sums = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
         good = (table[:, 0] == mark) & (table[:, -1] == sums)
@@ -152,7 +152,7 @@ def _table(content: bytes, at: int) -> Ticks | None:
     return table[: count if good.all() else int(np.argmin(good))] if good[0] else None
 
 
-def _head(words: Ticks, file: str) -> tuple[int, int]:
+def _boot_header(words: Ticks, file: str) -> tuple[int, int]:
     """Return layout of the parameters and number of joints of a boot."""
     layout = int(words[0]) if len(words) == HEAD else 0
     if layout != _core.RECORD_LAYOUT:
@@ -166,13 +166,13 @@ def _head(words: Ticks, file: str) -> tuple[int, int]:
 
 
 def _joints_of(table: Ticks, kind: int) -> int:
-    """Return the number of joints of records of ticks by their size; 0 of other records."""
-    size = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
-    return next((n for n in range(1, _core.BOARD_JOINTS + 1) if record_dtype(n).itemsize == size), 0)
+    """Return the number of joints of tick records, by their size; 0 for other records."""
+    tick_bytes = WORD * (table.shape[1] - FRAME) if kind == _core.RECORD_TICK else 0
+    return next((n for n in range(1, _core.BOARD_JOINTS + 1) if record_dtype(n).itemsize == tick_bytes), 0)
 
 
-def _possible(ticks: Ticks) -> NDArray[np.bool_]:
-    """Return which ticks (T,) have numbers that the firmware records."""
+def _plausible(ticks: Ticks) -> NDArray[np.bool_]:
+    """Return whether each tick (T,) has only numbers that the firmware can record."""
     good = np.ones(len(ticks), bool)
     for name in ticks.dtype.names or ():
         values = ticks[name].reshape(len(ticks), -1)
@@ -181,8 +181,8 @@ def _possible(ticks: Ticks) -> NDArray[np.bool_]:
     return good
 
 
-def _alone(clock: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which ticks of a clock (T,) are out of order, alone between two that are in order, or come again."""
+def _out_of_order(clock: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return whether each tick of a clock (T,) is a repeat, or out of order between two that are in order."""
     before, after = clock[:-2], clock[2:]
     alone = np.zeros(len(clock), bool)
     alone[1:] = np.diff(clock) == 0
@@ -191,7 +191,7 @@ def _alone(clock: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 class _Boot:
-    """A boot being read."""
+    """A boot while it is read: records of its ticks, and counts of damage."""
 
     def __init__(self, layout: int | None, joints: int) -> None:
         self.layout, self.joints, self.dtype = layout, joints, record_dtype(joints)
@@ -213,18 +213,18 @@ class _Boot:
         self.cut = len(content) if begins or len(content) < WORD else 0
 
     def boxes(self) -> list[Box]:
-        """Return its boxes: one, but where its clock starts again, for the first record of the next boot is damaged.
+        """Return the boxes of the boot: one, or several where the clock starts again after a damaged first record.
 
         An incomplete record at the end is no damage.
         """
         damaged, skipped = self.damaged - bool(self.cut), self.skipped - self.cut
         ticks = np.concatenate(self.ticks)
-        good = _possible(ticks)
-        good[good] = ~_alone(ticks["tick"][good].astype(np.int64))
-        lost = len(ticks) - int(good.sum())
+        good = _plausible(ticks)
+        good[good] = ~_out_of_order(ticks["tick"][good].astype(np.int64))
+        rejected = len(ticks) - int(good.sum())
         ticks = ticks[good]
         parts = np.split(ticks, np.flatnonzero(np.diff(ticks["tick"].astype(np.int64)) <= 0) + 1)
-        counts = (damaged + lost, skipped + lost * self.dtype.itemsize)
+        counts = (damaged + rejected, skipped + rejected * self.dtype.itemsize)
         boxes = [Box(None, self.joints, part, 0, 0, 0) for part in parts if len(part)]
         if boxes:
             boxes[0] = replace(boxes[0], layout=self.layout, damaged=counts[0], skipped=counts[1])

@@ -27,7 +27,7 @@ FOLDER = Path(__file__).parents[3] / "build" / "firmware"
 
 
 def missing(board: str) -> str | None:
-    """Return the sentence of what a board lacks on this machine; None if it can run."""
+    """Return a sentence on what a board needs and this machine lacks; None if it can run."""
     if board == "qemu":
         for program in (EMULATOR, COMPILER):
             if shutil.which(program) is None:
@@ -36,7 +36,7 @@ def missing(board: str) -> str | None:
 
 
 def find_firmware(robot: str, board: str, folder: str | Path | None = None) -> Path:
-    """Find the firmware of a robot for a board."""
+    """Return the path of a robot's firmware for a board."""
     path = Path(FOLDER if folder is None else folder) / f"{robot}-{BOARDS[board]}"
     if not path.is_file():
         fix = f"run `make firmware ROBOT={robot}`" if missing(board) is None else str(missing(board))
@@ -51,13 +51,13 @@ class Board:
         self.process, self.to_board, self.from_board = process, to_board, from_board
 
     def send(self, message: bytes) -> None:
-        """Send messages of TO_BOARD."""
+        """Send messages (TO_BOARD) to the board."""
         with contextlib.suppress(BrokenPipeError):  # the missing answer is reported
             self.to_board.write(message)
             self.to_board.flush()
 
     def answer(self, count: int = 1) -> bytes:
-        """Wait for `count` answers (FROM_BOARD)."""
+        """Return the bytes of `count` answers (FROM_BOARD), waiting for them."""
         content = self.from_board.read(count * FROM_BOARD.itemsize)
         if len(content) < count * FROM_BOARD.itemsize:
             status = self.process.wait()
@@ -86,24 +86,24 @@ def started(
     if board == "qemu" and radio is not None:
         _check_free(radio)
     firmware = firmware.absolute()  # it runs in a folder of its own
-    with scratch() as place:
+    with scratch() as folder:
         if board == "pc":
             options = [] if radio is None else ["--udp", str(radio)]
             options += [] if black_box is None else ["--box", BOX]
-            process = subprocess.Popen([firmware, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=place)
+            process = subprocess.Popen([firmware, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=folder)
             assert process.stdin is not None
             assert process.stdout is not None
             to_board: IO[bytes] = process.stdin
             from_board: IO[bytes] = process.stdout
         else:
             for name in ("to_board", "from_board"):
-                os.mkfifo(place / name)
+                os.mkfifo(folder / name)
             serial = "null" if radio is None else f"tcp:127.0.0.1:{radio},server=on,wait=off"
             machine = ["-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", serial, "-icount", "shift=6"]
-            hosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
-            process = subprocess.Popen([EMULATOR, *machine, *hosting], cwd=place, stdin=subprocess.DEVNULL)
-            to_board = _opened(place / "to_board", process)
-            from_board = (place / "from_board").open("rb")
+            semihosting = ["-semihosting-config", "enable=on,target=native", "-kernel", str(firmware)]
+            process = subprocess.Popen([EMULATOR, *machine, *semihosting], cwd=folder, stdin=subprocess.DEVNULL)
+            to_board = _opened(folder / "to_board", process)
+            from_board = (folder / "from_board").open("rb")
         try:
             yield Board(process, to_board, from_board)
         finally:
@@ -112,16 +112,16 @@ def started(
             from_board.close()
             with contextlib.suppress(BrokenPipeError):  # unread messages
                 to_board.close()
-            if black_box is not None and (place / BOX).exists():
-                write_atomically(black_box, (place / BOX).read_bytes())
+            if black_box is not None and (folder / BOX).exists():
+                write_atomically(black_box, (folder / BOX).read_bytes())
 
 
 def _check_free(port: int) -> None:
     """Check that a port is free."""
-    with socket.socket() as line:
-        line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            line.bind(("127.0.0.1", port))
+            probe.bind(("127.0.0.1", port))
         except OSError as error:
             rule = f"must be a free port ({error.strerror})"
             raise InputError(rule, key="radio", value=str(port), fix="choose another one") from None

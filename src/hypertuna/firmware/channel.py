@@ -17,7 +17,7 @@ COUNTS = ("sent", "lost", "damaged", "dropped", "max_waiting")  # of packets; th
 
 @dataclass(frozen=True)
 class RadioModel:
-    """Parameters of a pair of modules."""
+    """Parameters of a pair of LoRa modules and their channel."""
 
     rate: float = 4800.0  # data rate on the air [bit/s]
     packet: int = 58  # maximum payload of a packet [bytes]
@@ -82,9 +82,9 @@ class Air:
     def read(self, side: int, time: float) -> bytes:
         """Return the bytes that have arrived at a module by `time` [s]."""
         self._advance(time)
-        received, coming = bytearray(), self._coming[side]
-        while coming and coming[0][0] <= time:
-            received += heapq.heappop(coming)[2]
+        received, arrivals = bytearray(), self._coming[side]
+        while arrivals and arrivals[0][0] <= time:
+            received += heapq.heappop(arrivals)[2]
         return bytes(received)
 
     def counters(self, side: int) -> dict[str, int]:
@@ -104,8 +104,8 @@ class Air:
         while True:
             ready = [self._ready(side) for side in range(SIDES)]
             starts = [max(ready_at, self._free) for ready_at in ready]
-            first = 1 - self._last
-            side = first if starts[first] <= starts[self._last] else self._last
+            other = 1 - self._last
+            side = other if starts[other] <= starts[self._last] else self._last
             if not starts[side] <= time:
                 return
             module = self._modules[side]
@@ -120,10 +120,10 @@ class Air:
         module, model = self._modules[side], self.model
         module.counts["sent"] += 1
         # Two states, with the mean length of a burst and the same fraction of losses as without bursts.
-        leave = 1 / model.burst
-        enter = leave * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
-        stays = model.burst > 1 and module.fading
-        module.fading = self._random.uniform() < ((1 - leave) if stays else enter)
+        p_end = 1 / model.burst
+        p_begin = p_end * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
+        in_burst = model.burst > 1 and module.fading
+        module.fading = self._random.uniform() < ((1 - p_end) if in_burst else p_begin)
         damaged, late = self._random.uniform(size=2) < (model.damage, model.late)
         if module.fading or self.deaf:
             module.counts["lost"] += 1
@@ -137,11 +137,11 @@ class Air:
             if late and module.held is None:
                 module.held = (arrival, content)
                 return
-            self._arrive(1 - side, content, arrival)
+            self._deliver(1 - side, content, arrival)
         if module.held is not None:
-            held, module.held = module.held[1], None
-            self._arrive(1 - side, held, arrival)
+            overtaken, module.held = module.held[1], None
+            self._deliver(1 - side, overtaken, arrival)
 
-    def _arrive(self, side: int, content: bytes, time: float) -> None:
+    def _deliver(self, side: int, content: bytes, time: float) -> None:
         self._count += 1
         heapq.heappush(self._coming[side], (time, self._count, content))

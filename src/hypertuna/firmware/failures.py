@@ -28,12 +28,12 @@ class Failure(NamedTuple):
     end: float
 
     def holds(self, time: float) -> bool:
-        """Return whether it holds at a time [s]."""
+        """Return whether the failure is present at a time [s]."""
         return self.start <= time < self.end
 
 
 def split_faults(spelled: str | Iterable[str]) -> tuple[tuple[str, ...], tuple[Failure, ...]]:
-    """Part faults into those of the twin's sensors and fins, as texts, and those of the board."""
+    """Return faults of the twin's sensors and fins, as texts, and faults of the board, parsed."""
     sensors: list[str] = []
     failures: list[Failure] = []
     for text in fault_texts(spelled):
@@ -52,30 +52,30 @@ def split_faults(spelled: str | Iterable[str]) -> tuple[tuple[str, ...], tuple[F
 
 
 class Failures:
-    """What fails in each tick."""
+    """Failures of a run, to be asked for each tick."""
 
     def __init__(self, failures: Iterable[Failure], tick: float) -> None:
         self.list, self.tick = tuple(failures), tick
 
     def has(self, name: str, tick: int) -> bool:
         """Return whether a failure holds in a tick."""
-        return any(one.name == name and one.holds(tick * self.tick) for one in self.list)
+        return any(failure.name == name and failure.holds(tick * self.tick) for failure in self.list)
 
     def reset(self, tick: int) -> str | None:
         """Return "brownout" or "watchdog" in the tick with which the firmware boots again."""
-        for one in self.list:
-            part, _, kind = one.name.partition(":")
-            if part == "board" and tick == math.ceil((one.start + OUTAGE) / self.tick):
+        for failure in self.list:
+            part, _, kind = failure.name.partition(":")
+            if part == "board" and tick == math.ceil((failure.start + OUTAGE) / self.tick):
                 return kind
         return None
 
     def stopped(self, tick: int) -> bool:
-        """Return whether the board makes no tick: it boots, or it is late."""
+        """Return whether the board makes no tick, because it boots or is late."""
         time = tick * self.tick
-        booting = any(one.name.startswith("board:") and one.start <= time < one.start + OUTAGE for one in self.list)
+        booting = any(f.name.startswith("board:") and f.start <= time < f.start + OUTAGE for f in self.list)
         return booting or (self.has("bus:stuck", tick) and tick % 2 == 1)
 
     @property
     def resets(self) -> tuple[float, ...]:
         """Times at which the receiver loses its power [s]."""
-        return tuple(one.start for one in self.list if one.name == "board:brownout")
+        return tuple(failure.start for failure in self.list if failure.name == "board:brownout")

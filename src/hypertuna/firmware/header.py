@@ -15,9 +15,9 @@ def header(table: FirmwareTable) -> str:
 
     robot = table.robot
     wired = require(robot.firmware, "firmware", robot)
-    places = pins_of(robot)
-    analog = [pin for name in ANALOG for pin in places[name]]  # in the order of the channels
-    pins = {"servo": places["servo"], "analog": analog, "leak": (wired.leak_pin,), "recovery": (wired.recovery_pin,)}
+    parts = pins_of(robot)
+    analog = [pin for name in ANALOG for pin in parts[name]]  # in the order of the channels
+    pins = {"servo": parts["servo"], "analog": analog, "leak": (wired.leak_pin,), "recovery": (wired.recovery_pin,)}
     loader = jinja2.PackageLoader("hypertuna.firmware")
     environment = jinja2.Environment(loader=loader, trim_blocks=True, keep_trailing_newline=True)
     environment.filters["literal"] = _literal

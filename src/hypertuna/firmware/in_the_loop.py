@@ -64,7 +64,7 @@ RANGES = {
 
 @dataclass(frozen=True)
 class FirmwareRun:
-    """Result of a run."""
+    """Result of a run of firmware in the loop."""
 
     scenario: Scenario
     board: str
@@ -95,9 +95,9 @@ class FirmwareRun:
             return "diverged"
         if not self.mission_run.start.mission.waypoints:
             return None
-        last, ends = self.answers[-1], {"home": "home", "surface": "up"}
+        last, endings = self.answers[-1], {"home": "home", "surface": "up"}
         status = ending(last["mode"], last["reasons"])
-        return ends.get(_before_rest(self.answers["state"]) or "", status) if status == "given up" else status
+        return endings.get(_before_rest(self.answers["state"]) or "", status) if status == "given up" else status
 
     @property
     def refused(self) -> dict[str, list[int]]:
@@ -150,7 +150,7 @@ def firmware_in_the_loop(
     sensors, failures = split_faults(faults)
     if scenario.mission is None and (sensors or failures or station):
         raise InputError("need a twin", key="faults", value=scenario.name, fix="give a mission or afloat")
-    start = time.perf_counter()
+    begun = time.perf_counter()
     relay: Relay | None = None
     with contextlib.ExitStack() as stack:
         if radio is not None and air is not None:
@@ -159,29 +159,29 @@ def firmware_in_the_loop(
         tested = stack.enter_context(started(board, firmware, port, black_box))
         if relay is not None:
             relay.connect()
-        other = stack.enter_context(started("pc", reference)) if reference is not None else None
+        second = stack.enter_context(started("pc", reference)) if reference is not None else None
         run = None
         if scenario.mission is None:
             assert ticks is not None
-            answers, mismatches = _streamed(tested, other, random_messages(table, ticks, seed), report)
+            answers, mismatches = _streamed(tested, second, random_messages(table, ticks, seed), report)
         else:
             failing = Failures(failures, TICK)
             ground = radio is None
-            loop = Loop(table, scenario, tested, other, relay, failing, station, ground=ground, real_time=real_time)
+            loop = Loop(table, scenario, tested, second, relay, failing, station, ground=ground, real_time=real_time)
             released = released_at(scenario) * TICK
-            start_at = mission_start(
+            start = mission_start(
                 robot, scenario.mission, seed=seed, faults=sensors, resets=failing.resets, released=released
             )
-            run = loop.fly(start_at, ticks, report)
+            run = loop.fly(start, ticks, report)
             answers, mismatches = np.array(loop.answers), loop.mismatches
-    duration = time.perf_counter() - start
+    duration = time.perf_counter() - begun
     packets = {} if relay is None else {side: relay.air.counters(k) for k, side in enumerate(("robot", "ground"))}
-    ticks_apart = np.array(mismatches, dtype=np.int64)
-    return FirmwareRun(scenario, board, answers, ticks_apart, duration, run, radio is None, packets)
+    differing = np.array(mismatches, dtype=np.int64)
+    return FirmwareRun(scenario, board, answers, differing, duration, run, radio is None, packets)
 
 
 def _firmware(table: FirmwareTable, board: str, folder: str | Path | None) -> Path:
-    """Find the firmware of a robot, and check that it was built with the numbers of the description."""
+    """Return the path of a robot's firmware, checked to be built with the numbers of the description."""
     name = table.robot.name
     path = find_firmware(name, board, folder)
     if table.values.astype("<f4").tobytes() not in path.read_bytes():
@@ -225,7 +225,7 @@ class Loop:
         self.clock = time.perf_counter() if real_time else None
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
-        """Make a tick of what the sensors show and of the height of the antenna [m]; return servo pulses [s]."""
+        """Run a tick with the sensors' readings and the height of the antenna [m]; return servo pulses [s]."""
         tick, failures = self.tick_count, self.failures
         self.tick_count += 1
         if self.relay is not None:
@@ -233,35 +233,35 @@ class Loop:
         if failures.stopped(tick):
             self.missed += 1
             return self.last
-        hears = (self.scenario.cable or antenna >= -RADIO_DEPTH) and not failures.has("link:lost", tick)
-        commanded = tick in self.commands and hears
+        reachable = (self.scenario.cable or antenna >= -RADIO_DEPTH) and not failures.has("link:lost", tick)
+        commanded = tick in self.commands and reachable
         message = self.commands[tick].copy() if commanded else order("none")
-        sensed = len(self.counts.zero)
+        sensor_count = len(self.counts.zero)
         if tick < AFLOAT:  # switched on and armed at the surface, whatever depth the cable lets it begin at
             readings[self.depth] -= self.start_depth
-        message["sample"] = self.counts.of(np.asarray(readings[:sensed]))
+        message["sample"] = self.counts.of(np.asarray(readings[:sensor_count]))
         silent = self.scenario.silent
-        contact = self.ground and hears and (silent is None or tick < silent)
+        contact = self.ground and reachable and (silent is None or tick < silent)
         message["flags"] = GROUND * contact | STACK * (tick % 1000 == 0) | LEAK * failures.has("hull:leak", tick)
         if (reset := failures.reset(tick)) is not None:
             message["flags"] |= RESET | KEPT * (reset == "watchdog")
         message["missed"], self.missed = self.missed, 0
-        if self.station is not None and hears:
+        if self.station is not None and reachable:
             received = self.station(tick)
             message["length"], message["radio"][: len(received)] = len(received), np.frombuffer(received, np.uint8)
-        if len(readings) > sensed:
+        if len(readings) > sensor_count:
             message["flags"] |= FIXED
-            message["fix"] = self.counts.fix(readings[sensed], readings[sensed + 1])
-            message["accuracy"] = round(readings[sensed + 2] * MILLI)
+            message["fix"] = self.counts.fix(readings[sensor_count], readings[sensor_count + 1])
+            message["accuracy"] = round(readings[sensor_count + 2] * MILLI)
         if self.clock is not None:
             time.sleep(max(0.0, self.clock + tick * self.tick - time.perf_counter()))
         sent = message.tobytes()
-        for one in filter(None, (self.board, self.other)):
-            one.send(sent)
-        got = self.board.answer()
-        if self.other is not None and self.other.answer()[:COMPARED] != got[:COMPARED]:
+        for each in filter(None, (self.board, self.other)):
+            each.send(sent)
+        content = self.board.answer()
+        if self.other is not None and self.other.answer()[:COMPARED] != content[:COMPARED]:
             self.mismatches.append(tick)
-        answer = np.frombuffer(got, FROM_BOARD)[0]
+        answer = np.frombuffer(content, FROM_BOARD)[0]
         self.answers.append(answer)
         self.ticks.append(tick)
         # A servo without pulses holds its position.
@@ -274,15 +274,15 @@ class Loop:
         ticks = round(start.duration / start.tick) if ticks is None else ticks
         start = replace(start, core={**start.core, "board": self}, duration=ticks * start.tick)
         parts = []
-        for made, part in fly_parts(start, ended=lambda _: self.done):
+        for ticks_before, part in fly_parts(start, ended=lambda _: self.done):
             parts.append(part)
             if report is not None:
-                report(made + int(part["ticks"][0]), ticks)
+                report(ticks_before + int(part["ticks"][0]), ticks)
         return joined_parts(start, parts)
 
     @property
     def done(self) -> bool:
-        """Whether the pilot on board has ended its mission: the robot rests where that ended."""
+        """Whether the pilot on board has ended its mission, so that the robot rests where it ended."""
         return self.scenario.gait is None and self._flown and self.answers[-1]["state"] == STATES.index("rest")
 
     @property
@@ -293,7 +293,7 @@ class Loop:
 
 
 def _before_rest(states: NDArray[Any]) -> str | None:
-    """Return the last state by the pilot on board, if the robot rests or is disarmed since."""
+    """Return the last state in which the pilot commanded, if the robot rests or is disarmed since; else None."""
     names = [STATES[number] for number in states[np.flatnonzero(np.diff(states, prepend=-1))]]
     under_way = [k for k, name in enumerate(names) if name in GUIDED]
     return names[under_way[-1]] if under_way and names[-1] in ("rest", "disarmed") else None
@@ -302,14 +302,14 @@ def _before_rest(states: NDArray[Any]) -> str | None:
 def _streamed(
     board: Board, other: Board | None, messages: Messages, report: Callable[[int, int], None] | None
 ) -> tuple[Messages, list[int]]:
-    """Pass messages through both boards, without waiting for each answer."""
+    """Return a board's answers to messages, and the ticks at which those of another board differ."""
     answers, mismatches = [], []
     for begin in range(0, len(messages), CHUNK):
         part = messages[begin : begin + CHUNK]
         answers.append(board.run(part))
         if other is not None:
-            bits, wanted = (one.view(np.uint8).reshape(len(part), -1) for one in (answers[-1], other.run(part)))
-            differ = (bits != wanted)[:, :COMPARED].any(axis=1)
+            bits, expected = (pair.view(np.uint8).reshape(len(part), -1) for pair in (answers[-1], other.run(part)))
+            differ = (bits != expected)[:, :COMPARED].any(axis=1)
             mismatches += (begin + np.flatnonzero(differ)).tolist()
         if report is not None:
             report(begin + len(part), len(messages))

@@ -51,7 +51,7 @@ ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())  # of `give`, by 
 
 
 def give(name: str) -> Any:
-    """Return a message with an order of the table of states (firmware/app/vehicle/states.hpp)."""
+    """Return a message that gives an order of the firmware's table of states (firmware/app/vehicle/states.hpp)."""
     return order("give", which=ORDERS_GIVEN.index(name))
 
 
@@ -61,23 +61,23 @@ class Counts:
     def __init__(self, table: FirmwareTable, origin: tuple[int, int]) -> None:
         joints = len(table.robot.joints)
         places = np.split(np.arange(SAMPLES), np.cumsum(SIZES)[:-1])
-        used = {name: place[: COUNTED[name].count(joints)] for name, place in zip(COUNTED, places, strict=True)}
-        self.channels = np.concatenate(list(used.values()))
-        self.names = [name for name, place in used.items() for _ in place]
-        self.zero = np.concatenate([table.column(f"{name}_zero") for name in used]).astype(float)
-        self.scale = np.concatenate([table.column(f"{name}_scale") for name in used]).astype(float)
-        ends = {name: (0, CONVERTER - 1) if name in ANALOG else (-SIGNED, SIGNED - 1) for name in used}
-        ends["depth"] = (0, DEPTH_MAX)
-        self.low, self.high = np.array([ends[name] for name in self.names]).T
+        channels = {name: place[: COUNTED[name].count(joints)] for name, place in zip(COUNTED, places, strict=True)}
+        self.channels = np.concatenate(list(channels.values()))
+        self.names = [name for name, place in channels.items() for _ in place]
+        self.zero = np.concatenate([table.column(f"{name}_zero") for name in channels]).astype(float)
+        self.scale = np.concatenate([table.column(f"{name}_scale") for name in channels]).astype(float)
+        limits = {name: (0, CONVERTER - 1) if name in ANALOG else (-SIGNED, SIGNED - 1) for name in channels}
+        limits["depth"] = (0, DEPTH_MAX)
+        self.low, self.high = np.array([limits[name] for name in self.names]).T
         self.analog = np.isin(self.names, ANALOG)
         self.origin = origin
 
     def of(self, readings: Array) -> NDArray[np.int32]:
-        """Return the samples of all channels: `readings` (n,) [SI]; returns (31,)."""
-        raw = np.rint(np.where(np.isfinite(readings), readings, np.inf) / self.scale + self.zero)
-        silent = ~np.isfinite(readings) | (~self.analog & ((raw < self.low) | (self.high < raw)))
+        """Return the samples (SAMPLES,) of all channels, in counts, from readings (n,) [SI]."""
+        counts = np.rint(np.where(np.isfinite(readings), readings, np.inf) / self.scale + self.zero)
+        silent = ~np.isfinite(readings) | (~self.analog & ((counts < self.low) | (self.high < counts)))
         samples = np.full(SAMPLES, NO_SAMPLE, np.int32)
-        samples[self.channels] = np.where(silent, NO_SAMPLE, np.clip(raw, self.low, self.high))
+        samples[self.channels] = np.where(silent, NO_SAMPLE, np.clip(counts, self.low, self.high))
         return samples
 
     def fix(self, east: float, north: float) -> tuple[int, int]:

@@ -38,30 +38,30 @@ class File(NamedTuple):
 def metadata(table: FirmwareTable) -> tuple[File, File]:
     """Return the general file, and that of the parameters that it names."""
     text = json.dumps({"version": 1, "parameters": [_entry(table, p) for p in table.parameters]})
-    packed = lzma.compress(text.encode(), check=lzma.CHECK_CRC32, preset=9 | lzma.PRESET_EXTREME)
-    parameters = File(PARAMETERS, packed)
+    compressed = lzma.compress(text.encode(), check=lzma.CHECK_CRC32, preset=9 | lzma.PRESET_EXTREME)
+    parameters = File(PARAMETERS, compressed)
     types = [{"type": 1, "uri": f"mftp://{PARAMETERS}", "fileCrc": parameters.crc}]
     general = json.dumps({"version": 1, "metadataTypes": types}, separators=(",", ":"))
     return File(GENERAL, general.encode()), parameters
 
 
 def _entry(table: FirmwareTable, parameter: Parameter) -> dict[str, Any]:
-    """Return the description of a parameter."""
+    """Return a parameter's entry in the file of parameters, as MAVLink defines it."""
     part, column, index = table.fields[parameter.field]
     number = f" {index}" if parameter.name.endswith(f"_{index}") else ""
     text, unit = describe(part, column, parameter.name)
     numbers = {"min": parameter.low, "max": parameter.high, "default": parameter.standard}
-    made = {"name": parameter.name.upper(), "type": "Float", "group": part.capitalize(), "shortDesc": f"{text}{number}"}
+    base = {"name": parameter.name.upper(), "type": "Float", "group": part.capitalize(), "shortDesc": f"{text}{number}"}
     return (
-        made | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
+        base | {key: float(f"{value:.{DIGITS}g}") for key, value in numbers.items()} | ({"units": unit} if unit else {})
     )
 
 
 def describe(part: str, column: str, name: str) -> tuple[str, str]:
     """Return text and SI unit of a parameter: those of its key in a robot's file, where it has one."""
-    known = TEXTS.get(name) or TEXTS.get(column)
-    if known is not None:
-        return known
+    stated = TEXTS.get(name) or TEXTS.get(column)
+    if stated is not None:
+        return stated
     if part == "calibration":
         sensor, kind = column.rsplit("_", 1)
         return (f"counts at zero of {sensor}", "") if kind == "zero" else (f"SI units per count of {sensor}", "")

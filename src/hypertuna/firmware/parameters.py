@@ -92,27 +92,27 @@ EXTRA = {  # parameters that are no keys of a robot's file, by part and column
 
 
 def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
-    """Compute the numbers of a robot's firmware; needs the tables of controller, pilot, sensors and [firmware]."""
+    """Return the numbers of a robot's firmware; needs the tables of controller, pilot, sensors and [firmware]."""
     require_at_sea(robot, "battery", "controller", "guidance", "firmware")
-    wired = require(robot.firmware, "firmware", robot)
+    firmware = require(robot.firmware, "firmware", robot)
     table = gait_table(robot) if table is None else table
     columns = {
         "controller": controller_columns(robot),
         "pilot": pilot_columns(robot, table),
-        "calibration": _calibration(robot, wired),
-        "limits": {name: [value] for name, value in given_constants("limits", wired).items()},
+        "calibration": _calibration(robot, firmware),
+        "limits": {name: [value] for name, value in given_constants("limits", firmware).items()},
     }
-    columns["limits"] |= {"tilt_max": [math.sin(min(wired.tilt_max, math.pi / 2))], "sign": [0.0]}
-    gaits, places = len(table.gaits), list(columns)
+    columns["limits"] |= {"tilt_max": [math.sin(min(firmware.tilt_max, math.pi / 2))], "sign": [0.0]}
+    gaits, part_order = len(table.gaits), list(columns)
     fields = [field for field in _core.onboard_fields(len(robot.joints), gaits) if field[0] in columns]
-    fields += [("calibration", name, k) for name, own in columns["calibration"].items() for k in range(len(own))]
-    fields.sort(key=lambda field: places.index(field[0]))
+    fields += [("calibration", name, k) for name, row in columns["calibration"].items() for k in range(len(row))]
+    fields.sort(key=lambda field: part_order.index(field[0]))
     values = np.array([columns[part][name][k] for part, name, k in fields], dtype=np.float32)
     return FirmwareTable(robot, gaits, tuple(fields), values, _parameters(fields, values))
 
 
 def _calibration(robot: Robot, wired: Firmware) -> dict[str, list[float]]:
-    """Compute zero [counts] and scale [SI per count] of every channel from the ranges of its sensors."""
+    """Return zero [counts] and scale [SI per count] of every channel, from the ranges of its sensors."""
     joints = len(robot.joints)
     columns: dict[str, list[float]] = {}
     for name, channel in COUNTED.items():
@@ -145,14 +145,14 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
     """Return the numbers that the radio may set, with their ranges."""
     parameters = []
     for part, column, radio in _settable():
-        places = [k for k, field in enumerate(fields) if field[:2] == (part, column)]
-        for place in places:
+        indices = [k for k, field in enumerate(fields) if field[:2] == (part, column)]
+        for index in indices:
             name = radio.name or column
-            name = name if len(places) == 1 else f"{name}_{fields[place][2]}"
-            value = float(values[place])
-            ends = (radio.low, radio.high) if radio.bounds else (radio.low * value, radio.high * value)
-            low, high = np.float32(min(ends)), np.float32(max(ends))
-            parameters.append(Parameter(name, float(low), float(high), value, radio.whole, place))
+            name = name if len(indices) == 1 else f"{name}_{fields[index][2]}"
+            value = float(values[index])
+            limits = (radio.low, radio.high) if radio.bounds else (radio.low * value, radio.high * value)
+            low, high = np.float32(min(limits)), np.float32(max(limits))
+            parameters.append(Parameter(name, float(low), float(high), value, radio.whole, index))
             if len(name) > NAME_LENGTH_MAX or not low <= value <= high:
                 bounds = f"must fit a parameter of {NAME_LENGTH_MAX} characters within {low:g} to {high:g}"
                 raise InputError(bounds, key=name, value=f"{value:g}", fix="correct the robot's description")
@@ -161,14 +161,14 @@ def _parameters(fields: list[Field], values: Array) -> tuple[Parameter, ...]:
 
 def pins_of(robot: Robot) -> dict[str, list[int]]:
     """Return the pins of the servos and of every analog sensor by their places, -1 where nothing is wired."""
-    wired = require(robot.firmware, "firmware", robot)
+    table = require(robot.firmware, "firmware", robot)
     drives = [group.drive for group in robot.joints]
     sensors = {sensor.quantity for sensor in robot.sensors if sensor.quantity is not None}
-    pins = {"servo": _placed(wired.servo_pins, [*map(bool, drive_names(robot)), True, True])}
-    return pins | {name: _placed(wired.analog_pins(name), channel_wired(name, drives, sensors)) for name in ANALOG}
+    pins = {"servo": _placed(table.servo_pins, [*map(bool, drive_names(robot)), True, True])}
+    return pins | {name: _placed(table.analog_pins(name), channel_wired(name, drives, sensors)) for name in ANALOG}
 
 
-def _placed(pins: Sequence[int], there: Sequence[bool]) -> list[int]:
+def _placed(pins: Sequence[int], wired: Sequence[bool]) -> list[int]:
     """Return the pin of each place, -1 where nothing is wired."""
-    given = iter(pins)
-    return [next(given) if here else -1 for here in there]
+    remaining = iter(pins)
+    return [next(remaining) if used else -1 for used in wired]

@@ -51,22 +51,22 @@ def _draw_pin(axes: Axes, side: int, y: float, name: str, wire: Wire | None) -> 
     axes.plot([side * HALF], [y], "o", ms=4, color=EDGE if wire is None else color_of(wire))
     if wire is None:
         return
-    color, end = color_of(wire), HALF + 0.45
-    axes.plot([side * HALF, side * end], [y, y], color=color, lw=1.4)
+    color, x_end = color_of(wire), HALF + 0.45
+    axes.plot([side * HALF, side * x_end], [y, y], color=color, lw=1.4)
     if wire.to != "both":
-        tip = end if wire.to == "part" else HALF + 0.16
+        tip = x_end if wire.to == "part" else HALF + 0.16
         axes.plot([side * tip], [y], marker=">" if (wire.to == "part") == (side > 0) else "<", ms=5, color=color)
     text = f"{wire.part}: {wire.signal}" if wire.bus not in ("pulses", "analog") else f"{wire.part} ({wire.signal})"
-    axes.text(side * (end + 0.12), y, text, ha="right" if side < 0 else "left", va="center", fontsize=7.2)
+    axes.text(side * (x_end + 0.12), y, text, ha="right" if side < 0 else "left", va="center", fontsize=7.2)
 
 
 def _draw_legend(axes: Axes, wiring: Wiring, y: float) -> None:
-    """Name the colors of the buses that the robot has."""
-    found: dict[str, str] = {}
+    """Draw the legend: the color of each bus that the robot has."""
+    entries: dict[str, str] = {}
     for wire in wiring.wires:
         rate = f", {wire.rate:,} bit/s" if wire.rate and wire.bus != "I2C" else ""
-        found.setdefault("Serial ports" if wire.bus.startswith("Serial") else wire.bus + rate, color_of(wire))
-    for k, (text, color) in enumerate(found.items()):
+        entries.setdefault("Serial ports" if wire.bus.startswith("Serial") else wire.bus + rate, color_of(wire))
+    for k, (text, color) in enumerate(entries.items()):
         x = -REACH + 0.4 + k * 1.8
         axes.plot([x, x + 0.3], [y, y], color=color, lw=2.5)
         axes.text(x + 0.4, y, text, va="center", fontsize=8)

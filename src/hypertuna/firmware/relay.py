@@ -19,11 +19,11 @@ INTEGERS = {"packet", "buffer"}
 
 def radio_model(text: str) -> RadioModel:
     """Parse the attributes of a RadioModel, such as ``rate=2400,loss=0.3,burst=4``."""
-    known, attributes = [field.name for field in fields(RadioModel)], dict[str, Any]()
+    names, attributes = [field.name for field in fields(RadioModel)], dict[str, Any]()
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, equals, value = part.partition("=")
-        if name not in known or not equals:
-            fix = did_you_mean(name, known) if name not in known else f"write {name}=NUMBER"
+        if name not in names or not equals:
+            fix = did_you_mean(name, names) if name not in names else f"write {name}=NUMBER"
             raise InputError("must be NAME=NUMBER of the radio", key="air", value=shown(part), fix=fix)
         try:
             number = FINITE.check(float(value), f"air.{name}", "give a number")
@@ -39,11 +39,11 @@ class Relay(Closing):
 
     def __init__(self, board: str, port: int, model: RadioModel, *, seed: int = 0) -> None:
         self.air = Air(model, seed=seed)
-        self.ground = _bound()
+        self.ground = _udp_socket()
         self.ground_address = (HOST, port)
         self.stream = board == "qemu"
         # A free port: the firmware on a PC will send to it, an emulated board will listen on it.
-        self._board = _bound()
+        self._board = _udp_socket()
         self.board_port: int = self._board.getsockname()[1]
         self._board_address: Any = None
         if self.stream:
@@ -72,35 +72,35 @@ class Relay(Closing):
     def carry(self, now: float, *, deaf: bool = False) -> None:
         """Carry all bytes up to the simulated time `now` [s]; nothing passes while the robot is deaf, under water."""
         self.air.deaf = deaf
-        up, sender = _received(self._board)
+        from_board, sender = _receive_all(self._board)
         self._board_address = sender or self._board_address
-        self.air.write(0, up, now)
-        self.air.write(1, _received(self.ground)[0], now)
+        self.air.write(0, from_board, now)
+        self.air.write(1, _receive_all(self.ground)[0], now)
         with contextlib.suppress(OSError):  # no listener
-            if down := self.air.read(1, now):
-                self.ground.sendto(down, self.ground_address)
+            if to_ground := self.air.read(1, now):
+                self.ground.sendto(to_ground, self.ground_address)
         with contextlib.suppress(OSError):
-            if (up := self.air.read(0, now)) and self.stream:
-                self._board.sendall(up)
-            elif up and self._board_address is not None:
-                self._board.sendto(up, self._board_address)
+            if (to_board := self.air.read(0, now)) and self.stream:
+                self._board.sendall(to_board)
+            elif to_board and self._board_address is not None:
+                self._board.sendto(to_board, self._board_address)
 
 
-def _bound() -> socket.socket:
+def _udp_socket() -> socket.socket:
     """Open a non-blocking UDP socket on a free port."""
-    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    line.bind((HOST, 0))
-    line.setblocking(False)
-    return line
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    udp.bind((HOST, 0))
+    udp.setblocking(False)
+    return udp
 
 
-def _received(line: socket.socket) -> tuple[bytes, Any]:
+def _receive_all(line: socket.socket) -> tuple[bytes, Any]:
     """Return all bytes that have arrived, and the address of their sender."""
     received, sender = bytearray(), None
     with contextlib.suppress(OSError):  # no more for now
         while True:
-            part, sender = line.recvfrom(DATAGRAM)
-            if not part:
+            datagram, sender = line.recvfrom(DATAGRAM)
+            if not datagram:
                 break
-            received += part
+            received += datagram
     return bytes(received), sender

@@ -41,7 +41,7 @@ FINS, DIVE, SILENT = -0.35, 5000, 5200  # of a dive [rad]; ticks at which it end
 
 @dataclass(frozen=True)
 class Scenario:
-    """Input of a run."""
+    """Input of a run of firmware in the loop: a mission, a gait, or random messages."""
 
     name: str
     mission: Mission | None  # water, start and waypoints; None for random messages without a twin
@@ -60,7 +60,7 @@ class Scenario:
 
 
 def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
-    """Find a scenario: random, afloat, gait:NAME, lost:NAME (a dive, contact lost at 3 m), or a mission or its file."""
+    """Return a scenario: random, afloat, gait:NAME, lost:NAME (a dive, contact lost at 3 m), a mission or its file."""
     if name == "random":
         return Scenario(name, None)
     if name == "afloat":
@@ -72,8 +72,8 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
         silent = SILENT if name.startswith("lost:") else None
         return Scenario(name, Mission(()), gait, silent=silent, cable=True)
     if name not in missions() and not name.endswith(".toml"):
-        known = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
-        raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, known))
+        choices = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
+        raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, choices))
     return scenario_of(read_mission(name), name)
 
 
@@ -110,8 +110,8 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps += [order("origin", fix=scenario.origin)] if scenario.origin is not None else []
     begin = START + COLD * m.cold
     yield from enumerate([*steps, order("end")], begin)
-    stored = begin + len(steps) + STORED
-    yield from enumerate([give("arm"), give("mission")], stored)
+    ready = begin + len(steps) + STORED
+    yield from enumerate([give("arm"), give("mission")], ready)
 
 
 def released_at(scenario: Scenario) -> int:
@@ -124,18 +124,18 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     random = np.random.default_rng(WHOLE.check(seed, "seed", "give a whole number"))
     messages = np.zeros(ticks, TO_BOARD)
     counts = Counts(table, (0, 0))
-    rest = _at_rest(counts)
+    at_rest = _at_rest(counts)
     clock = np.arange(ticks)[:, None]
-    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(rest)))
-    samples = rest + swing + random.normal(0, 30, (ticks, len(rest))) + _adventures(counts, clock[:, 0])
+    swing = 400 * np.sin(0.01 * 2 * np.pi * clock * random.uniform(0.2, 4, len(at_rest)))
+    samples = at_rest + swing + random.normal(0, 30, (ticks, len(at_rest))) + _added_events(counts, clock[:, 0])
     # A sensor fails for a while: silent, stuck, or random.
     for _ in range(ticks // 400):
-        first, channel = int(random.integers(ticks)), int(random.integers(len(rest)))
+        first, channel = int(random.integers(ticks)), int(random.integers(len(at_rest)))
         last = first + int(random.integers(1, 400))
-        how = random.integers(3)
+        kind = random.integers(3)
         length = len(samples[first:last])
         samples[first:last, channel] = (
-            NO_SAMPLE if how == 0 else samples[first, channel] if how == 1 else random.integers(-40000, 70000, length)
+            NO_SAMPLE if kind == 0 else samples[first, channel] if kind == 1 else random.integers(-40000, 70000, length)
         )
     messages["sample"] = NO_SAMPLE
     messages["sample"][:, counts.channels] = np.clip(np.rint(samples), -(2**31), 2**31 - 1)
@@ -144,23 +144,23 @@ def random_messages(table: FirmwareTable, ticks: int, seed: int) -> Messages:
     contact = ((tick // 2000) % 4 < 3) & (tick % 30000 < 20000)
     messages["flags"] = FIXED * (tick % 100 == 0) | GROUND * contact | LEAK * (tick % 25000 > 24800)
     for k in np.flatnonzero(random.random(ticks) < 0.03):
-        one = _random_order(table, random)
+        message = _random_order(table, random)
         for name in ("order", "which", "number"):
-            messages[name][k] = one[name]
+            messages[name][k] = message[name]
     messages["flags"][-1] |= LAST | STACK
     return messages
 
 
-def _adventures(counts: Counts, clock: NDArray[np.int64]) -> NDArray[np.float64]:
+def _added_events(counts: Counts, clock: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return samples to add: dives to 4 m, a robot on its side, a battery that runs empty."""
     added = np.zeros((len(clock), len(counts.names)))
-    place = {name: counts.names.index(name) for name in ("depth", "acceleration", "voltage")}
-    scale = {name: counts.scale[k] for name, k in place.items()}
-    added[:, place["depth"]] = np.maximum(0.0, 4.0 * np.sin(2 * np.pi * clock / 9000)) / scale["depth"]
-    lies = clock % 7000 > 6000
+    index = {name: counts.names.index(name) for name in ("depth", "acceleration", "voltage")}
+    scale = {name: counts.scale[k] for name, k in index.items()}
+    added[:, index["depth"]] = np.maximum(0.0, 4.0 * np.sin(2 * np.pi * clock / 9000)) / scale["depth"]
+    on_side = clock % 7000 > 6000
     for axis, gravity in ((1, 9.81), (2, -9.81)):
-        added[:, place["acceleration"] + axis] = lies * gravity / scale["acceleration"]
-    added[:, place["voltage"]] = np.where(clock % 60000 > 59000, -3.5, 0.0) / scale["voltage"]
+        added[:, index["acceleration"] + axis] = on_side * gravity / scale["acceleration"]
+    added[:, index["voltage"]] = np.where(clock % 60000 > 59000, -3.5, 0.0) / scale["voltage"]
     return added
 
 
@@ -169,15 +169,15 @@ def _at_rest(counts: Counts) -> NDArray[np.float64]:
     rest = counts.zero.copy()
     steady = {"pressure": [60e3], "acceleration": [0.0, 0.0, 9.81], "voltage": [15.0], "field": [0.0, 0.7, -0.7]}
     for name, values in steady.items():
-        places = [k for k, known in enumerate(counts.names) if known == name]
-        rest[places] += np.array(values) / counts.scale[places]
+        indices = [k for k, channel in enumerate(counts.names) if channel == name]
+        rest[indices] += np.array(values) / counts.scale[indices]
     return rest
 
 
 def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
-    """Make an order that may make sense, or not."""
-    groups, part = len(table.robot.joints), 0.01
-    wild = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
+    """Return the message of a random order, valid or not."""
+    groups, fraction = len(table.robot.joints), 0.01
+    factor = float(random.choice([1.0, 1.0, 1.0, 3.0, math.nan]))
     match int(random.integers(9)):
         case 0:
             return give("arm" if random.random() < 0.95 else "disarm")
@@ -186,23 +186,23 @@ def _random_order(table: FirmwareTable, random: np.random.Generator) -> Any:
         case 1:
             return order("give", which=int(random.integers(len(ORDERS_GIVEN) + 1)))
         case 2:
-            place = int(random.integers(len(table.parameters)))
-            parameter = table.parameters[place]
+            index = int(random.integers(len(table.parameters)))
+            parameter = table.parameters[index]
             low, high = parameter.low, parameter.high
             if table.fields[parameter.field][0] == "calibration":  # sensors stay sound, or it would never arm again
-                low, high = (parameter.standard + part * (end - parameter.standard) for end in (low, high))
-            return order("parameter", random.uniform(low, high) * wild, which=place)
+                low, high = (parameter.standard + fraction * (end - parameter.standard) for end in (low, high))
+            return order("parameter", random.uniform(low, high) * factor, which=index)
         case 3:
-            numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * wild, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            numbers = (*random.uniform(-50, 50, 2), 3.0, 0.3, 4.0 * factor, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             return order("begin", *numbers)
         case 4:
-            return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3, 3.0 * wild)
+            return order("waypoint", *random.uniform(-50, 50, 2), random.uniform(0, 3), 0.3, 3.0 * factor)
         case 5:
             return order("end")
         case 6:
-            return order("sticks", *random.uniform(-1, 1, 3) * wild)
+            return order("sticks", *random.uniform(-1, 1, 3) * factor)
         case _:
             bends = [float(j.bend_max or 0.0) for j in table.robot.joints]
             lags, fins = random.uniform(-3, 3, groups), random.uniform(-0.5, 0.5, 2)
-            beat = (random.uniform(0, 6) * wild, *random.uniform(0, bends), *lags, *random.uniform(-0.2, 0.2, groups))
+            beat = (random.uniform(0, 6) * factor, *random.uniform(0, bends), *lags, *random.uniform(-0.2, 0.2, groups))
             return order("gait", *beat, *fins)

@@ -45,8 +45,8 @@ class Divider(NamedTuple):
 
     def volts(self, battery: float) -> float:
         """Return the voltage of the pin [V] at that of the battery [V]."""
-        flow = battery / self.upper + SUPPLY / self.lift
-        return flow / (1 / self.upper + 1 / self.lower + 1 / self.lift)
+        current = battery / self.upper + SUPPLY / self.lift
+        return current / (1 / self.upper + 1 / self.lower + 1 / self.lift)
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ def wiring_of(robot: Robot) -> Wiring:
     """Return the wiring of a robot with the table [firmware]."""
     require_at_sea(robot, "firmware")
     firmware = require(robot.firmware, "firmware", robot)
-    wires = sorted([*_servos(robot), *_analog(robot, firmware), *_digital(robot, firmware)])
+    wires = sorted([*_servo_wires(robot), *_analog_wires(robot, firmware), *_digital_wires(robot, firmware)])
     return Wiring(robot, tuple(wires), _divider(robot, firmware))
 
 
-def _servos(robot: Robot) -> Iterator[Wire]:
+def _servo_wires(robot: Robot) -> Iterator[Wire]:
     turned = {group.name: group.drive.place for group in robot.joints}
     drives = [f"on the {turned[name]} of joint {name}" if name in turned else f"of joint {name.replace('-', ', ')}"
               for name in drive_names(robot)]  # fmt: skip
@@ -76,17 +76,17 @@ def _servos(robot: Robot) -> Iterator[Wire]:
             yield Wire(pin, name, f"servo_{number}", "part", "pulses", 0, "0 or 3.3 V")
 
 
-def _analog(robot: Robot, firmware: Firmware) -> Iterator[Wire]:
+def _analog_wires(robot: Robot, firmware: Firmware) -> Iterator[Wire]:
     level = f"{SUPPLY * firmware.analog_low:.2f} to {SUPPLY * firmware.analog_high:.2f} V"
     for name in ANALOG:
         part = next((sensor.part for sensor in robot.sensors if sensor.quantity == name), name)
-        places = [f"{name}_{k}" for k in range(len(pins_of(robot)[name]))] if CHANNELS[name].size > 1 else [name]
-        for pin, signal, where in zip(pins_of(robot)[name], places, _places(robot, name), strict=True):
+        signals = [f"{name}_{k}" for k in range(len(pins_of(robot)[name]))] if CHANNELS[name].size > 1 else [name]
+        for pin, signal, where in zip(pins_of(robot)[name], signals, _place_texts(robot, name), strict=True):
             if pin >= 0:
-                yield Wire(pin, f"{part}{where}", signal, "board", "analog", 0, level, _range(robot, name))
+                yield Wire(pin, f"{part}{where}", signal, "board", "analog", 0, level, _range_text(robot, name))
 
 
-def _places(robot: Robot, name: str) -> list[str]:
+def _place_texts(robot: Robot, name: str) -> list[str]:
     """Return where each sensor of a kind is, as the end of its part's name."""
     if CHANNELS[name].per == "joint":
         return [f", joint {group.name}" for group in robot.joints]
@@ -95,8 +95,8 @@ def _places(robot: Robot, name: str) -> list[str]:
     return [""]
 
 
-def _range(robot: Robot, name: str) -> str:
-    """Return the range of a kind of analog sensor that calibration begins with."""
+def _range_text(robot: Robot, name: str) -> str:
+    """Return, as text, the range of a kind of analog sensor from which calibration starts."""
     if sensor_absent(robot, name):
         return ""
     unit, factor = UNITS[name]
@@ -104,7 +104,7 @@ def _range(robot: Robot, name: str) -> str:
     return f"{low:.4g} to {high:.4g} {unit}"
 
 
-def _digital(robot: Robot, firmware: Firmware) -> Iterator[Wire]:
+def _digital_wires(robot: Robot, firmware: Firmware) -> Iterator[Wire]:
     parts = {sensor.quantity: sensor.part for sensor in robot.sensors}
     ports = (
         (firmware.imu_serial, f"IMU {parts.get('rate', '')}", IMU_BAUD),
@@ -130,11 +130,11 @@ def _divider(robot: Robot, firmware: Firmware) -> Divider:
     low, high = sensor_range(robot, "voltage")
     gain = SUPPLY * (firmware.analog_high - firmware.analog_low) / (high - low)
     offset = firmware.analog_low - low * gain / SUPPLY  # share of 3.3 V at 0 V
-    total = 1 / (gain * UPPER)
-    return Divider(UPPER, _e24(1 / (total * (1 - gain - offset))), _e24(1 / (total * offset)))
+    conductance = 1 / (gain * UPPER)
+    return Divider(UPPER, _e24(1 / (conductance * (1 - gain - offset))), _e24(1 / (conductance * offset)))
 
 
 def _e24(ohm: float) -> float:
     """Return the nearest resistance of the series E24."""
     decade = 10.0 ** math.floor(math.log10(ohm) - 1)
-    return min((step * decade * more for step in E24 for more in (1, 10)), key=lambda x: abs(math.log(x / ohm)))
+    return min((value * decade * power for value in E24 for power in (1, 10)), key=lambda x: abs(math.log(x / ohm)))

@@ -14,7 +14,7 @@ SEED = 0  # of the draws: the same fit has the same intervals
 
 
 def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels: dict[str, float]) -> Array:
-    """Return the mean square (n, n) of the errors of the coefficients, scaled, that errors of joint angles make.
+    """Return the mean square (n, n) of the errors that errors of joint angles cause in the scaled coefficients.
 
     The smoothed angles get white noise of the estimated size, and are smoothed again. What the coefficients would
     change to meet the same tracks follows from the linearized fit, with the bounds as a weak prior.
@@ -23,17 +23,17 @@ def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels
     if not any(rows.uncertain for rows in data.groups):
         return np.zeros((n, n))
     lower, upper = bounds_of(data.free)
-    root = (upper - lower) / np.sqrt(12)
+    spread = (upper - lower) / np.sqrt(12)
     residual, jacobian = weighted(data, prediction, levels)
-    known = prior_rows(data.free, np.zeros(n))[1]
-    solve = np.linalg.pinv(np.concatenate([jacobian * root, known * root, np.eye(n)]))[:, : len(residual)]
+    prior = prior_rows(data.free, np.zeros(n))[1]
+    inverse = np.linalg.pinv(np.concatenate([jacobian * spread, prior * spread, np.eye(n)]))[:, : len(residual)]
     rng = np.random.default_rng(SEED)
-    changes = []
+    coefficient_changes = []
     for _ in range(DRAWS):
-        drawn = tuple(rows.drawn(data.robot, rng) for rows in data.groups)
-        moved = predict(replace(data, groups=drawn), values, gradient_steps=None, levels=levels)
-        change = weighted(data, moved, levels)[0] - residual
-        if not moved.failed.any():
-            changes.append(root * (solve @ change))
-    rows = np.array(changes).reshape(-1, n)
+        noisy_groups = tuple(rows.drawn(data.robot, rng) for rows in data.groups)
+        noisy_prediction = predict(replace(data, groups=noisy_groups), values, gradient_steps=None, levels=levels)
+        residual_change = weighted(data, noisy_prediction, levels)[0] - residual
+        if not noisy_prediction.failed.any():
+            coefficient_changes.append(spread * (inverse @ residual_change))
+    rows = np.array(coefficient_changes).reshape(-1, n)
     return np.asarray(rows.T @ rows / max(len(rows), 1))

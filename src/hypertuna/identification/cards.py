@@ -1,4 +1,4 @@
-"""What is shown of a fit and its posterior."""
+"""Cards of a fit and of its posterior, for terminals and notebooks."""
 
 from typing import Any
 
@@ -23,34 +23,34 @@ def fit_card(fit: Fit) -> Card:
 
 def sampled_card(fit: Fit, sampled: Posterior | None, seconds: float) -> Card:
     """Show a fit with the intervals of its posterior, and how long both took [s]."""
-    fitted, kept = (len(trials.runs) for trials in fit.trials)
+    fitted, held_out = (len(trials.runs) for trials in fit.trials)
     heads, rows = coefficient_table(fit, sampled)
     cells = [(str(row[0]), *map(str, row[1:-1]), (str(row[-1]), "yellow")) for row in rows]
     parts: list[Part] = [Table(heads, cells, left=(0, len(heads) - 2, len(heads) - 1), whole=0)]
     parts.append(digits_table(*error_table(fit)))
-    parts += [(one.sentence, "yellow") for one in fit.uncertainty.directions if not one.constrained]
+    parts += [(direction.sentence, "yellow") for direction in fit.uncertainty.directions if not direction.constrained]
     parts += [(warning, "yellow") for warning in fit.warnings]
     if sampled is not None:
         parts.append(f"{sampled.sentence} {100 * sampled.acceptance:.0f} % of the steps were accepted.")
     style = "bold red" if not fit.converged else "yellow" if "training error" in fit.stop else "green"
     parts.append((f"{fit.stop} {seconds:.1f} s in all.", style))
-    runs = f"{counted(fitted, 'run')} fitted, {kept} kept for validation"
+    runs = f"{counted(fitted, 'run')} fitted, {held_out} kept for validation"
     return Card(f"{fit.robot.name}, {fit.robot.model.water} water: {runs}", parts, lambda: _runs_svg(fit))
 
 
 def digits_table(heads: list[str], rows: list[list[Any]]) -> Table:
-    """Lay out a table with numbers to three digits."""
+    """Return a table whose numbers have three digits."""
     return Table(heads, [[f"{x:.3g}" if isinstance(x, float) else x for x in row] for row in rows])
 
 
 def _runs_svg(fit: Fit) -> str:
-    """Draw the computed over the measured numbers of runs, else the errors of tracked runs."""
+    """Draw the computed over the measured numbers of runs as SVG, else the errors of tracked runs."""
     runs = [run for part in fit.parts.values() for run in part.runs]
-    for kind, one in ((owner, one) for owner in KINDS for one in owner.quantities):
-        measured, computed = (key_of(f"{one.name}_{of}", one.unit) for of in ("measured", "computed"))
+    for kind, quantity in ((owner, quantity) for owner in KINDS for quantity in owner.quantities):
+        measured, computed = (key_of(f"{quantity.name}_{of}", quantity.unit) for of in ("measured", "computed"))
         pairs = [(run[measured], run[computed]) for run in runs if measured in run]
         if pairs:
-            return computed_svg(pairs, f"{one.label} [{one.unit}]", f"a {kind.label}")
+            return computed_svg(pairs, f"{quantity.label} [{quantity.unit}]", f"a {kind.label}")
     key = next(iter(fit.quantities), "")
     errors = {run["run"]: run[f"{key}_rms"] for run in runs if f"{key}_rms" in run}
     if not errors:
@@ -75,13 +75,13 @@ def posterior_card(sampled: Posterior) -> Card:
 
 
 def _ranges_svg(sampled: Posterior) -> str:
-    """Draw the interval of each coefficient around its median; of an offset, whose median may be 0, over its unit."""
-    middle = np.median(sampled.samples, axis=0)
-    sizes = [ABSOLUTE_UNITS.get(free.column, abs(value)) for free, value in zip(sampled.free, middle, strict=True)]
-    low, high = (100 * (part - middle) / sizes for part in (sampled.low, sampled.high))
+    """Draw each coefficient's interval about its median, relative to the median; of an offset, relative to its unit."""
+    medians = np.median(sampled.samples, axis=0)
+    sizes = [ABSOLUTE_UNITS.get(free.column, abs(value)) for free, value in zip(sampled.free, medians, strict=True)]
+    low, high = (100 * (ends - medians) / sizes for ends in (sampled.low, sampled.high))
     rows = zip((free.name for free in sampled.free), low.tolist(), high.tolist(), strict=True)
-    text = "95 % intervals around the medians, in percent of them."
+    caption = "95 % intervals around the medians, in percent of them."
     if any(free.column in ABSOLUTE_UNITS for free in sampled.free):
-        text += " Of offsets: in percent of 0.1 s or 0.1 rad."
-    rest = f" The first {BARS} coefficients." if len(sampled.free) > BARS else ""
-    return captioned(bars_svg(rows, "95 % interval around the median [%]"), text + rest)
+        caption += " Of offsets: in percent of 0.1 s or 0.1 rad."
+    limit_note = f" The first {BARS} coefficients." if len(sampled.free) > BARS else ""
+    return captioned(bars_svg(rows, "95 % interval around the median [%]"), caption + limit_note)

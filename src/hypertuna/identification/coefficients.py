@@ -39,12 +39,12 @@ class Free:
 
     @property
     def column(self) -> str:
-        """Name without indices."""
+        """Column of the robot's model: the name without its indices."""
         return self.name.removesuffix(COMMON).partition("[")[0]
 
     @property
     def index(self) -> str:
-        """Text in the brackets."""
+        """Indices as the name has them in its brackets; empty without."""
         return self.name.removesuffix(COMMON).partition("[")[2].removesuffix("]")
 
     @property
@@ -69,7 +69,7 @@ class Free:
 
     @property
     def border(self) -> tuple[str, float]:
-        """Displayed unit, and displayed units per SI unit."""
+        """Displayed unit, and the factor from SI to it."""
         return ("deg", 180 / math.pi) if self.unit == "rad" else (self.unit, 1.0)
 
 
@@ -97,31 +97,31 @@ def free(
     recordings: first time offset [s] by recording, each of which has a `time_offset` of its own.
     """
     offsets = recordings or {}
-    known = Names(robot, tuple(offsets))
-    places = [place for name in names for place in known.resolve(name.strip(), "free")]
+    resolver = Names(robot, tuple(offsets))
+    places = [place for name in names for place in resolver.resolve(name.strip(), "free")]
     if not places:
         raise InputError("must name at least one coefficient", key="free", fix="give names such as water.drag")
-    taken: set[tuple[str, Any]] = set()
+    taken_members: set[tuple[str, Any]] = set()
     for place in places:
-        own = {(place.column, member) for member in place.members}
-        if own & taken:
+        members = {(place.column, member) for member in place.members}
+        if members & taken_members:
             fix = "remove one of the two"
             raise InputError("must be listed only once", key=place.name, value="named twice", fix=fix)
-        taken |= own
+        taken_members |= members
 
     def by_place(table: Mapping[str, Any], key: str) -> dict[Place, Any]:
-        return {place: value for name, value in table.items() for place in known.covered(name, places, key)}
+        return {place: value for name, value in table.items() for place in resolver.covered(name, places, key)}
 
-    ends, logs = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
-    begin = {Place("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
-    widths = by_place(prior or {}, "prior")
-    logs |= {place: None for place in widths if place.column not in NUISANCES}
-    frees = [_make(robot, place, ends.get(place), begin.get(place), place in logs) for place in places]
-    return tuple(_with_prior(robot, f, place, widths.get(place)) for f, place in zip(frees, places, strict=True))
+    ranges, log_scaled = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
+    starts = {Place("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
+    priors = by_place(prior or {}, "prior")
+    log_scaled |= {place: None for place in priors if place.column not in NUISANCES}
+    frees = [_make_free(robot, place, ranges.get(place), starts.get(place), place in log_scaled) for place in places]
+    return tuple(_with_prior(robot, f, place, priors.get(place)) for f, place in zip(frees, places, strict=True))
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
-    """Return the position of `time_offset` of a recording, or of `cost_factor`, None if it is not free."""
+    """Return the index among `frees` of a recording's `time_offset`, or of `cost_factor`; None if it is not free."""
     return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
 
 
@@ -131,7 +131,7 @@ def to_scale(frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
 
 
 def from_scale(frees: Sequence[Free], scaled: Sequence[float] | Array) -> Array:
-    """Return values (n,) [SI] of scaled ones: the inverse of `to_scale`."""
+    """Return the values (n,) [SI] of scaled coefficients: the inverse of `to_scale`."""
     return np.array([math.exp(x) if f.scale == "log" else x for f, x in zip(frees, scaled, strict=True)], dtype=float)
 
 
@@ -141,40 +141,40 @@ def bounds_of(frees: Sequence[Free]) -> tuple[Array, Array]:
 
 
 def prior_rows(frees: Sequence[Free], x: Array) -> tuple[Array, Array]:
-    """Return residuals (k,) of the k coefficients with a prior at x (n,), scaled, and their Jacobian (k, n)."""
-    known = [k for k, f in enumerate(frees) if f.prior is not None]
+    """Return residuals (k,) of the k coefficients with a prior at scaled values x (n,), and their Jacobian (k, n)."""
+    with_prior = [k for k, f in enumerate(frees) if f.prior is not None]
     mean, sd = np.log([f.prior for f in frees if f.prior is not None]).reshape(-1, 2).T
-    return (x[known] - mean) / sd, np.eye(len(frees))[known] / sd[:, np.newaxis]
+    return (x[with_prior] - mean) / sd, np.eye(len(frees))[with_prior] / sd[:, np.newaxis]
 
 
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
-    """Return the robot's columns that values (n,) [SI] change, as `core_model` takes them; rods stay rods, m l^2/12."""
+    """Return the columns that coefficients of values (n,) [SI] change, as for `core_model`; rods turn by m l^2/12."""
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
         if f.column not in NUISANCES:
             column = changed.setdefault(f.column, list(column_of(robot, f.column)))
             for i in f.indices:
                 column[i] = float(value) * column[i] if f.common else float(value)
-    if _rods(robot, changed):
-        changed["links.inertia"] = [m * x * x / 12 for m, x in _mass_and_length(robot, changed)]
+    if _inertia_follows(robot, changed):
+        changed["links.inertia"] = [mass * length * length / 12 for mass, length in _mass_and_length(robot, changed)]
     return changed
 
 
 def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Return derivatives (parameters, n), in the order of `parameter_names`, by the scaled free coefficients."""
-    row = {name: k for k, name in enumerate(parameter_names(robot))}
-    matrix = np.zeros((len(row), len(frees)))
+    """Return derivatives (parameters, n) of the parameters, as `parameter_names`, by the scaled coefficients."""
+    row_of = {name: k for k, name in enumerate(parameter_names(robot))}
+    matrix = np.zeros((len(row_of), len(frees)))
     for k, (f, value) in enumerate(zip(frees, values, strict=True)):
         if f.column not in NUISANCES:
             for i in f.indices:
                 name = f"{f.column}[{i}]" if f.index else f.column
                 present = float(column_of(robot, f.column)[i]) if f.common else 1.0
-                matrix[row[name], k] = present * (value if f.scale == "log" else 1.0)
-    if _rods(robot, {f.column for f in frees}):
+                matrix[row_of[name], k] = present * (value if f.scale == "log" else 1.0)
+    if _inertia_follows(robot, {f.column for f in frees}):
         changed = columns(robot, frees, values)
-        for i, (m, x) in enumerate(_mass_and_length(robot, changed)):
-            by_mass, by_length = matrix[row[f"links.mass[{i}]"]], matrix[row[f"links.length[{i}]"]]
-            matrix[row[f"links.inertia[{i}]"]] = x * x / 12 * by_mass + m * x / 6 * by_length
+        for i, (mass, length) in enumerate(_mass_and_length(robot, changed)):
+            by_mass, by_length = matrix[row_of[f"links.mass[{i}]"]], matrix[row_of[f"links.length[{i}]"]]
+            matrix[row_of[f"links.inertia[{i}]"]] = length * length / 12 * by_mass + mass * length / 6 * by_length
     return matrix
 
 
@@ -218,16 +218,16 @@ def with_fit(
     for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
         key = written(column_key(column)[0])
         document.get("uncertainty", {}).pop(key, None)  # of an estimate
-        own = [f for f in frees if f.column == column]
-        fitted = {i for f in own for i in f.indices}
-        others = robot.source(key)
-        if len(fitted) < len(column_of(robot, column)) and others is not None:
-            sources[key] = f"{', '.join(f'[{f.index}]' for f in own)} {origin}; others: {others}"
+        column_frees = [f for f in frees if f.column == column]
+        fitted = {i for f in column_frees for i in f.indices}
+        other_source = robot.source(key)
+        if len(fitted) < len(column_of(robot, column)) and other_source is not None:
+            sources[key] = f"{', '.join(f'[{f.index}]' for f in column_frees)} {origin}; others: {other_source}"
         else:
             sources[key] = origin
     sources["fit"] = text
     unit = np.array([float(value) if f.common and value else 1.0 for f, value in zip(frees, values, strict=True)])
-    relative = np.where([f.scale == "log" for f in frees], 1.0, unit)
+    covariance_unit = np.where([f.scale == "log" for f in frees], 1.0, unit)
     document["fit"] = {
         "text": text,
         "trials": trials,
@@ -238,7 +238,7 @@ def with_fit(
         "value": (np.asarray(values, dtype=float) / unit).tolist(),
         "lower": [f.lower / float(u) for f, u in zip(frees, unit, strict=True)],
         "upper": [f.upper / float(u) for f, u in zip(frees, unit, strict=True)],
-        "covariance": (np.asarray(covariance, dtype=float) / np.outer(relative, relative)).tolist(),
+        "covariance": (np.asarray(covariance, dtype=float) / np.outer(covariance_unit, covariance_unit)).tolist(),
         **(reach or {}),
     }
     return parse(document, file=robot.file)
@@ -257,40 +257,40 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
         Free(name, lower, upper, value, scale)
         for name, lower, upper, value, scale in zip(fit.names, fit.lower, fit.upper, fit.value, fit.scale, strict=True)
     ]
-    lower, upper, middle = (to_scale(frees, values) for values in (fit.lower, fit.upper, fit.value))
+    lower, upper, mean = (to_scale(frees, values) for values in (fit.lower, fit.upper, fit.value))
     rng = np.random.default_rng(seed)
-    samples = truncated_normal(middle, np.array(fit.covariance), lower, upper, count=count, rng=rng)
+    samples = truncated_normal(mean, np.array(fit.covariance), lower, upper, count=count, rng=rng)
     return [with_values(robot, frees, from_scale(frees, x)) for x in samples]
 
 
-def _make(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
+def _make_free(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
     """Return a free coefficient with its bounds and its start."""
     column, name = place.column, place.name
     table = _factor_bounds(robot, place) if place.common else default_bounds()["coefficient"].get(column, {})
     value = table.get("start", 0.0)
     if column not in NUISANCES and not place.common:
-        given = column_of(robot, column)
-        tied = [given[i] for i in place.members if given[i] is not None]
+        present = column_of(robot, column)
+        tied = [present[i] for i in place.members if present[i] is not None]
         if tied:  # the mean, and exactly the value where all are equal
             value = tied[0] + math.fsum(x - tied[0] for x in tied) / len(tied)
     factor = default_bounds()["factor"]["links"]
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
     if log and lower == 0 and bounds is None:
         lower = upper * 10.0**-LOG_DECADES
-    key, ends = f"bounds {name}", f"{lower:g} to {upper:g}"
+    key, range_text = f"bounds {name}", f"{lower:g} to {upper:g}"
     if not (-MAX_BOUND <= lower < upper <= MAX_BOUND):
         rule = f"must have a lower bound below its upper one, both at most {MAX_BOUND:g} in magnitude"
-        raise InputError(rule, key=key, value=ends, fix="give LOW:HIGH")
+        raise InputError(rule, key=key, value=range_text, fix="give LOW:HIGH")
     if log and lower <= 0:
         rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or do not name it in --log"
-        raise InputError(rule, key=key, value=ends, fix=fix)
+        raise InputError(rule, key=key, value=range_text, fix=fix)
     if column not in NUISANCES and not column.startswith("joints.phase"):
         NOT_NEGATIVE.check(lower, key, "give 0 or more")
-    begin = float(start) if start is not None else max(value, lower) if log and value <= 0 else value
-    if not lower <= begin <= upper:
+    first_value = float(start) if start is not None else max(value, lower) if log and value <= 0 else value
+    if not lower <= first_value <= upper:
         key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
-        raise InputError(f"must start within its bounds, {ends}", key=key, value=f"{begin:g}", fix=fix)
-    return Free(name, float(lower), float(upper), begin, "log" if log else "natural")
+        raise InputError(f"must start within its bounds, {range_text}", key=key, value=f"{first_value:g}", fix=fix)
+    return Free(name, float(lower), float(upper), first_value, "log" if log else "natural")
 
 
 def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | None) -> Free:
@@ -321,10 +321,10 @@ def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
         )
     table = default_bounds()["coefficient"].get(place.column)
     if table is None:
-        factor = default_bounds()["factor"]["links"]
-        return {"lower": factor["lower"], "upper": factor["upper"], "start": 1.0}
-    size = max(abs(value) for value in present)
-    return {"lower": max(0.0, table["lower"] / size), "upper": max(table["upper"] / size, 2.0), "start": 1.0}
+        factor_bounds = default_bounds()["factor"]["links"]
+        return {"lower": factor_bounds["lower"], "upper": factor_bounds["upper"], "start": 1.0}
+    largest = max(abs(value) for value in present)
+    return {"lower": max(0.0, table["lower"] / largest), "upper": max(table["upper"] / largest, 2.0), "start": 1.0}
 
 
 @cache
@@ -341,9 +341,9 @@ def column_key(column: str) -> tuple[tuple[str, ...], str]:
 
 def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
     """Return the values of a column such as water.lumped.drag [SI]."""
-    table, _, last = column.rpartition(".")
+    table, _, name = column.rpartition(".")
     if table == "joints":
-        return tuple(getattr(group, last) for group in robot.joints)
+        return tuple(getattr(group, name) for group in robot.joints)
     part: Any = robot
     for attribute in column.split("."):
         part = getattr(part, attribute)
@@ -351,7 +351,7 @@ def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
 
 
 def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> None:
-    """Set a column of a document, in the unit of the file."""
+    """Write the values [SI] of a column into a robot's document, in the unit of the file."""
     keys, unit = column_key(column)
     in_unit = [float(f"{math.degrees(x):.15g}") if unit == "deg" else x for x in numbers]
     if keys[0] == "joints":
@@ -372,7 +372,7 @@ def _mass_and_length(robot: Robot, changed: Mapping[str, Sequence[float]]) -> It
     return zip(mass, length, strict=True)
 
 
-def _rods(robot: Robot, changed: Collection[str]) -> bool:
+def _inertia_follows(robot: Robot, changed: Collection[str]) -> bool:
     """Return whether moments of inertia follow from masses and lengths that change."""
     follows = "inertia" not in robot.links.model_fields_set and "links.inertia" not in changed
     return follows and bool({"links.mass", "links.length"} & set(changed))

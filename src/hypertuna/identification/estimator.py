@@ -60,7 +60,7 @@ class Estimate:
 
     @property
     def unidentifiable(self) -> NDArray[np.bool_]:
-        """Directions (n,) along which no residual changes."""
+        """Whether no residual changes along each direction, shape (n,)."""
         return np.asarray(self.singular <= MIN_SINGULAR * max(float(self.singular[0]), 1.0))
 
     def directions(self, constrained: Callable[[float, float], bool]) -> list[Direction]:
@@ -72,11 +72,11 @@ class Estimate:
 def start_points(first: Sequence[Array], lower: Array, upper: Array, count: int, seed: int) -> list[Array]:
     """Return the given start points (n,), then Sobol points within the bounds: `count` in total."""
     points = list(first[:count])
-    if (more := count - len(points)) > 0:
+    if (missing := count - len(points)) > 0:
         from scipy.stats import qmc
 
         sobol = qmc.Sobol(len(lower), scramble=True, rng=np.random.default_rng(seed))
-        points += list(lower + (upper - lower) * sobol.random_base2(math.ceil(math.log2(more))))[:more]
+        points += list(lower + (upper - lower) * sobol.random_base2(math.ceil(math.log2(missing))))[:missing]
     return points
 
 
@@ -93,15 +93,15 @@ def minimize(
     """Search from one start by SciPy's trust-region method; return `x`, `cost` and more of its result."""
     from scipy.optimize import least_squares  # imported here: slow to import
 
-    rows, count = len(problem.sample), problem.count
+    total, count = len(problem.sample), problem.count
 
     def loss(square: Array) -> Array:
         # all elements of a sample share its loss; the curvature is kept where it is diagonal
-        own = loss_terms(problem.loss, np.bincount(problem.sample, square[:rows], minlength=len(count)).astype(float))
-        own[0] /= count
-        own[2][count > 1] = 0.0
+        rho = loss_terms(problem.loss, np.bincount(problem.sample, square[:total], minlength=len(count)).astype(float))
+        rho[0] /= count
+        rho[2][count > 1] = 0.0
         terms = loss_terms("linear", square)
-        terms[:, :rows] = own[:, problem.sample]
+        terms[:, :total] = rho[:, problem.sample]
         return terms
 
     result = least_squares(
@@ -131,15 +131,15 @@ def fit(
     `search` takes a start, noise levels by kind and the stage: the index of the start, or their number when refining.
     Return its rough results, with `x` and `cost`, the refined ones (the last is the fit), and the noise levels.
     """
-    rough = [search(start, levels, k) for k, start in enumerate(starts)]
-    refined = [min(rough, key=lambda result: float(result["cost"]))]
+    rough_results = [search(start, levels, k) for k, start in enumerate(starts)]
+    refined_results = [min(rough_results, key=lambda result: float(result["cost"]))]
     for k in range(ROUNDS):
-        now = estimate_levels(np.array(refined[-1]["x"]), levels)
-        if k and all(abs(now[kind] / level - 1) < SAME_NOISE for kind, level in levels.items()):
+        new_levels = estimate_levels(np.array(refined_results[-1]["x"]), levels)
+        if k and all(abs(new_levels[kind] / level - 1) < SAME_NOISE for kind, level in levels.items()):
             break
-        levels = now
-        refined.append(search(np.array(refined[-1]["x"]), levels, len(starts)))
-    return rough, refined[1:], levels
+        levels = new_levels
+        refined_results.append(search(np.array(refined_results[-1]["x"]), levels, len(starts)))
+    return rough_results, refined_results[1:], levels
 
 
 def estimate(
@@ -160,19 +160,19 @@ def estimate(
     as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood. more: mean square
     (n, n) of errors of x from other sources.
     """
-    few = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
-    _, singular, vectors = np.linalg.svd(jacobian, full_matrices=few)
+    short = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
+    _, singular, vectors = np.linalg.svd(jacobian, full_matrices=short)
     singular = np.append(singular, np.zeros(len(x) - len(singular)))
     floor = MIN_SINGULAR * max(float(singular[0]), 1.0)
     direction_sd = 1 / np.sqrt(np.maximum(prior + singular**2, floor**2))
     if profile is not None:
         residual, profile_jacobian = profile
-        ends = (np.minimum(lower - x, 0.0) / unit, np.maximum(upper - x, 0.0) / unit)
+        box = (np.minimum(lower - x, 0.0) / unit, np.maximum(upper - x, 0.0) / unit)
 
-        def at(u: Array) -> Array:
+        def residuals(u: Array) -> Array:
             return residual(np.clip(x + unit * u, lower, upper))
 
-        direction_sd = profile_sd(ProfileProblem(at, profile_jacobian, *ends, vectors, direction_sd, quantile))
+        direction_sd = profile_sd(ProfileProblem(residuals, profile_jacobian, *box, vectors, direction_sd, quantile))
     covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
     if more is not None:
         covariance = covariance + more
@@ -191,8 +191,8 @@ def t_quantile(freedom: float) -> float:
 
 def on_bound(x: Array, lower: Array, upper: Array) -> tuple[str | None, ...]:
     """Return "lower" or "upper" for each value on a bound, else None."""
-    near = ON_BOUND * (upper - lower)
+    tolerance = ON_BOUND * (upper - lower)
     return tuple(
-        "lower" if value - a < e else "upper" if b - value < e else None
-        for value, a, b, e in zip(x, lower, upper, near, strict=True)
+        "lower" if value - low < margin else "upper" if high - value < margin else None
+        for value, low, high, margin in zip(x, lower, upper, tolerance, strict=True)
     )

@@ -53,22 +53,20 @@ class Experiment:
 
     @property
     def without_intervals(self) -> bool:
-        """Whether there are too few measurements to estimate an interval: as many coefficients, or more."""
-        loose = sum(f.prior is None for f in self.free)
+        """Whether there are too few measurements to estimate intervals: no more than coefficients."""
+        without_prior = sum(f.prior is None for f in self.free)
         samples = len(self.kind)
-        return samples <= len(self.free) and (samples <= loose or bool(self.unknown_kinds))
+        return samples <= len(self.free) and (samples <= without_prior or bool(self.unknown_kinds))
 
     @property
     def sizes(self) -> dict[str, float]:
-        """What an error of 1 is, by quantity: 1 of relative errors, the rms of a path [m] and of others [SI]."""
+        """Scale of errors by quantity: 1 for relative errors, else the rms of the measured values [m or rad]."""
         kinds, rms = self.kind[self.sample], {}
-        for k, (name, one) in enumerate(QUANTITIES.items()):
-            parts = [
-                j for j, other in enumerate(QUANTITIES.values()) if j == k or (one.path and other.path == one.path)
-            ]
-            own = self.measured[np.isin(kinds, parts)]
-            if len(own):
-                rms[name] = 1.0 if one.relative else float(np.sqrt(np.mean(own**2) * len(parts)))
+        for k, (name, q) in enumerate(QUANTITIES.items()):
+            alike = [j for j, other in enumerate(QUANTITIES.values()) if j == k or (q.path and other.path == q.path)]
+            values = self.measured[np.isin(kinds, alike)]
+            if len(values):
+                rms[name] = 1.0 if q.relative else float(np.sqrt(np.mean(values**2) * len(alike)))
         return rms
 
     @property
@@ -83,29 +81,29 @@ class Experiment:
 
 
 def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **options: Any) -> Experiment:
-    """Lay out trials for a fit; options: loss, steps and threads of the `Experiment`.
+    """Return trials laid out for a fit; options: loss, steps and threads of the `Experiment`.
 
     Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
     """
     if not trials.runs:
         raise InputError("must have at least one run", key="trials", fix="give measured runs")
-    lowest = {f.name: f.lower for f in frees if f.column in NUISANCES}
-    groups = [rows for kind, members in trials.kinds.items() for rows in kind.rows(robot, members, lowest)]
+    lower_bounds = {f.name: f.lower for f in frees if f.column in NUISANCES}
+    groups = [rows for kind, members in trials.kinds.items() for rows in kind.rows(robot, members, lower_bounds)]
     samples = list[Sample]()
-    of_element, of_sample, run = list[Indices](), list[int](), 0
+    element_samples, sample_runs, first_run = list[Indices](), list[int](), 0
     for rows in groups:
-        of_element.append(len(samples) + rows.sample)
-        of_sample += [run + sample.run for sample in rows.samples]
+        element_samples.append(len(samples) + rows.sample)
+        sample_runs += [first_run + sample.run for sample in rows.samples]
         samples += rows.samples
-        run += rows.runs
+        first_run += rows.runs
     return Experiment(
         robot,
         trials,
         tuple(frees),
         measured=np.concatenate([rows.measured for rows in groups]),
-        sample=np.concatenate(of_element),
+        sample=np.concatenate(element_samples),
         kind=np.array([NAMES.index(sample.quantity) for sample in samples]),
-        run=np.array(of_sample),
+        run=np.array(sample_runs),
         sd=np.concatenate([rows.sd for rows in groups]),
         known=np.array([sample.known for sample in samples]),
         count=np.array([sample.count for sample in samples]),

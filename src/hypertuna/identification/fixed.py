@@ -1,4 +1,4 @@
-"""Coefficients of the water law that are not free, and what their errors make of the residuals."""
+"""Coefficients of the water law that are not free, and how their errors change the residuals."""
 
 import math
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from hypertuna.identification.prediction import predict, weighted
 
 
 def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
-    """Return what is not free in each column of the water law: one factor, or one value where all are 0."""
-    law, own = robot.model.water, {(f.column, i) for f in free for i in f.indices}
-    found = []
+    """Return a coefficient for what is not free in each column of the water law: a factor, or a value if all are 0."""
+    law, free_places = robot.model.water, {(f.column, i) for f in free for i in f.indices}
+    frees = []
     for column, count in Names(robot).known.items():
         used = column.startswith(f"water.{law}.") or (column == "joints.bandwidth" and robot.model.joints != "ideal")
-        fixed = [i for i in range(max(count, 1)) if (column, i) not in own]
+        fixed = [i for i in range(max(count, 1)) if (column, i) not in free_places]
         if not used or not fixed or column in NUISANCES or column not in default_bounds()["coefficient"]:
             continue
         largest, table = (
@@ -28,26 +28,26 @@ def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
             default_bounds()["coefficient"][column],
         )
         if largest:
-            found.append(Free(common_place(column, fixed, count), 0.0, table["upper"] / largest, 1.0))
+            frees.append(Free(common_place(column, fixed, count), 0.0, table["upper"] / largest, 1.0))
         else:
-            found.append(Free(common_place(column, fixed, count, common=False), table["lower"], table["upper"], 0.0))
-    return found
+            frees.append(Free(common_place(column, fixed, count, common=False), table["lower"], table["upper"], 0.0))
+    return frees
 
 
 def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> Array:
-    """Return what residuals (elements, k) change by if fixed coefficients are off by one standard deviation each.
+    """Return the changes (elements, k) of residuals if each of k fixed coefficients is off by one standard deviation.
 
-    These are the k columns that handbooks give, each off by its factor in data/published/bounds.toml.
+    These are the columns that handbooks give; a standard deviation is the factor in data/published/bounds.toml.
     """
     fixed = fixed_coefficients(data.robot, data.free)
-    known = [(one, prior_factor(data.robot, one.column)) for one in fixed if one.common]
-    held = [(one, math.log(factor)) for one, factor in known if factor]
-    if not held:
+    factors = [(f, prior_factor(data.robot, f.column)) for f in fixed if f.common]
+    uncertain = [(f, math.log(factor)) for f, factor in factors if factor]
+    if not uncertain:
         return np.zeros((len(data.measured), 0))
-    more = replace(data, free=(*data.free, *(one for one, _ in held)))
-    there = predict(more, [*values, *(one.start for one, _ in held)], gradient_steps=data.steps, levels=levels)
-    by: Array = weighted(data, there, levels)[1][:, len(data.free) :]
-    return by * [size for _, size in held]
+    extended = replace(data, free=(*data.free, *(f for f, _ in uncertain)))
+    extended_values = [*values, *(f.start for f, _ in uncertain)]
+    prediction = predict(extended, extended_values, gradient_steps=data.steps, levels=levels)
+    return np.asarray(weighted(data, prediction, levels)[1][:, len(data.free) :] * [sd for _, sd in uncertain])
 
 
 def whitened(jacobian: Array, errors: Array) -> Array:

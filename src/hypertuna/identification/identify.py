@@ -76,7 +76,7 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
     @property
     def criterion(self) -> float:
-        """What water laws are compared by: Akaike's criterion, or with too few runs for it the Bayesian one."""
+        """Criterion that compares water laws, less is better: Akaike's, or with too few runs the Bayesian one."""
         values = (self.criteria["aicc"], self.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
         return next(float(value) for value in values if value is not None)
 
@@ -88,16 +88,16 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     @property
     def parameters(self) -> list[dict[str, Any]]:
         """Coefficients with their uncertainty, angles in degrees."""
-        rows, sure = [], self.uncertainty
-        for k, (one, value) in enumerate(zip(self.free, self.values, strict=True)):
-            unit, factor = one.border
-            sd = sure.sd[k] * (value if one.scale == "log" else 1.0)
-            told = 1.0 if sure.estimated or one.prior else math.nan
-            sizes = {"value": value, "sd": sd, "low": told * sure.low[k], "high": told * sure.high[k]}
-            facts = {"unit": unit, "scale": one.scale, "lower": one.lower * factor, "upper": one.upper * factor}
-            known = one.prior and {"value": one.prior[0] * factor, "factor": one.prior[1]}
-            judged = {"prior": known, "bound": sure.bound[k], "constrained": sure.constrained[k]}
-            rows.append({"name": one.name} | {key: size * factor for key, size in sizes.items()} | facts | judged)
+        rows, intervals = [], self.uncertainty
+        for k, (f, value) in enumerate(zip(self.free, self.values, strict=True)):
+            unit, factor = f.border
+            sd = intervals.sd[k] * (value if f.scale == "log" else 1.0)
+            mask = 1.0 if intervals.estimated or f.prior else math.nan
+            numbers = {"value": value, "sd": sd, "low": mask * intervals.low[k], "high": mask * intervals.high[k]}
+            facts = {"unit": unit, "scale": f.scale, "lower": f.lower * factor, "upper": f.upper * factor}
+            prior = f.prior and {"value": f.prior[0] * factor, "factor": f.prior[1]}
+            verdicts = {"prior": prior, "bound": intervals.bound[k], "constrained": intervals.constrained[k]}
+            rows.append({"name": f.name} | {key: size * factor for key, size in numbers.items()} | facts | verdicts)
         return rows
 
     @property
@@ -182,29 +182,29 @@ def identify(
     check_name(loss, LOSSES, "loss", "loss")
     STARTS.check(starts, "starts", "leave it out")
     check_steps(steps)
-    wrong, far = implausible(trials, robot)
-    if wrong:
-        raise InputErrors(wrong) if len(wrong) > 1 else wrong[0]
+    faults, remarks = implausible(trials, robot)
+    if faults:
+        raise InputErrors(faults) if len(faults) > 1 else faults[0]
     if prior is None and free is None:
         prior = default_priors(robot)
-    chosen = {"bounds": bounds, "log": log, "start": start, "prior": prior}
+    choices = {"bounds": bounds, "log": log, "start": start, "prior": prior}
     names = default_names(robot) if free is None else _names(free)
-    frees = _frees(robot, trials, names, chosen)
+    frees = _frees(robot, trials, names, choices)
     runs = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
-    asked = {"validate": validate, "seed": seed, "loss": loss, "starts": starts, "steps": steps}
-    options = {"trials": digest(trials)} | _options(frees) | asked
+    arguments = {"validate": validate, "seed": seed, "loss": loss, "starts": starts, "steps": steps}
+    options = {"trials": digest(trials)} | _free_options(frees) | arguments
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
-        if free is None and (more := linear_drag(fit.trends)):
-            begin = {more: default_bounds()["coefficient"][more.partition("[")[0]]["start"]}  # a search leaves no bound
-            frees = _frees(robot, trials, [*names, more], chosen | {"start": dict(start or {}) | begin})
+        if free is None and (drag := linear_drag(fit.trends)):
+            begin = {drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]}  # a search leaves no bound
+            frees = _frees(robot, trials, [*names, drag], choices | {"start": dict(start or {}) | begin})
             fit = _with_linear_drag(fit, _fit(robot, runs, frees, settings, starts, seed, journal))
-    return replace(fit, seconds=time.monotonic() - begun, warnings=(*far, *fit.warnings))
+    return replace(fit, seconds=time.monotonic() - begun, warnings=(*remarks, *fit.warnings))
 
 
-def _options(frees: Sequence[Free]) -> dict[str, Any]:
-    """Return what a checkpoint holds of the free coefficients."""
+def _free_options(frees: Sequence[Free]) -> dict[str, Any]:
+    """Return names, bounds, scales, starts and priors of the free coefficients, for the header of a checkpoint."""
     return {
         "free": [f.name for f in frees],
         "bounds": [[f.lower, f.upper] for f in frees],
@@ -226,22 +226,22 @@ def _fit(
 ) -> Fit:
     """Return the fit to the first of two parts of the runs; the second validates it."""
     training, held_out = runs
-    data, part = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
-    result, levels = search(data, part, start_points(frees, starts, seed), journal, progress)
-    return _result(data, part, held_out, result, levels, seed)
+    data, rough_data = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
+    result, levels = search(data, rough_data, start_points(frees, starts, seed), journal, progress)
+    return _result(data, rough_data, held_out, result, levels, seed)
 
 
-def _with_linear_drag(fit: Fit, more: Fit) -> Fit:
-    """Return the fit with linear drag, which says why it is free; or the first one if that drag comes out as 0."""
-    if more.uncertainty.bound[-1] == "lower":
+def _with_linear_drag(fit: Fit, with_drag: Fit) -> Fit:
+    """Return the fit with linear drag, warning why that is free; or `fit`, without it, if that drag comes out as 0."""
+    if with_drag.uncertainty.bound[-1] == "lower":
         return fit
-    errors = [100 * one.train.rms["speed_relative"] for one in (fit, more) if "speed_relative" in one.train.rms]
+    errors = [100 * each.train.rms["speed_relative"] for each in (fit, with_drag) if "speed_relative" in each.train.rms]
     gain = (
         "; the training error of the speed is {1:.2g} % with it and {0:.2g} % without".format(*errors) if errors else ""
     )
     quantity = next(trend.quantity for trend in fit.trends if trend.quantity != "amplitude")
-    why = f"{more.free[-1].name} is free, because errors of the speed go with {quantity}{gain}."
-    return replace(more, warnings=(why, *more.warnings), evaluations=fit.evaluations + more.evaluations)
+    why = f"{with_drag.free[-1].name} is free, because errors of the speed go with {quantity}{gain}."
+    return replace(with_drag, warnings=(why, *with_drag.warnings), evaluations=fit.evaluations + with_drag.evaluations)
 
 
 def compare(
@@ -258,34 +258,34 @@ def compare(
     trials = _trials(robot, trials)
     fits: dict[str, Fit] = {}
     for law in laws:
-        own = robot.using(water=law)
-        names = None if free is None else free_of(own, [str(name) for name in _names(free)])
+        fish = robot.using(water=law)
+        names = None if free is None else free_of(fish, [str(name) for name in _names(free)])
         if names == ():
             fix = f"name some, such as water.{law}.{LAWS[law].example}"
             raise InputError(f"must name a coefficient of the {law} law", key="free", fix=fix)
         checkpoint = options.get("checkpoint")
         file = Path(checkpoint).with_stem(f"{Path(checkpoint).stem}-{law}") if checkpoint else None
-        prior = options.get("prior") or {} if free is not None else default_priors(own) | (options.get("prior") or {})
-        prior = {name: prior[name] for name in free_of(own, list(prior))}
-        fits[law] = identify(own, trials, names, **(options | {"checkpoint": file, "prior": prior}))
+        prior = options.get("prior") or {} if free is not None else default_priors(fish) | (options.get("prior") or {})
+        prior = {name: prior[name] for name in free_of(fish, list(prior))}
+        fits[law] = identify(fish, trials, names, **(options | {"checkpoint": file, "prior": prior}))
     has_own = {law: any(f.column.startswith(f"water.{law}.") for f in fit.free) for law, fit in fits.items()}
     if not any(has_own.values()):
         return fits
-    rest = "it uses those of the description, and the comparison is not on equal terms"
+    consequence = "it uses those of the description, and the comparison is not on equal terms"
     warnings = [
-        f"The {law} law has no free water coefficient of its own: {rest}." for law in has_own if not has_own[law]
+        f"The {law} law has no free water coefficient of its own: {consequence}." for law in has_own if not has_own[law]
     ]
     return {law: replace(fit, warnings=(*warnings, *fit.warnings)) for law, fit in fits.items()}
 
 
 def _trials(robot: Robot, given: Trials | Paths) -> Trials:
-    """Read trials, unless they are read already."""
+    """Return trials, read from files where paths are given."""
     if not isinstance(robot, Robot):
         raise InputError("must be a robot", key="robot", value=shown(robot), fix="give what hypertuna.load returns")
     if isinstance(given, Trials):
         return given
-    several = isinstance(given, (list, tuple)) and all(isinstance(path, (str, Path)) for path in given)
-    if not several and not isinstance(given, (str, Path)):
+    is_list = isinstance(given, (list, tuple)) and all(isinstance(path, (str, Path)) for path in given)
+    if not is_list and not isinstance(given, (str, Path)):
         fix = "give what hypertuna.read_trials returns, a path, or a list of paths"
         raise InputError("must be trials or paths", key="trials", value=f"a {type(given).__name__}", fix=fix)
     return read_trials(given, robot)
@@ -304,7 +304,7 @@ def _names(given: str | Sequence[str] | Sequence[Free]) -> Sequence[str] | Seque
 def _frees(
     robot: Robot, trials: Trials, names: Sequence[str] | Sequence[Free], options: Mapping[str, Any]
 ) -> tuple[Free, ...]:
-    """Return the free coefficients of names, or those given."""
+    """Return the free coefficients that names select; `names` may also be the coefficients themselves."""
     if names and all(isinstance(name, Free) for name in names):
         return tuple(name for name in names if isinstance(name, Free))
     texts = [name for name in names if isinstance(name, str)]
@@ -312,8 +312,8 @@ def _frees(
         raise InputError("must be all names, or all of type Free", key="free", fix="give one kind of both")
     offsets = {recording.name: recording.time_offset for recording in trials.recordings}
     frees = free(robot, texts, recordings=offsets, **options)
-    told = any(kind_of(trial).tells(trial, "cost_factor") for trial in trials.members)
-    if any(f.column == "cost_factor" for f in frees) and not told:
+    measured = any(kind_of(trial).tells(trial, "cost_factor") for trial in trials.members)
+    if any(f.column == "cost_factor" for f in frees) and not measured:
         fix = "leave it out, or give runs with their cost of transport or power"
         raise InputError("needs measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)
     return frees
@@ -326,21 +326,21 @@ def _result(
     robot, frees, trials = data.robot, data.free, (data.trials, held_out)
     values = from_scale(frees, result["x"])
     lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
-    near = SNAP * (upper - lower)  # the search stays inside
-    values = np.where(values - lower < near, lower, np.where(upper - values < near, upper, values))
+    snap = SNAP * (upper - lower)  # the search stays inside
+    values = np.where(values - lower < snap, lower, np.where(upper - values < snap, upper, values))
     prediction = predict(data, values, gradient_steps=data.steps, levels=levels)
     intervals = uncertainty(data, values, prediction, levels, part)
     validation = None
     if held_out.runs:
         unseen = experiment(robot, held_out, frees, steps=data.steps, threads=data.threads)
         validation = errors(unseen, predict(unseen, values, gradient_steps=None, levels=levels))
-    named = [trial.file for kind in KINDS for part in trials for trial in part.kinds.get(kind, ())]
-    files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in named))
+    fitted_trials = [trial.file for kind in KINDS for part in trials for trial in part.kinds.get(kind, ())]
+    files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in fitted_trials))
     text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)
     warnings += held_by_priors(frees, intervals.sd)
-    large, found = large_errors(data, prediction), trends(data, values, prediction, seed)
+    large, rising = large_errors(data, prediction), trends(data, values, prediction, seed)
     stop = result["stop"].removesuffix(".") + "".join(f", but to a training error of {text}" for text in large) + "."
     return Fit(
         robot=with_fit(
@@ -360,8 +360,8 @@ def _result(
         costs=tuple(result["costs"]),
         evaluations=result["evaluations"],
         seconds=0.0,
-        warnings=(*warnings, *repeated_motions(*trials), *(trend.sentence for trend in found), *map(unmet, large)),
-        trends=found,
+        warnings=(*warnings, *repeated_motions(*trials), *(trend.sentence for trend in rising), *map(unmet, large)),
+        trends=rising,
         seed=seed,
         loss=data.loss,
         steps=data.steps,

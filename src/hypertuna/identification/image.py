@@ -25,11 +25,11 @@ def sampled_image(robot: Robot) -> bytes:
         samples = [model_columns(robot, columns) for columns in estimates[0]]
         facts: dict[str, Any] = {"seed": band.SEED, "speed_factors": estimates[1].tolist()}
     elif robot.fit is not None:
-        samples = [model_columns(one, {}) for one in sample_robots(robot, SAMPLES, SEED)]
+        samples = [model_columns(sample, {}) for sample in sample_robots(robot, SAMPLES, SEED)]
         facts = {"seed": SEED}
     else:
         return robot_image(robot)
-    own = model_columns(robot, {})
-    changed = [name for name in own if any(not np.array_equal(one[name], own[name]) for one in samples)]
-    columns = {f"samples.{name}": np.array([np.ravel(one[name]) for one in samples]) for name in changed}
+    model = model_columns(robot, {})
+    changed = [name for name in model if any(not np.array_equal(sample[name], model[name]) for sample in samples)]
+    columns = {f"samples.{name}": np.array([np.ravel(sample[name]) for sample in samples]) for name in changed}
     return robot_image(robot, columns, {"samples": {"count": len(samples)} | facts})

@@ -50,7 +50,7 @@ def residual_scale(
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
-    """Return the mean of psi' at squared residuals z (samples,); across the residual of several elements."""
+    """Return the mean of psi' at squared residuals z (samples,); for samples of several elements, across them."""
     _, first, second = loss_terms(loss, z)
     return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
 
@@ -60,6 +60,6 @@ def interval_factor(z: Array, loss: str, scale: float, count: NDArray[np.intp], 
 
     factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s.
     """
-    own = z / scale**2  # outliers are judged by the actual noise
-    first = loss_terms(loss, own)[1]
-    return max(1.0, scale * math.sqrt(float(np.sum(own * first**2)) / freedom) / curvature(own, loss, count))
+    scaled = z / scale**2  # outliers are judged by the actual noise
+    slope = loss_terms(loss, scaled)[1]
+    return max(1.0, scale * math.sqrt(float(np.sum(scaled * slope**2)) / freedom) / curvature(scaled, loss, count))

@@ -34,7 +34,7 @@ def split_names(text: str) -> list[str]:
 
 
 def two_lines(name: str) -> str:
-    """Break a name behind its table, where it is too long for one line."""
+    """Return a name with a line break after its table, unchanged without a table."""
     end = name.partition("[")[0].rfind(".") + 1
     return f"{name[:end]}\n{name[end:]}" if end else name
 
@@ -46,7 +46,7 @@ def default_bounds() -> dict[str, Any]:
 
 
 class Place(NamedTuple):
-    """One value: of a column, or of several tied parameters of it."""
+    """One free value: of a whole column, or of tied parameters in it."""
 
     column: str  # as `parameter_names` writes it
     at: str  # 0+2-4, the name of a recording, or nothing
@@ -67,22 +67,22 @@ class Place(NamedTuple):
 
 
 def default_names(robot: Robot) -> tuple[str, ...]:
-    """Return what to fit by default: of the water law's drags and added masses one factor each, on present values.
+    """Return the coefficients to fit by default: one factor each on the water law's present drags and added masses.
 
     A column whose present values are all 0 is left at 0, except drag along the body, which all swimmers have.
     """
     law = robot.model.water
     names = []
     for column in DEFAULTS:
-        place = f"water.{law}.{column}"
+        full_name = f"water.{law}.{column}"
         value = getattr(getattr(robot.water, law), column, None)
         if value is None:
             continue
         present = value if isinstance(value, tuple) else (value,)
         if any(present):
-            names.append(place + COMMON * (len(present) > 1))
+            names.append(full_name + COMMON * (len(present) > 1))
         elif column in ALONG:
-            names.append(place)
+            names.append(full_name)
     return tuple(names)
 
 
@@ -98,10 +98,10 @@ def prior_factor(robot: Robot, column: str) -> float | None:
     It is that of handbooks or of the file's [uncertainty], the larger one: priors as narrow as the rules of an estimate
     would hold a fit too close to it. None without both.
     """
-    row = default_bounds()["prior"].get(column.rpartition(".")[2], {})
-    blunt = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
-    known = row.get("beside_blunt_area" if blunt and "beside_blunt_area" in row else "factor", 1.0)
-    factor = float(max(known, estimated(robot).get(column, 1.0) ** (1 / NINETY)))
+    factors = default_bounds()["prior"].get(column.rpartition(".")[2], {})
+    has_blunt_area = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
+    handbook = factors.get("beside_blunt_area" if has_blunt_area and "beside_blunt_area" in factors else "factor", 1.0)
+    factor = float(max(handbook, estimated(robot).get(column, 1.0) ** (1 / NINETY)))
     return factor if factor > 1 else None
 
 
@@ -112,22 +112,22 @@ def common_place(column: str, members: Sequence[int], count: int, common: bool =
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that the robot's water law has, of a list that serves several laws."""
-    other = LAWS.keys() - {robot.model.water}
-    known = Names(robot).known
+    other_laws = LAWS.keys() - {robot.model.water}
+    known_columns = Names(robot).known
 
     def applies(name: str) -> bool:
         column = name.removesuffix(COMMON).partition("[")[0]
-        if column.split(".")[0] != "water" or column in known:
+        if column.split(".")[0] != "water" or column in known_columns:
             return True
-        law, _, last = column.removeprefix("water.").rpartition(".")
-        return law not in other and (bool(law) or f"water.{robot.model.water}.{last}" in known)
+        law, _, key = column.removeprefix("water.").rpartition(".")
+        return law not in other_laws and (bool(law) or f"water.{robot.model.water}.{key}" in known_columns)
 
     return tuple(name for name in names if applies(name))
 
 
 @dataclass(frozen=True)
 class Names:
-    """Names that can be free, of a robot and of recordings."""
+    """The names that can be free, of a robot and of the recordings of its trials."""
 
     robot: Robot
     recordings: tuple[str, ...] = ()
@@ -144,69 +144,69 @@ class Names:
 
     def resolve(self, name: str, key: str) -> list[Place]:
         """Return the places that a name selects; `key` is for the error."""
-        place = f"{key} {name}"
+        where = f"{key} {name}"
         match = NAME.fullmatch(name)
         column, index = (match["column"], match["index"]) if match else (name, None)
         column = UNIT.sub("", column) if column not in self.known else column
-        short = f"water.{self.robot.model.water}.{column.removeprefix('water.')}"
-        if column not in self.known and column.startswith("water.") and short in self.known:
-            column = short
+        full_column = f"water.{self.robot.model.water}.{column.removeprefix('water.')}"
+        if column not in self.known and column.startswith("water.") and full_column in self.known:
+            column = full_column
         if column not in self.known:
-            raise self._unknown(name, place)
+            raise self._unknown(name, where)
         if column.startswith("joints.bandwidth") and self.robot.model.joints == "ideal":
             fix = "choose joints = 'bandwidth' in [model], or joints='bandwidth' to Robot.using"
-            raise InputError("is not used by model.joints = 'ideal'", file=self.robot.file, key=place, fix=fix)
+            raise InputError("is not used by model.joints = 'ideal'", file=self.robot.file, key=where, fix=fix)
         if column == "time_offset":
             selected = self.recordings if index is None else (index,)
             for recording in selected:
-                check_name(recording, self.recordings, place, "recording of the trials")
+                check_name(recording, self.recordings, where, "recording of the trials")
             if not selected:
                 rule = "needs recordings of joint angles, and the trials have none"
-                raise InputError(rule, key=place, fix="leave it out")
+                raise InputError(rule, key=where, fix="leave it out")
             return [Place(column, recording) for recording in selected]
         count = self.known[column]
         common = bool(match and match["common"])
         if common and column in NUISANCES:
             raise InputError(
-                "is not a value of the robot and cannot have a common factor", key=place, fix=f"write {column}"
+                "is not a value of the robot and cannot have a common factor", key=where, fix=f"write {column}"
             )
         if index is None:
             return [Place(column, _canonical(range(count)) if count else "", common)]
         if not count:
-            raise InputError("has one value only", key=place, fix=f"write {column} without brackets")
+            raise InputError("has one value only", key=where, fix=f"write {column} without brackets")
         if common and index.strip() == "*":
             return [Place(column, _canonical(range(count)), True)]
         parts = [str(i) for i in range(count)] if index.strip() == "*" else index.split(",")
-        return [Place(column, _canonical(self._indices(column, part.strip(), count, place)), common) for part in parts]
+        return [Place(column, _canonical(self._indices(column, part.strip(), count, where)), common) for part in parts]
 
     def covered(self, name: str, places: Sequence[Place], key: str) -> list[Place]:
         """Return the free coefficients among `places` that a name covers."""
         wide = self.resolve(name, key)
-        inside = {member for place in wide for member in place.members}
-        matching = [place for place in places if place.column == wide[0].column and inside.issuperset(place.members)]
+        members = {member for place in wide for member in place.members}
+        matching = [place for place in places if place.column == wide[0].column and members.issuperset(place.members)]
         if not matching:
             fix = did_you_mean(name, [place.name for place in places])
             raise InputError("must be a free coefficient", key=f"{key} {name}", fix=fix)
         return matching
 
-    def _unknown(self, name: str, place: str) -> InputError:
+    def _unknown(self, name: str, where: str) -> InputError:
         """Return the error for a name that cannot be free."""
-        column, own = name.partition("[")[0], self.robot.model.water
+        column, own_law = name.partition("[")[0], self.robot.model.water
         law = column.removeprefix("water.").partition(".")[0]
-        if column.startswith("water.") and law in LAWS.keys() - {own}:
+        if column.startswith("water.") and law in LAWS.keys() - {own_law}:
             return InputError(
-                f"is not used by model.water = {own!r}", key=place, fix=f"choose water = '{law}' in [model]"
+                f"is not used by model.water = {own_law!r}", key=where, fix=f"choose water = '{law}' in [model]"
             )
         if column.startswith("gait."):
             fix = "free coefficients of water, joints or links"
-            return InputError("belongs to the gait, which the trials give", key=place, fix=fix)
-        laws = [known for known in self.known if known.startswith("water.") and known.count(".") == 2]
-        fix = did_you_mean(column, [*self.known, *(f"water.{known.rpartition('.')[2]}" for known in laws)])
+            return InputError("belongs to the gait, which the trials give", key=where, fix=fix)
+        law_columns = [known for known in self.known if known.startswith("water.") and known.count(".") == 2]
+        fix = did_you_mean(column, [*self.known, *(f"water.{known.rpartition('.')[2]}" for known in law_columns)])
         _, bracket, index = name.partition("[")
         fix = re.sub(r"(did you mean [\w.]+)\?$", rf"\1{bracket}{index}?", fix)
-        return InputError("is not a coefficient that can be free", key=place, fix=fix)
+        return InputError("is not a coefficient that can be free", key=where, fix=fix)
 
-    def _indices(self, column: str, text: str, count: int, place: str) -> list[int]:
+    def _indices(self, column: str, text: str, count: int, where: str) -> list[int]:
         """Return the indices of an index, a range, or several tied by +; names of links and groups are indices."""
         groups = [group.name for group in self.robot.joints]
         names = groups if column.startswith("joints.") else list(self.robot.links.name)
@@ -220,12 +220,12 @@ class Names:
             else:
                 ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
                 rule = f"must have {ranges}, or names ({', '.join(names)})"
-                raise InputError(rule, key=place, value=shown(part), fix="write an index within the range")
+                raise InputError(rule, key=where, value=shown(part), fix="write an index within the range")
         return sorted(indices)
 
 
 def _canonical(indices: Iterable[int]) -> str:
-    """Format indices as ranges tied by +."""
+    """Format indices as ranges tied by +, such as 0+2-4."""
     parts: list[list[int]] = []
     for i in indices:
         if parts and parts[-1][-1] == i - 1:

@@ -22,7 +22,7 @@ PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
 @styled
 def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
     """Plot every coefficient with its 95 % interval between its bounds; width [inch]."""
-    frees, fitted = fit.free, fit.uncertainty
+    frees, uncertainty = fit.free, fit.uncertainty
     lower, upper = bounds_of(frees)
 
     def place(values: Array) -> Array:
@@ -31,13 +31,13 @@ def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float =
     rows = np.arange(len(frees))[::-1]
     figure = Figure(figsize=(width, 0.42 * len(frees) + 1.0), layout="constrained")
     axes = figure.subplots()
-    colors = [COLORS[1] if known else COLORS[0] for known in fitted.constrained]
-    axes.hlines(rows, place(fitted.low), place(fitted.high), colors=colors, lw=4, alpha=0.45)
-    for known, label in ((True, "constrained"), (False, "not constrained")):
-        own = np.array(fitted.constrained) == known
-        if own.any():
-            color, marker = (COLORS[1], "o") if known else (COLORS[0], "s")
-            axes.plot(place(fit.values)[own], rows[own], marker, color=color, label=label, **POINTS)
+    colors = [COLORS[1] if constrained else COLORS[0] for constrained in uncertainty.constrained]
+    axes.hlines(rows, place(uncertainty.low), place(uncertainty.high), colors=colors, lw=4, alpha=0.45)
+    for constrained, label in ((True, "constrained"), (False, "not constrained")):
+        selected = np.array(uncertainty.constrained) == constrained
+        if selected.any():
+            color, marker = (COLORS[1], "o") if constrained else (COLORS[0], "s")
+            axes.plot(place(fit.values)[selected], rows[selected], marker, color=color, label=label, **POINTS)
     if sampled is not None:
         axes.hlines(rows - 0.25, place(sampled.low), place(sampled.high), colors=INK, lw=1.2, label="posterior")
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.7, len(frees) - 0.4), xlabel="between its bounds")
@@ -87,9 +87,9 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
             text = f"{matrix[i, j]:.2f}".replace("0.", ".")
             color = "white" if abs(matrix[i, j]) > DARK else INK
             axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=size, color=color)
-    middle = np.arange(n) + 0.5
-    axes.set_xticks(middle, names, rotation=90)
-    axes.set_yticks(middle, names)
+    centers = np.arange(n) + 0.5
+    axes.set_xticks(centers, names, rotation=90)
+    axes.set_yticks(centers, names)
     axes.set(xlim=(0, n), ylim=(n, 0), aspect="equal")
     axes.grid(visible=False)
     axes.tick_params(length=0)
@@ -108,16 +108,16 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
     kinds = [kind for kind in NUMBERS if any(names[kind][0] in run for run in runs)]
     figure = Figure(figsize=(width, width / len(kinds) + 0.4), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
-        ends: list[float] = []
+        extremes: list[float] = []
         for name, part in fit.parts.items():
             pairs = np.array([[run[key] for key in names[kind]] for run in part.runs if names[kind][0] in run])
             if len(pairs):
                 color, marker = PARTS[name]
                 part_label = name if kind == kinds[0] else None
                 axes.plot(*pairs.T, marker, color=color, label=part_label, alpha=0.8, **POINTS)
-                ends += [float(pairs.min()), float(pairs.max())]
-        line = [min(ends), max(ends)]
-        axes.plot(line, line, color=FAINT, lw=1, zorder=0)
+                extremes += [float(pairs.min()), float(pairs.max())]
+        diagonal = [min(extremes), max(extremes)]
+        axes.plot(diagonal, diagonal, color=FAINT, lw=1, zorder=0)
         axes.set(title=quantity.label(kind), xlabel=f"measured ({NUMBERS[kind]})", ylabel="computed", aspect="equal")
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
@@ -137,9 +137,9 @@ def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
             points = [(order[run["run"]], factor * run[field]) for run in errors.runs if field in run]
             if points:
                 color, marker = PARTS[part]
-                at, error = np.array(points).T
-                axes.vlines(at, 0, error, colors=[color], lw=0.8, alpha=0.5)
-                axes.plot(at, error, marker, color=color, label=part if row == 0 else None, **(POINTS | {"ms": 3.2}))
+                x, y = np.array(points).T
+                axes.vlines(x, 0, y, colors=[color], lw=0.8, alpha=0.5)
+                axes.plot(x, y, marker, color=color, label=part if row == 0 else None, **(POINTS | {"ms": 3.2}))
         axes.set_ylabel(f"{name} ({unit})" if relative else f"{name}, rms ({unit})")
         if relative:
             axes.axhline(0, color=FAINT, lw=1, zorder=0)

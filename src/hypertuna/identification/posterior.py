@@ -55,8 +55,8 @@ class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
     @property
     def record(self) -> dict[str, Any]:
         """Record of the posterior, for JSON."""
-        ends = zip(self.free, self.low, self.high, strict=True)
-        rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in ends]
+        intervals = zip(self.free, self.low, self.high, strict=True)
+        rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in intervals]
         names = ("acceptance", "steps", "walkers", "sentence")
         record = {"parameters": rows, "autocorrelation_steps": self.autocorrelation}
         return record | {name: getattr(self, name) for name in names}
@@ -96,23 +96,23 @@ def posterior(
     options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
 
-    def advanced(at: dict[str, Any], count: int, seed: int) -> dict[str, Any]:
+    def advanced(state: dict[str, Any], count: int, seed: int) -> dict[str, Any]:
         random = np.random.RandomState(seed % 2**32).get_state()
         sampler.reset()
-        end = sampler.run_mcmc(emcee.State(at["x"], log_prob=at["log"], random_state=random), count)
+        final = sampler.run_mcmc(emcee.State(state["x"], log_prob=state["log"], random_state=random), count)
         accepted = float(np.sum(sampler.acceptance_fraction) * count)
-        return {"chain": sampler.get_chain(), "log": end.log_prob, "accepted": accepted}
+        return {"chain": sampler.get_chain(), "log": final.log_prob, "accepted": accepted}
 
     chain: list[Any] = []
-    accepted, at = 0.0, {"x": _begin(fit, lower, upper, walkers), "log": None}
+    accepted, state = 0.0, {"x": _start_points(fit, lower, upper, walkers), "log": None}
     with Journal(checkpoint, header) as journal:
         for first in range(0, steps, BLOCK):
             count = min(BLOCK, steps - first)
-            work = partial(advanced, at, count, fit.seed + first)
-            block = journal.answer({"first": first, "steps": count, "x": at["x"]}, work)
+            work = partial(advanced, state, count, fit.seed + first)
+            block = journal.answer({"first": first, "steps": count, "x": state["x"]}, work)
             chain += block["chain"]
             accepted += block["accepted"]
-            at = {"x": np.array(block["chain"][-1]), "log": np.array(block["log"])}
+            state = {"x": np.array(block["chain"][-1]), "log": np.array(block["log"])}
             if progress is not None:
                 progress(first + count, steps)
     return _posterior(fit, np.array(chain), accepted / (steps * walkers))
@@ -120,7 +120,7 @@ def posterior(
 
 @dataclass(frozen=True)
 class _Density:
-    """Logarithm of the posterior's density."""
+    """Natural logarithm of the posterior's density at scaled coefficients x (n,), but for a constant."""
 
     free: tuple[Free, ...]
     loss: str
@@ -132,26 +132,26 @@ class _Density:
     weight: float = 1.0  # of the loss
 
     def squares_at(self, values: Array) -> Array:
-        """Squares of the residuals over the scale."""
+        """Return the squared residuals (samples,) over variance and squared scale."""
         predicted = predict(self.data, values, gradient_steps=None, levels=self.noise)
         return squares(self.data, predicted, self.noise) / self.scale**2
 
     def __call__(self, x: Array) -> float:
         if not ((x >= self.lower) & (x <= self.upper)).all():
             return -math.inf
-        known = float((prior_rows(self.free, x)[0] ** 2).sum())
+        prior_terms = float((prior_rows(self.free, x)[0] ** 2).sum())
         terms = loss_terms(self.loss, self.squares_at(from_scale(self.free, x)))[0]
-        return -0.5 * (self.weight * float(terms.sum()) + known)
+        return -0.5 * (self.weight * float(terms.sum()) + prior_terms)
 
 
 @dataclass(frozen=True)
 class _Pool:
-    """An executor as emcee takes it."""
+    """An executor with the method `map` that emcee calls."""
 
     executor: Executor
 
     def map(self, function: Callable[[Array], float], points: Iterable[Array]) -> Iterator[float]:
-        """Apply a function to each point."""
+        """Yield the function's value at each point."""
         return map_shards(function, points, self.executor)
 
 
@@ -176,19 +176,19 @@ def with_posterior(fit: Fit, sampled: Posterior) -> Robot:
     return parse(document, file=fit.robot.file)
 
 
-def _begin(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
+def _start_points(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
     """Return start points (walkers, n) from the linear fit, within the bounds."""
     rng = np.random.default_rng(fit.seed)
     width = upper - lower
     spread = np.minimum(np.sqrt(np.diag(fit.uncertainty.covariance)), 0.1 * width)
     points = to_scale(fit.free, fit.values) + spread * rng.standard_normal((walkers, len(width)))
     folded = np.abs((points - lower) / width) % 2  # reflect points outside the bounds
-    inside = np.where(folded > 1, 2 - folded, folded)
-    return np.asarray(lower + width * np.clip(inside, 1e-6, 1 - 1e-6))
+    reflected = np.where(folded > 1, 2 - folded, folded)
+    return np.asarray(lower + width * np.clip(reflected, 1e-6, 1 - 1e-6))
 
 
 def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:
-    """Summarize a chain of shape (steps, walkers, n)."""
+    """Return the posterior of a chain (steps, walkers, n), without its burn-in."""
     import emcee
 
     steps, walkers, n = chain.shape

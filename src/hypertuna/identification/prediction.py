@@ -27,11 +27,11 @@ def predict(
     Runge-Kutta steps per beat of the derivatives of steady runs; None leaves all Jacobians zero. levels: noise of
     frames, by quantity, for runs of which it is not known how they begin.
     """
-    changed, count = columns(data.robot, data.free, values), len(data.free)
+    changed_columns, count = columns(data.robot, data.free, values), len(data.free)
     point = Point(
         robot=data.robot,
-        model=core_model(data.robot, changed),
-        columns=changed,
+        model=core_model(data.robot, changed_columns),
+        columns=changed_columns,
         along=None if gradient_steps is None else parameter_jacobian(data.robot, data.free, values),
         count=count,
         nuisances={
@@ -46,11 +46,11 @@ def predict(
     )
     groups = [rows.predict(point) for rows in data.groups]
     return Prediction(
-        np.concatenate([one.computed for one in groups]),
-        np.concatenate([one.jacobian for one in groups]),
-        np.concatenate([one.failed for one in groups]),
-        np.concatenate([one.unstable for one in groups]),
-        {name: both for one in groups for name, both in one.measurable.items()},
+        np.concatenate([group.computed for group in groups]),
+        np.concatenate([group.jacobian for group in groups]),
+        np.concatenate([group.failed for group in groups]),
+        np.concatenate([group.unstable for group in groups]),
+        {name: derivatives for group in groups for name, derivatives in group.measurable.items()},
     )
 
 

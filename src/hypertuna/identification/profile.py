@@ -35,49 +35,49 @@ def profile_sd(problem: ProfileProblem) -> Array:
     farther than in the linear problem; the largest shift of a better constrained direction widens that one.
     """
     start = problem.residual(np.zeros(len(problem.sd)))
-    own, shifts = problem.sd**2, np.zeros(len(problem.sd))
+    variance, shifts = problem.sd**2, np.zeros(len(problem.sd))
     for k in np.flatnonzero(2 * problem.quantile * problem.sd > MIN_INTERVAL):
         ends = np.array([problem.directions @ _follow(problem, int(k), side, start) for side in (-1, 1)])
-        own[k] = max(own[k], float(np.mean(ends[:, k] ** 2)))
+        variance[k] = max(variance[k], float(np.mean(ends[:, k] ** 2)))
         shifts[:k] = np.maximum(shifts[:k], np.mean(ends[:, :k] ** 2, axis=0))
-    return np.sqrt(own + shifts)
+    return np.sqrt(variance + shifts)
 
 
 def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
-    """Follow the profile along direction k to one standard deviation; Broyden's method updates the Jacobian."""
+    """Return the point (n,) of the profile along direction k at one standard deviation, by Broyden's method."""
     from scipy.optimize import lsq_linear  # imported here: slow to import
 
     direction = problem.directions[k]
     extent = problem.upper - problem.lower
     step = side * min(float(problem.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
-    jacobian, x, residual, grown = problem.jacobian.copy(), np.zeros(len(direction)), start, 0.0
+    jacobian, x, residual, distance = problem.jacobian.copy(), np.zeros(len(direction)), start, 0.0
     tangent = direction
 
     def move(to: Array) -> tuple[Array, Array]:
-        end = np.clip(to, problem.lower, problem.upper)
-        new = problem.residual(end)
-        if (change := end - x) @ change > 0:
-            jacobian[:] += np.outer(new - residual - jacobian @ change, change / (change @ change))
-        return end, new
+        point = np.clip(to, problem.lower, problem.upper)
+        new_residual = problem.residual(point)
+        if (change := point - x) @ change > 0:
+            jacobian[:] += np.outer(new_residual - residual - jacobian @ change, change / (change @ change))
+        return point, new_residual
 
     def correction() -> Array:
         # to the profile within the bounds: least squares with the position along the direction held
         weight = CONSTRAINT_WEIGHT / abs(step)
         rows = np.concatenate([jacobian, [weight * direction]])
-        right = np.append(start - residual, weight * (target - direction @ x))
+        right_side = np.append(start - residual, weight * (target - direction @ x))
         bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
         q, r = np.linalg.qr(rows)  # the same minimum, of as many rows as unknowns
-        return np.asarray(lsq_linear(r, q.T @ right, bounds=bounds).x)
+        return np.asarray(lsq_linear(r, q.T @ right_side, bounds=bounds).x)
 
     for n in range(MAX_STEPS):
-        before, last, target = x, grown, float(direction @ x) + step
+        before, last_distance, target = x, distance, float(direction @ x) + step
         x, residual = move(x + step * tangent)
         for _ in range(CORRECTIONS):
             x, residual = move(x + correction())
-        grown = float(np.linalg.norm(residual - start))
-        if not grown < 1:  # interpolate to one standard deviation
-            part = (1 - last) / (grown - last) if np.isfinite(grown) else 0.0
-            return np.asarray(before + part * (x - before))
+        distance = float(np.linalg.norm(residual - start))
+        if not distance < 1:  # interpolate to one standard deviation
+            share = (1 - last_distance) / (distance - last_distance) if np.isfinite(distance) else 0.0
+            return np.asarray(before + share * (x - before))
         change = x - before
         if abs(direction @ change) < abs(step) / 10:
             break  # the bounds are met

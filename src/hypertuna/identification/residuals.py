@@ -21,7 +21,7 @@ NUMBERS = {name: one.unit for name, one in QUANTITIES.items() if one.relative}  
 
 @dataclass(frozen=True)
 class Errors:
-    """Computed minus measured, of some runs."""
+    """Errors of runs, computed minus measured: of all together, and of each."""
 
     rms: dict[str, float]  # by quantity, the unit in its name: speed_relative, x_m, yaw_deg ...
     max: dict[str, float]  # the same, largest magnitude
@@ -44,15 +44,15 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
     for rows in data.groups:
         runs = rows.runs
         for kind in range(len(NAMES)) if rows.one_motion else ():
-            own = data.known & (data.kind == kind) & (data.run >= first) & (data.run < first + runs)
-            if own.any():
-                distances.append(runs * float(z[own].mean()) - (runs - 1))
+            selected = data.known & (data.kind == kind) & (data.run >= first) & (data.run < first + runs)
+            if selected.any():
+                distances.append(runs * float(z[selected].mean()) - (runs - 1))
         first += runs
     return max(float(np.mean(distances)), 0.0) if distances else 0.0
 
 
 def degrees_taken(jacobian: Array, known: Array) -> float:
-    """Return how many degrees of freedom n coefficients take of the elements, by their Jacobian (elements, n).
+    """Return how many degrees of freedom of the elements n coefficients use up, by their Jacobian (elements, n).
 
     A prior of the rows (k, n) leaves them those that the elements do not determine: trace J (J^T J + P^T P)^-1 J^T.
     """
@@ -65,7 +65,7 @@ def degrees_taken(jacobian: Array, known: Array) -> float:
 def stretches(
     data: Experiment, prediction: Prediction, levels: dict[str, float], factor: float, taken: float
 ) -> tuple[Array, float]:
-    """Return what standard deviations (samples,) are multiplied by for intervals, and the degrees of freedom.
+    """Return the factors (samples,) on standard deviations for intervals, and the degrees of freedom.
 
     It is `factor`, but for tracks whose noise was estimated from their residuals. Their frames count as independent
     as the autocorrelation of the residuals shows: of N frames as N / tau, tau = 1 + 2 sum of correlations. Then the
@@ -73,21 +73,21 @@ def stretches(
     """
     count = data.count.astype(float)
     residual = weighted(data, prediction, levels)[0] * np.sqrt(count)[data.sample]
-    own = ~data.known & (count > 1)
-    tau, square = count.copy(), np.ones(len(count))
-    for kind in np.unique(data.kind[own]):
-        samples = np.flatnonzero(own & (data.kind == kind))
+    correlated = ~data.known & (count > 1)
+    tau, mean_square = count.copy(), np.ones(len(count))
+    for kind in np.unique(data.kind[correlated]):
+        samples = np.flatnonzero(correlated & (data.kind == kind))
         series = [residual[data.sample == k] for k in samples.tolist()]
         tau[samples] = np.minimum(autocorrelation_time(series), count[samples])
-        square[samples] = sum(float(r @ r) for r in series) / count[samples].sum()
-    independent = np.where(own, count / tau, 1.0)
+        mean_square[samples] = sum(float(r @ r) for r in series) / count[samples].sum()
+    independent = np.where(correlated, count / tau, 1.0)
     freedom = float(max(independent.sum() - taken, 1.0))
-    spread = square * tau / count * (independent.sum() / freedom)
-    return np.where(own, np.sqrt(spread), factor), freedom
+    variance = mean_square * tau / count * (independent.sum() / freedom)
+    return np.where(correlated, np.sqrt(variance), factor), freedom
 
 
 def autocorrelation_time(series: Sequence[Array]) -> float:
-    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, the same of several series.
+    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, common to several series.
 
     The sum ends where two neighboring correlations together are no longer positive (Geyer 1992).
     """
@@ -113,13 +113,13 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
     variance = data.noise(levels) ** 2
     # an unknown level takes the value of maximum likelihood: where the mean of z rho'(z) is 1
     for k in range(len(NAMES)):
-        own = ~data.known & (data.kind == k)
-        for _ in range(MAX_ITERATIONS if own.any() else 0):
-            ratio = float(np.mean(z[own] * loss_terms(data.loss, z[own])[1]))
+        selected = ~data.known & (data.kind == k)
+        for _ in range(MAX_ITERATIONS if selected.any() else 0):
+            ratio = float(np.mean(z[selected] * loss_terms(data.loss, z[selected])[1]))
             if ratio <= 0 or abs(ratio - 1) < SAME_LEVEL:
                 break
-            variance[own] *= ratio
-            z[own] /= ratio
+            variance[selected] *= ratio
+            z[selected] /= ratio
     total = float(np.sum(loss_terms(data.loss, z)[0] + np.log(2 * math.pi * variance)))
     n, k = len(z), len(data.free) + len(data.unknown_kinds)
     facts = {"samples": n, "parameters": k, "minus_2_log_likelihood": total}
@@ -128,25 +128,25 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
 
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:
-    """Compute errors of runs: relative for steady ones, except at a measured speed of 0, which is left out."""
+    """Return the errors of all runs: relative ones of steady runs, without those of a measured speed of 0."""
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}
-    for k, (name, one) in enumerate(QUANTITIES.items()):
-        own = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not one.relative)))
-        if not len(own):
+    for k, (name, quantity) in enumerate(QUANTITIES.items()):
+        index = np.flatnonzero((kinds == k) & ((data.measured != 0) | (not quantity.relative)))
+        if not len(index):
             continue
-        measured, computed, run = data.measured[own], prediction.computed[own], data.run[data.sample[own]]
-        error = (computed - measured) / measured if one.relative else (computed - measured) * one.per_si
-        rms[one.key], largest[one.key] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
+        measured, computed, run = data.measured[index], prediction.computed[index], data.run[data.sample[index]]
+        error = (computed - measured) / measured if quantity.relative else (computed - measured) * quantity.per_si
+        rms[quantity.key], largest[quantity.key] = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
         for r in np.unique(run):
             first = int(np.argmax(run == r))
-            if one.relative:
+            if quantity.relative:
                 pair = {"measured": measured, "computed": computed}
-                values = {key_of(f"{name}_{of}", one.unit): float(numbers[first]) for of, numbers in pair.items()}
-                per_run[r] |= values | {one.key: float(error[first])}
+                values = {key_of(f"{name}_{of}", quantity.unit): float(numbers[first]) for of, numbers in pair.items()}
+                per_run[r] |= values | {quantity.key: float(error[first])}
             else:
-                per_run[r] |= {f"{one.key}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
+                per_run[r] |= {f"{quantity.key}_rms": float(np.sqrt(np.mean(error[run == r] ** 2)))}
     for r in np.flatnonzero(prediction.failed | prediction.unstable):
         per_run[r]["status"] = "not settled" if prediction.failed[r] else "unstable"
     return Errors(rms, largest, tuple(per_run))

@@ -48,8 +48,8 @@ def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
     """Return starts (n,), scaled: the robot's values, those of Table III, then Sobol points within the bounds."""
     lower, upper = bounds_of(frees)
     table = default_bounds()["coefficient"]
-    given = [f.start if f.common else table.get(f.column, {}).get("start", f.start) for f in frees]
-    published = [min(max(start, f.lower), f.upper) for start, f in zip(given, frees, strict=True)]
+    table_starts = [f.start if f.common else table.get(f.column, {}).get("start", f.start) for f in frees]
+    published = [min(max(start, f.lower), f.upper) for start, f in zip(table_starts, frees, strict=True)]
     first = [to_scale(frees, [f.start for f in frees])]
     if published != [f.start for f in frees]:
         first.append(to_scale(frees, published))
@@ -70,32 +70,32 @@ def fit(
     of the starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
     """
     total = len(starts) + 1
-    first = {name: QUANTITIES[name].level for name in data.unknown_kinds}
-    known = bool(first) and any(f.prior for f in data.free)
-    loose = replace(data, free=tuple(replace(f, prior=None) for f in data.free)) if known else data
+    first_levels = {name: QUANTITIES[name].level for name in data.unknown_kinds}
+    has_priors = bool(first_levels) and any(f.prior for f in data.free)
+    without_priors = replace(data, free=tuple(replace(f, prior=None) for f in data.free)) if has_priors else data
 
-    def one(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
+    def search_once(start: Array, levels: dict[str, float], stage: int, last: bool = False) -> dict[str, Any]:
         rough = stage < len(starts)
         question = {"start": start, "noise": levels} | ({"last": True} if last else {})
-        own = part if rough else data if last else loose
-        work = partial(_search_from, own, start, levels, rough=rough or own is not data)
+        searched = part if rough else data if last else without_priors
+        work = partial(_search_from, searched, start, levels, rough=rough or searched is not data)
         result: dict[str, Any] = journal.answer(question, work)
         if rough and progress is not None:
             progress(stage + 1, total)
         return result
 
-    rough, refined, levels = estimator.fit(starts, first, one, lambda x, now: _levels(data, x, now))
-    if known:
-        refined.append(one(np.array(refined[-1]["x"]), levels, len(starts), last=True))
+    rough, refined, levels = estimator.fit(starts, first_levels, search_once, lambda x, now: _levels(data, x, now))
+    if has_priors:
+        refined.append(search_once(np.array(refined[-1]["x"]), levels, len(starts), last=True))
     if progress is not None:
         progress(total, total)
     best = min(rough, key=lambda result: float(result["cost"]))
     path = [x for result in (best, *refined) for x in result["path"]]
     evaluations = sum(result["evaluations"] for result in (*rough, *refined))
     costs = [float(result["cost"]) for result in rough]
-    same = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
-    others = f"; {same} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
-    stop = f"{STOPS[refined[-1]['status']]} ({evaluations} evaluations{others})."
+    same_count = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
+    agreement = f"; {same_count} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
+    stop = f"{STOPS[refined[-1]['status']]} ({evaluations} evaluations{agreement})."
     return refined[-1] | {"path": path, "evaluations": evaluations, "costs": costs, "stop": stop}, levels
 
 
@@ -104,20 +104,20 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
     lower, upper = bounds_of(data.free)
     path: list[list[float]] = []
 
-    def at(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
+    def evaluate(x: Array, gradient_steps: int | None) -> tuple[Array, Array]:
         prediction = predict(data, from_scale(data.free, x), gradient_steps=gradient_steps, levels=levels)
-        both = zip(weighted(data, prediction, levels), prior_rows(data.free, x), strict=True)
-        residual, jacobian = (np.concatenate(parts) for parts in both)
+        pairs = zip(weighted(data, prediction, levels), prior_rows(data.free, x), strict=True)
+        residual, jacobian = (np.concatenate(parts) for parts in pairs)
         return residual, jacobian
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps
-        far = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
+        long_step = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
         path.append(x.tolist())
-        return at(x, data.steps // 8 * 4 if far else data.steps)[1]
+        return evaluate(x, data.steps // 8 * 4 if long_step else data.steps)[1]
 
     samples = (data.loss, data.sample, data.count)
-    problem = estimator.LeastSquares(lambda x: at(x, None)[0], jacobian, lower, upper, *samples)
+    problem = estimator.LeastSquares(lambda x: evaluate(x, None)[0], jacobian, lower, upper, *samples)
     result = estimator.minimize(
         problem,
         start,
@@ -140,9 +140,9 @@ def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, f
     share = 1 - len(data.free) / len(z)
     if share <= 0:
         return levels  # every run is met exactly: the residuals are zero
-    new, caps = {}, data.level_caps
+    new_levels, caps = {}, data.level_caps
     for name, level in levels.items():
-        own = z[~data.known & (data.kind == NAMES.index(name))] * level**2
+        kind_squares = z[~data.known & (data.kind == NAMES.index(name))] * level**2
         options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
-        new[name] = min(residual_scale(own, data.loss, **options), caps[name])
-    return new
+        new_levels[name] = min(residual_scale(kind_squares, data.loss, **options), caps[name])
+    return new_levels

@@ -29,14 +29,14 @@ NAMED = 5  # runs named in a warning
 def helpful_measurements(
     data: Experiment, prediction: Prediction, jacobian: Array, unit: Array, quantile: float, directions: list[Direction]
 ) -> list[str]:
-    """Name for each unidentifiable direction a measurement of the same gaits that would constrain it, or nothing."""
+    """Return in words a measurement of the same gaits that would constrain each unidentifiable direction, else ""."""
     texts = [""] * len(directions)
-    for name, (value, by) in prediction.measurable.items():
+    for name, (value, derivatives) in prediction.measurable.items():
         if (data.kind == NAMES.index(name)).sum() == len(value):
             continue
-        sound = np.isfinite(value) & (value != 0)
-        more = by[sound] * unit / (RELATIVE_NOISE * np.abs(value[sound]))[:, np.newaxis]
-        _, singular, vectors = np.linalg.svd(np.concatenate([jacobian, more]), full_matrices=False)
+        usable = np.isfinite(value) & (value != 0)
+        added_rows = derivatives[usable] * unit / (RELATIVE_NOISE * np.abs(value[usable]))[:, np.newaxis]
+        _, singular, vectors = np.linalg.svd(np.concatenate([jacobian, added_rows]), full_matrices=False)
         positive = np.maximum(singular, MIN_SINGULAR * max(float(singular[0]), 1.0))
         for k, d in enumerate(directions):
             sd = math.sqrt(float(np.sum((vectors @ d.vector / positive) ** 2)))
@@ -49,34 +49,34 @@ def helpful_measurements(
 def direction_sentence(
     data: Experiment, unit: Array, direction: Direction, constrained: Sequence[bool], quantile: float, helpful: str
 ) -> str:
-    """Write how far the data constrain a direction."""
+    """Return a sentence on how far the data constrain a direction."""
     frees = data.free
-    size = np.abs(direction.vector)
-    order = [int(i) for i in np.argsort(-size, kind="stable")]
+    weights = np.abs(direction.vector)
+    order = [int(i) for i in np.argsort(-weights, kind="stable")]
     source = " and ".join(dict.fromkeys(QUANTITIES[NAMES[k]].source for k in np.unique(data.kind)))
     if direction.constrained:
-        named = [i for i in order if size[i] > WEIGHTY * size[order[0]]]
+        named = [i for i in order if weights[i] > WEIGHTY * weights[order[0]]]
         if len(frees) == 1 or (len(named) == 1 and constrained[named[0]]):
-            what = frees[named[0]].name
+            subject = frees[named[0]].name
         else:  # a combination is constrained, none of its coefficients
-            what = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
+            subject = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
         verb = "constrain" if " and " in source or source.endswith("s") else "constrains"
         precision, first = quantile * direction.sd, frees[named[0]]
-        if what == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
+        if subject == first.name and first.column in ABSOLUTE_UNITS and first.scale == "natural":
             name, factor = first.border
-            return f"{source.capitalize()} {verb} {what} to {factor * precision * unit[named[0]]:.2g} {name}."
-        return f"{source.capitalize()} {verb} {what} to {100 * precision:.2g} %."
+            return f"{source.capitalize()} {verb} {subject} to {factor * precision * unit[named[0]]:.2g} {name}."
+        return f"{source.capitalize()} {verb} {subject} to {100 * precision:.2g} %."
     # those that move by their unit, or more, within the interval along the direction; if none does, all together
-    moved = 2 * quantile * size * direction.sd > 1
-    named = [i for i in order if moved[i] and size[i] > SLIGHT * size[order[0]]]
-    named = named or [i for i in order if size[i] > WEIGHTY * size[order[0]]]
+    moved = 2 * quantile * weights * direction.sd > 1
+    named = [i for i in order if moved[i] and weights[i] > SLIGHT * weights[order[0]]]
+    named = named or [i for i in order if weights[i] > WEIGHTY * weights[order[0]]]
     kinds = data.trials.kinds
     transients = "" if any(kind.transient for kind in kinds) else ", or recordings of transients,"
-    others = f"other {' or '.join(kind.others for kind in kinds)}{transients} may"
-    rest = f"; {helpful or others}"
+    other_runs = f"other {' or '.join(kind.others for kind in kinds)}{transients} may"
+    remedy = f"; {helpful or other_runs}"
     if len(named) == 1:
-        return f"{frees[named[0]].name} is not constrained by {source} alone{rest.replace('them', 'it')}."
-    return f"{_join([frees[i].name for i in named])} cannot be distinguished from {source} alone{rest}."
+        return f"{frees[named[0]].name} is not constrained by {source} alone{remedy.replace('them', 'it')}."
+    return f"{_join([frees[i].name for i in named])} cannot be distinguished from {source} alone{remedy}."
 
 
 def warnings_of(
@@ -87,14 +87,14 @@ def warnings_of(
     residual_scale: float,
     prediction: Prediction,
 ) -> list[str]:
-    """Write warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
+    """Return warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
     warnings, frees = [], data.free
     for f in frees:
         if f.column not in NUISANCES and not f.common:
-            before = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
-            if np.ptp(before) > SAME * np.abs(before).max():
-                ends = f"{_with_unit(before.min(), f)} to {_with_unit(before.max(), f)}"
-                warnings.append(f"{f.name} is one value in place of several, {ends}.")
+            present = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
+            if np.ptp(present) > SAME * np.abs(present).max():
+                range_text = f"{_with_unit(present.min(), f)} to {_with_unit(present.max(), f)}"
+                warnings.append(f"{f.name} is one value in place of several, {range_text}.")
     for f, value, side in zip(frees, values, bound, strict=True):
         if side:
             warnings.append(f"{f.name} is on its {side} bound, {_with_unit(value, f)}: the optimum lies beyond it.")
@@ -102,15 +102,15 @@ def warnings_of(
         samples, count = len(data.kind), len(frees)
         coefficients = f"There {'is' if count == 1 else 'are'} {count} free coefficient{'s' * (count != 1)}"
         numbers = f"{coefficients} and {samples} independent measurement{'s' * (samples > 1)}"
-        met = "the runs can be met exactly, and neither noise nor intervals can be estimated"
+        consequence = "the runs can be met exactly, and neither noise nor intervals can be estimated"
         priors = ". Intervals are those of the priors" if any(f.prior for f in frees) else ""
-        warnings.append(f"{numbers}: {met}{priors}.")
+        warnings.append(f"{numbers}: {consequence}{priors}.")
     states = (prediction.failed, "have no settled beat"), (prediction.unstable, "are periodic but unstable")
     for flags, state in states:
         if flags.any():
             names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
-            more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-            warnings.append(f"With the fitted values these runs {state}: {', '.join(names[:NAMED])}{more}.")
+            more_names = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+            warnings.append(f"With the fitted values these runs {state}: {', '.join(names[:NAMED])}{more_names}.")
     if residual_scale > LARGE_SCALE and not data.unknown_kinds:
         warnings.append(
             f"Residuals are {residual_scale:.2g} times the stated noise: the model cannot meet all runs "
@@ -123,23 +123,23 @@ def warnings_of(
 
 def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
     """Return the training errors that are large, with their quantity; of tracks over the distance from the start."""
-    kinds, found = data.kind[data.sample], []
+    kinds, texts = data.kind[data.sample], []
     error, size = prediction.computed - data.measured, np.abs(data.measured)
-    judged: dict[tuple[str, bool], list[int]] = {}
-    for k, one in enumerate(QUANTITIES.values()):
-        if one.relative or one.path:
-            judged.setdefault((one.path or one.label, one.relative), []).append(k)
-    for (name, relative), members in judged.items():
-        own = np.isin(kinds, members) & ((size > 0) | (not relative))
-        scale = size[own] if relative or not own.any() else np.sqrt(np.mean(size[own] ** 2))
-        rms = float(np.sqrt(np.mean((error[own] / scale) ** 2))) if own.any() else 0.0
+    groups: dict[tuple[str, bool], list[int]] = {}
+    for k, quantity in enumerate(QUANTITIES.values()):
+        if quantity.relative or quantity.path:
+            groups.setdefault((quantity.path or quantity.label, quantity.relative), []).append(k)
+    for (name, relative), members in groups.items():
+        selected = np.isin(kinds, members) & ((size > 0) | (not relative))
+        scale = size[selected] if relative or not selected.any() else np.sqrt(np.mean(size[selected] ** 2))
+        rms = float(np.sqrt(np.mean((error[selected] / scale) ** 2))) if selected.any() else 0.0
         if rms > LARGE_ERROR:
-            found.append(f"{100 * rms:.0f} % in {name}")
-    return found
+            texts.append(f"{100 * rms:.0f} % in {name}")
+    return texts
 
 
 def unmet(large: str) -> str:
-    """Write what a large training error means."""
+    """Return sentences on what a large training error means."""
     return (
         f"The training error is {large}: the model does not describe these runs, and neither values nor intervals "
         "can be trusted. Check units, gaits and the robot's shape, free other coefficients, or try another water law."
@@ -147,8 +147,8 @@ def unmet(large: str) -> str:
 
 
 def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
-    """Write warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
-    held = [f for f, own in zip(frees, sd.tolist(), strict=True) if f.prior and own > HELD * math.log(f.prior[1])]
+    """Return warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
+    held = [f for f, own_sd in zip(frees, sd.tolist(), strict=True) if f.prior and own_sd > HELD * math.log(f.prior[1])]
     return [
         f"{f.name} is held by its prior, the robot's value within a factor of {f.prior[1]:g}: "
         "the runs say less about it."
@@ -158,9 +158,9 @@ def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
 
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:
-    """Write warnings on validation runs that repeat motions of the training runs."""
-    both = ((kind, known, validation.kinds.get(kind, ())) for kind, known in training.kinds.items())
-    return [text for kind, known, others in both for text in kind.repeated(known, others)]
+    """Return warnings on validation runs that repeat motions of the training runs."""
+    pairs = ((kind, fitted, validation.kinds.get(kind, ())) for kind, fitted in training.kinds.items())
+    return [text for kind, fitted, held_out in pairs for text in kind.repeated(fitted, held_out)]
 
 
 def _with_unit(value: float, coefficient: Free) -> str:

@@ -23,12 +23,12 @@ def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
 
 
 def _interval(row: Mapping[str, Any]) -> str:
-    """Write an interval, if there is one."""
+    """Return an interval as text; "none" without one."""
     return "none" if math.isnan(row["low"]) else f"{row['low']:.4g} .. {row['high']:.4g}"
 
 
 def _unit(row: Mapping[str, Any]) -> str:
-    """Write the unit of a coefficient; a common one is a factor on the values of the robot."""
+    """Return the unit of a coefficient as text; a common one is a factor on the robot's values."""
     return "x described" if row["name"].endswith("=common") else row["unit"].removeprefix("1")
 
 
@@ -55,5 +55,5 @@ def law_table(fits: Mapping[str, Fit]) -> Table:
 
 
 def criteria_texts(fit: Fit) -> list[str]:
-    """Write AICc and BIC."""
+    """Return AICc and BIC as texts, "-" where they are not known."""
     return ["-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic")]

@@ -1,4 +1,4 @@
-"""Trends of residuals with frequency, amplitude or speed, and the coefficient that would take them."""
+"""Trends of residuals with frequency, amplitude or speed, and the coefficient that would explain them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,51 +40,51 @@ class Trend:
     @property
     def sentence(self) -> str:
         """What rises or falls, and the coefficient that would explain most of it."""
-        goes = "rises" if self.correlation > 0 else "falls"
-        rare = f"below {LEVEL:g} / {self.tests} tests" if self.clear else "which may be chance"
+        verb = "rises" if self.correlation > 0 else "falls"
+        chance = f"below {LEVEL:g} / {self.tests} tests" if self.clear else "which may be chance"
         best = max(self.shares, key=lambda name: self.shares[name], default="")
-        taker = f"{best} would take {100 * self.shares.get(best, 0.0):.0f} % of the squared errors; free it"
+        explanation = f"{best} would take {100 * self.shares.get(best, 0.0):.0f} % of the squared errors; free it"
         if not self.shares:
-            taker = "no coefficient of the water law is left to free"
+            explanation = "no coefficient of the water law is left to free"
         elif self.shares[best] < TAKES:
-            taker = f"no coefficient that is not free would take more than {100 * TAKES:.0f} % of it"
+            explanation = f"no coefficient that is not free would take more than {100 * TAKES:.0f} % of it"
         return (
-            f"The error of the speed {goes} with {self.quantity} (rank correlation {self.correlation:.2f} of "
-            f"{self.motions} motions, p = {self.p:.1g}, {rare}): {taker}."
+            f"The error of the speed {verb} with {self.quantity} (rank correlation {self.correlation:.2f} of "
+            f"{self.motions} motions, p = {self.p:.1g}, {chance}): {explanation}."
         )
 
 
 def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -> tuple[Trend, ...]:
     """Return each of frequency, amplitude and speed with which errors of the speed rise or fall."""
-    rows, begin = list[dict[int, float]](), 0
+    rows, first = list[dict[int, float]](), 0
     for group in data.groups:
-        rows += [{begin + k: weight for k, weight in row.items()} for row in group.speed_errors()]
-        begin += len(group.measured)
+        rows += [{first + k: weight for k, weight in row.items()} for row in group.speed_errors()]
+        first += len(group.measured)
     motions = [kind_of(trial).motion(trial) for trial in data.trials.members]
-    kept = [k for k, row in enumerate(rows) if row and "speed" in motions[k]]
-    if len(kept) < MIN_VALUES:
+    used = [k for k, row in enumerate(rows) if row and "speed" in motions[k]]
+    if len(used) < MIN_VALUES:
         return ()
-    matrix = _sparse([rows[k] for k in kept], len(data.sample))
+    matrix = _sparse([rows[k] for k in used], len(data.sample))
     error = matrix @ (prediction.computed - data.measured)
-    given = {name: np.array([motions[k][name] for k in kept]) for name in ("frequency", "amplitude", "speed")}
-    tested = {name: x for name, x in given.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
-    found = {}
+    quantities = {name: np.array([motions[k][name] for k in used]) for name in ("frequency", "amplitude", "speed")}
+    tested = {name: x for name, x in quantities.items() if np.ptp(x) > 1e-6 * np.abs(x).max()}
+    results = {}
     for name, x in tested.items():
         rho, p = rank_correlation(x, error, seed)
         clear = p < LEVEL / len(tested)
         if clear or (abs(rho) >= ORDERED and float(np.ptp(error)) > SLIGHT):
-            found[name] = rho, p, len(kept), len(tested), clear
-    shares = _shares(data, values, matrix, error) if found else {}
-    most = max(shares.values(), default=0.0) > MOST
-    return tuple(Trend(name, *facts, shares) for name, facts in found.items() if facts[-1] or most)
+            results[name] = rho, p, len(used), len(tested), clear
+    shares = _shares(data, values, matrix, error) if results else {}
+    explained = max(shares.values(), default=0.0) > MOST
+    return tuple(Trend(name, *facts, shares) for name, facts in results.items() if facts[-1] or explained)
 
 
 def linear_drag(found: Sequence[Trend]) -> str | None:
-    """Return the name of linear drag along the body, if errors go with speed or frequency and it would take them."""
+    """Return linear drag along the body, by name, if it would explain errors that go with speed or frequency."""
     for trend in found:
         for name, share in trend.shares.items():
-            goes = trend.quantity != "amplitude" and ".linear_tangential[" in name
-            if goes and share > (TAKES if trend.clear else MOST):
+            candidate = trend.quantity != "amplitude" and ".linear_tangential[" in name
+            if candidate and share > (TAKES if trend.clear else MOST):
                 return name
     return None
 
@@ -110,31 +110,31 @@ def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
     """Return rows of few weights as a sparse matrix."""
     from scipy.sparse import csr_array  # imported here: slow to import
 
-    place = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
-    return csr_array(([weight for row in rows for weight in row.values()], place), shape=(len(rows), columns))
+    indices = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
+    return csr_array(([weight for row in rows for weight in row.values()], indices), shape=(len(rows), columns))
 
 
 def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[str, float]:
-    """Return the share of the squared errors that each coefficient which is not free would explain."""
+    """Return the share of the squared errors that each coefficient that is not free would explain, by its name."""
     candidates = fixed_coefficients(data.robot, data.free)
     if not candidates:
         return {}
-    more = replace(data, free=(*data.free, *candidates))
-    start = np.append(values, [one.start for one in candidates])
-    by = matrix @ predict(more, start, gradient_steps=data.steps).jacobian / np.sqrt(np.mean(error**2))
-    pull, held = prior_rows(data.free, to_scale(data.free, values))
-    own = np.concatenate([by[:, : len(data.free)], held])
-    others = np.concatenate([by[:, len(data.free) :], np.zeros((len(held), len(candidates)))])
-    error = np.append(error / np.sqrt(np.mean(error**2)), pull)
-    known = np.linalg.qr(own)[0]
-    rest = error - known @ (known.T @ error)
-    if rest @ rest < MET * (error @ error):
+    extended = replace(data, free=(*data.free, *candidates))
+    start = np.append(values, [candidate.start for candidate in candidates])
+    jacobian = matrix @ predict(extended, start, gradient_steps=data.steps).jacobian / np.sqrt(np.mean(error**2))
+    prior_error, of_priors = prior_rows(data.free, to_scale(data.free, values))
+    free_columns = np.concatenate([jacobian[:, : len(data.free)], of_priors])
+    other_columns = np.concatenate([jacobian[:, len(data.free) :], np.zeros((len(of_priors), len(candidates)))])
+    error = np.append(error / np.sqrt(np.mean(error**2)), prior_error)
+    basis = np.linalg.qr(free_columns)[0]
+    remainder = error - basis @ (basis.T @ error)
+    if remainder @ remainder < MET * (error @ error):
         return {}
     shares = {}
-    for one, column in zip(candidates, others.T, strict=True):
-        free = column - known @ (known.T @ column)
-        size = float(free @ free)
-        step = -float(free @ rest) / size if size > 1e-18 else 0.0
-        allowed = step > 0 or (step < 0 and one.start > one.lower)
-        shares[one.name] = step**2 * size / float(rest @ rest) if allowed else 0.0
+    for candidate, column in zip(candidates, other_columns.T, strict=True):
+        independent = column - basis @ (basis.T @ column)
+        square = float(independent @ independent)
+        step = -float(independent @ remainder) / square if square > 1e-18 else 0.0
+        allowed = step > 0 or (step < 0 and candidate.start > candidate.lower)
+        shares[candidate.name] = step**2 * square / float(remainder @ remainder) if allowed else 0.0
     return shares

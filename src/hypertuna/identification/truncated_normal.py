@@ -20,10 +20,10 @@ def truncated_normal(
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))
-    kept = spread > ZERO * max(spread.max(), 0.0)
-    root = axes[:, kept] * np.sqrt(spread[kept])  # (x - mean) / width = root y with y standard normal
+    nonzero = spread > ZERO * max(spread.max(), 0.0)
+    root = axes[:, nonzero] * np.sqrt(spread[nonzero])  # (x - mean) / width = root y with y standard normal
     center = np.clip((mean - lower) / width, INSIDE, 1 - INSIDE)
-    if not kept.any():
+    if not nonzero.any():
         return np.tile(lower + width * center, (count, 1))
     # Every wall is normal . y + gap >= 0.
     normals, gaps = np.vstack([root, -root]), np.concatenate([center, 1 - center])
@@ -36,25 +36,25 @@ def truncated_normal(
 
 
 def _moved(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> Array:
-    """Move along a quarter of an ellipse, y cos t + v sin t, from a random velocity, with reflections at the walls."""
-    v, left, last = rng.standard_normal(len(y)), np.pi / 2, -1
+    """Return y moved along a quarter of an ellipse, y cos t + v sin t, by a random velocity, reflected at the walls."""
+    v, remaining, last_wall = rng.standard_normal(len(y)), np.pi / 2, -1
     for _ in range(MAX_BOUNCES):
         # normal . y(t) = size cos(t - phase); a wall is met where this reaches -gap, outward
-        ahead, across = normals @ y, normals @ v
-        size, phase = np.hypot(ahead, across), np.arctan2(across, ahead)
+        by_position, by_velocity = normals @ y, normals @ v
+        size, phase = np.hypot(by_position, by_velocity), np.arctan2(by_velocity, by_position)
         meets = size > gaps
         time = np.full(len(gaps), np.inf)
         time[meets] = (phase[meets] + np.arccos(np.clip(-gaps[meets] / size[meets], -1, 1))) % (2 * np.pi)
-        if last >= 0 and time[last] > 2 * np.pi - 1e-6:  # it just left this wall
-            time[last] -= 2 * np.pi
-        if last >= 0 and time[last] < 1e-9:
-            time[last] = np.inf
+        if last_wall >= 0 and time[last_wall] > 2 * np.pi - 1e-6:  # it just left this wall
+            time[last_wall] -= 2 * np.pi
+        if last_wall >= 0 and time[last_wall] < 1e-9:
+            time[last_wall] = np.inf
         wall = int(np.argmin(time))
-        flight = min(float(time[wall]), left)
+        flight = min(float(time[wall]), remaining)
         y, v = y * np.cos(flight) + v * np.sin(flight), v * np.cos(flight) - y * np.sin(flight)
-        left -= flight
-        if left <= 0:
+        remaining -= flight
+        if remaining <= 0:
             break
         normal = normals[wall]
-        v, last = v - 2 * (normal @ v) / (normal @ normal) * normal, wall
+        v, last_wall = v - 2 * (normal @ v) / (normal @ normal) * normal, wall
     return y

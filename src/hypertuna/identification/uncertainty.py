@@ -53,39 +53,39 @@ def uncertainty(
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
     unit = _units(frees, values, upper - lower)
     z = squares(data, prediction, levels)
-    plain, known = weighted(data, prediction, levels)[1], prior_rows(frees, x)[1]
-    taken = degrees_taken(plain, known)
-    left = max(len(z) - taken, 1.0)
-    scale = max(1.0, residual_scale(z, loss, share=left / len(z)))
-    factor = max(interval_factor(z, loss, scale, data.count, left), math.sqrt(lack_of_fit(data, z)))
+    element_jacobian, prior_jacobian = weighted(data, prediction, levels)[1], prior_rows(frees, x)[1]
+    taken = degrees_taken(element_jacobian, prior_jacobian)
+    freedom_left = max(len(z) - taken, 1.0)
+    scale = max(1.0, residual_scale(z, loss, share=freedom_left / len(z)))
+    factor = max(interval_factor(z, loss, scale, data.count, freedom_left), math.sqrt(lack_of_fit(data, z)))
     stretch, freedom = stretches(data, prediction, levels, factor, taken)
     noise = stretch[data.sample][:, np.newaxis]
-    own = whitened(plain / noise, model_errors(data, values, levels) / noise)
-    jacobian = np.concatenate([own, known]) * unit
+    whitened_jacobian = whitened(element_jacobian / noise, model_errors(data, values, levels) / noise)
+    jacobian = np.concatenate([whitened_jacobian, prior_jacobian]) * unit
     quantile = estimator.t_quantile(freedom)
     profile = None if part is None else _profile(part, x, unit, levels, len(data.kind), factor, taken)
     # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
-    more = angle_errors(data, values, prediction, levels)
-    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, more=more)
+    angles = angle_errors(data, values, prediction, levels)
+    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, more=angles)
     constrained = tuple((2 * quantile * result.sd < unit).tolist())
-    silent, vectors = result.unidentifiable, result.vectors
+    unidentifiable, vectors = result.unidentifiable, result.vectors
     directions = [
-        replace(d, singular_value=0.0 if none else d.singular_value)
-        for d, none in zip(result.directions(lambda s, sd: 2 * quantile * sd < 1), silent, strict=True)
+        replace(d, singular_value=0.0 if no_effect else d.singular_value)
+        for d, no_effect in zip(result.directions(lambda s, sd: 2 * quantile * sd < 1), unidentifiable, strict=True)
     ]
     helpful = helpful_measurements(data, prediction, jacobian, unit, quantile, directions)
     # with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12
-    root = (upper - lower) / math.sqrt(12)
-    rows = np.concatenate([jacobian * (root / unit), np.eye(n)])
+    spread = (upper - lower) / math.sqrt(12)
+    rows = np.concatenate([jacobian * (spread / unit), np.eye(n)])
     _, singular, basis = np.linalg.svd(rows, full_matrices=False)
-    found = Uncertainty(
-        sd=np.where((np.abs(vectors[silent]) > WEIGHTY).any(axis=0), np.inf, result.sd),
+    fitted = Uncertainty(
+        sd=np.where((np.abs(vectors[unidentifiable]) > WEIGHTY).any(axis=0), np.inf, result.sd),
         low=from_scale(frees, result.low),
         high=from_scale(frees, result.high),
         covariance=result.covariance,
         correlation=result.covariance / np.outer(result.sd, result.sd),
-        bounded_covariance=np.asarray(np.outer(root, root) * (basis.T / singular**2 @ basis)) + more,
+        bounded_covariance=np.asarray(np.outer(spread, spread) * (basis.T / singular**2 @ basis)) + angles,
         unit=unit,
         constrained=constrained,
         bound=estimator.on_bound(x, lower, upper),
@@ -97,10 +97,10 @@ def uncertainty(
         residual_scale=scale,
         freedom=freedom,
     )
-    return _of_priors(found, data, values) if data.without_intervals else found
+    return _with_prior_intervals(fitted, data, values) if data.without_intervals else fitted
 
 
-def _of_priors(found: Uncertainty, data: Experiment, values: Array) -> Uncertainty:
+def _with_prior_intervals(fitted: Uncertainty, data: Experiment, values: Array) -> Uncertainty:
     """Return the uncertainty where the runs give no intervals: those of the priors, and the bounds without.
 
     What the runs tell of combinations of coefficients stays, for samples.
@@ -115,7 +115,7 @@ def _of_priors(found: Uncertainty, data: Experiment, values: Array) -> Uncertain
         from_scale(frees, np.where(known, np.clip(mean + side * NORMAL * np.where(known, sd, 0.0), lower, upper), end))
         for side, end in ((-1, lower), (1, upper))
     )
-    return replace(found, sd=sd, low=low, high=high, constrained=(False,) * n, directions=(), estimated=False)
+    return replace(fitted, sd=sd, low=low, high=high, constrained=(False,) * n, directions=(), estimated=False)
 
 
 def _profile(
@@ -127,15 +127,15 @@ def _profile(
     scale = math.sqrt(samples / len(part.kind)) / stretch
 
     def residual(point: Array) -> Array:
-        there = predict(part, from_scale(part.free, point), gradient_steps=None, levels=levels)
-        return np.append(scale * weighted(part, there, levels)[0], prior_rows(part.free, point)[0])
+        moved = predict(part, from_scale(part.free, point), gradient_steps=None, levels=levels)
+        return np.append(scale * weighted(part, moved, levels)[0], prior_rows(part.free, point)[0])
 
     jacobian = scale[:, np.newaxis] * weighted(part, prediction, levels)[1]
     return residual, np.concatenate([jacobian, prior_rows(part.free, x)[1]]) * unit
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
-    """Return the unit (n,) of each coefficient, scaled: its value, at least a tenth of its range and at most all."""
+    """Return the unit (n,) of each scaled coefficient: its value, from a tenth of its range to the whole range."""
     units = []
     for f, value, extent_of in zip(frees, values.tolist(), extent.tolist(), strict=True):
         relative = max(1.0 if f.scale == "log" else abs(value), MIN_UNIT * extent_of)

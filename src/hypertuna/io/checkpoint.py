@@ -28,7 +28,7 @@ SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # end of a line
 
 def read_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a journal."""
-    return _header(str(path), _first(read_bytes(path, "journal")))[0]
+    return _header(str(path), _first_line(read_bytes(path, "journal")))[0]
 
 
 class Journal(Closing):
@@ -55,7 +55,7 @@ class Journal(Closing):
             return
         try:
             # Created by opening and started under the lock: of two simultaneous runs one is refused.
-            self._file = io.FileIO(self._path, "r+", opener=_created)
+            self._file = io.FileIO(self._path, "r+", opener=_open_or_create)
             check_regular(self._file.fileno(), str(path), "journal")
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -84,10 +84,10 @@ class Journal(Closing):
         Both are numbers, texts, arrays, lists and mappings of them; arrays return as lists.
         """
         if self._file is None:
-            return json.loads(_line({"told": work()}))["told"]
+            return json.loads(_json_line({"told": work()}))["told"]
         if self._next < len(self.records):
             record = self.records[self._next]
-            if "told" not in record or record.get("asked") != json.loads(_line({"asked": asked}))["asked"]:
+            if "told" not in record or record.get("asked") != json.loads(_json_line({"asked": asked}))["asked"]:
                 rule = "belongs to a different run: its entries do not match those of this one"
                 raise InputError(rule, file=self._place(self._next), fix=ANOTHER)
         else:
@@ -97,7 +97,7 @@ class Journal(Closing):
 
     def append(self, record: Mapping[str, Any]) -> dict[str, Any]:
         """Append a record to the file and return it, arrays as lists."""
-        line = _line(record)
+        line = _json_line(record)
         if self._file is not None:
             self._write(self._file, line)
         self.records.append(json.loads(line))
@@ -110,31 +110,31 @@ class Journal(Closing):
 
     def _resume(self, file: io.FileIO, header: Mapping[str, Any], measured: bool) -> list[dict[str, Any]]:
         """Check the header and read the records; drop the torn or damaged end of the file."""
-        content, head = file.readall() or b"", _line({"journal": MARK} | dict(header))
-        first = _summed(head, 0)[0]
+        content, header_line = file.readall() or b"", _json_line({"journal": MARK} | dict(header))
+        first = _with_checksum(header_line, 0)[0]
         if content != first and first.startswith(content):  # empty, or a torn header
             file.seek(0)
-            self._write(file, head)
+            self._write(file, header_line)
             content = first
-        line = _first(content)
-        there, self._sum = _header(str(self._path), line)
-        check_same_header(str(self._path), there, header, ANOTHER)
+        line = _first_line(content)
+        stored, self._sum = _header(str(self._path), line)
+        check_same_header(str(self._path), stored, header, ANOTHER)
         try:
             check_room(content)
         except ValueError as error:
             raise InputError(f"has {error}", file=str(self._path), fix=ANOTHER) from None
         records: list[dict[str, Any]] = []
-        stream, whole = io.BytesIO(content), len(line)
-        stream.seek(whole)
+        stream, intact = io.BytesIO(content), len(line)
+        stream.seek(intact)
         while (line := stream.readline()).endswith(b"\n"):
-            record, checksum = _checked(line, self._sum)
+            record, checksum = _checked_record(line, self._sum)
             if record is None:
-                self._tell_damage(len(records), content.count(b"\n", whole) - 1, measured)
+                self._tell_damage(len(records), content.count(b"\n", intact) - 1, measured)
                 break
             records.append(record)
-            self._sum, whole = checksum, whole + len(line)
-        if whole < len(content):
-            file.truncate(whole)
+            self._sum, intact = checksum, intact + len(line)
+        if intact < len(content):
+            file.truncate(intact)
         file.seek(0, os.SEEK_END)
         return records
 
@@ -148,56 +148,56 @@ class Journal(Closing):
 
     def _write(self, file: io.FileIO, line: bytes) -> None:
         """Write a line with its checksum to the disk, whole or not at all; an empty file is removed."""
-        content, checksum = _summed(line, self._sum)
-        begin, rest = file.tell(), memoryview(content)
+        content, checksum = _with_checksum(line, self._sum)
+        start, unwritten = file.tell(), memoryview(content)
         try:
-            while rest:
-                rest = rest[file.write(rest) :]
+            while unwritten:
+                unwritten = unwritten[file.write(unwritten) :]
             os.fsync(file.fileno())
         except OSError as error:
             with contextlib.suppress(OSError):
-                file.truncate(begin)
-                if not begin:
+                file.truncate(start)
+                if not start:
                     self._path.unlink()
             raise unwritable(self._path, error) from None
         self._sum = checksum
 
     def _place(self, record: int) -> str:
-        """File and line, from 1, of a record."""
+        """Return file and line, from 1, of a record."""
         return f"{self._path}:{record + 2}"
 
 
-def _created(file: str, how: int) -> int:
+def _open_or_create(file: str, how: int) -> int:
     """Open a journal, created where there is none, without waiting for the other end of a pipe."""
     return os.open(file, how | os.O_CREAT | os.O_NONBLOCK, 0o666)
 
 
 def check_same_header(file: str, there: Mapping[str, Any], header: Mapping[str, Any], fix: str) -> None:
     """Check that the header in a file is that of the present work."""
-    old, new = _flat(json.loads(_line(there))), _flat(json.loads(_line(header)))
+    old, new = _flat(json.loads(_json_line(there))), _flat(json.loads(_json_line(header)))
     for key in {**old, **new}:
         if old.get(key) != new.get(key):
             rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
             raise InputError(rule, file=file, fix=fix)
 
 
-def _line(value: Mapping[str, Any]) -> bytes:
+def _json_line(value: Mapping[str, Any]) -> bytes:
     """Return a record as JSON; NaN and Infinity are kept, so that all numbers survive."""
     return json.dumps(value, default=lambda array: array.tolist(), ensure_ascii=False).encode()
 
 
-def _summed(line: bytes, before: int) -> tuple[bytes, int]:
+def _with_checksum(line: bytes, before: int) -> tuple[bytes, int]:
     """Return a line with its checksum, and the checksum, given that of the lines before."""
     checksum = zlib.crc32(line, before)
     return line[:-1] + b', "crc32": "%08x"}\n' % checksum, checksum
 
 
-def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
+def _checked_record(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
     """Return the record of a line, None if its checksum is wrong, and the checksum."""
-    end = SUM.search(line)
-    body = line[: end.start()] + b"}" if end is not None and end.end() == len(line) else b""
+    match = SUM.search(line)
+    body = line[: match.start()] + b"}" if match is not None and match.end() == len(line) else b""
     checksum = zlib.crc32(body, before)
-    if end is None or not body or int(end[1], 16) != checksum:
+    if match is None or not body or int(match[1], 16) != checksum:
         return None, before
     try:
         record = parse_json(body)
@@ -206,7 +206,7 @@ def _checked(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
     return (record, checksum) if isinstance(record, dict) else (None, before)
 
 
-def _first(content: bytes) -> bytes:
+def _first_line(content: bytes) -> bytes:
     """Return the first whole line."""
     return content[: content.find(b"\n") + 1]
 
@@ -221,7 +221,7 @@ def _header(file: str, line: bytes) -> tuple[dict[str, Any], int]:
         raise InputError("must be a journal of hypertuna", file=file, fix="give another file")
     if "crc32" not in header:
         raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
-    checked, checksum = _checked(line, 0)
+    checked, checksum = _checked_record(line, 0)
     if checked is None:
         raise InputError("is damaged", file=f"{file}:1", fix=ANOTHER)
     del checked["journal"]

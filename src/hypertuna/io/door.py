@@ -28,7 +28,7 @@ MB = 1_000_000
 
 
 class Kind(NamedTuple):
-    """A kind of file."""
+    """A kind of file: its name, its largest size, and the fix where it is missing."""
 
     name: str  # with its article, as errors have it
     largest: int  # bytes
@@ -106,24 +106,24 @@ def opened(path: str | Path, kind: str, *, file: str | None = None) -> IO[bytes]
 
 def check_regular(handle: int, file: str, kind: str) -> None:
     """Check that an open file is a regular one of at most the size of its kind."""
-    about, what = os.fstat(handle), KINDS[kind].name
-    if stat.S_ISDIR(about.st_mode):
-        raise InputError("is a folder", file=file, fix=f"give the path of {what}")
-    if not stat.S_ISREG(about.st_mode):
+    status, name = os.fstat(handle), KINDS[kind].name
+    if stat.S_ISDIR(status.st_mode):
+        raise InputError("is a folder", file=file, fix=f"give the path of {name}")
+    if not stat.S_ISREG(status.st_mode):
         raise _endless(file, kind)
-    if about.st_size > KINDS[kind].largest:
+    if status.st_size > KINDS[kind].largest:
         raise _too_large(file, kind)
 
 
 def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes:
-    """Read a file whole."""
+    """Return the whole content of a file."""
     largest = KINDS[kind].largest
     try:
         with opened(path, kind, file=file) as stream:
             size = os.fstat(stream.fileno()).st_size  # by which memory is taken
             content: bytes | None = stream.read(size + 1)
-            while content and size < len(content) <= largest and (more := stream.read(PIECE)):
-                content += more
+            while content and size < len(content) <= largest and (extra := stream.read(PIECE)):
+                content += extra
     except OSError as error:
         raise _unreadable(file or str(path), kind, error) from None
     if content is None:  # /proc has pipes that say they are regular files; this one is empty now
@@ -194,16 +194,16 @@ def read_npz(path: str | Path, kind: str = "policy", largest: int = UNPACKED) ->
 
 
 def damage() -> tuple[type[Exception], ...]:
-    """Return what reading a damaged archive may raise."""
+    """Return the types of errors that reading a damaged archive may raise."""
     import zipfile
     import zlib
 
-    of_values = (ValueError, KeyError, TypeError, OverflowError, AttributeError, SyntaxError)
-    return (OSError, EOFError, RuntimeError, *of_values, zipfile.BadZipFile, zlib.error)
+    value_errors = (ValueError, KeyError, TypeError, OverflowError, AttributeError, SyntaxError)
+    return (OSError, EOFError, RuntimeError, *value_errors, zipfile.BadZipFile, zlib.error)
 
 
 def archived(stream: IO[bytes], largest: int = UNPACKED, *, stored: bool = False) -> zipfile.ZipFile:
-    """Open an archive whose files are there once, and of a sane number and size; maybe all of them `stored` as is."""
+    """Open an archive that has no file twice, and a sane number and size of files, all uncompressed if `stored`."""
     import zipfile  # slow to import
 
     end = stream.seek(0, os.SEEK_END)
@@ -240,9 +240,9 @@ def _check_npy(content: bytes) -> None:
     version = npy.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError("a file of another version")
-    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     try:
-        shape, _, dtype = read(stream, NPY_HEADER)
+        shape, _, dtype = read_header(stream, NPY_HEADER)
     except Exception:  # NumPy parses it as Python, and may raise whatever its tokens do
         raise ValueError("its header is damaged") from None
     size = math.prod(shape) * dtype.itemsize
@@ -251,7 +251,7 @@ def _check_npy(content: bytes) -> None:
 
 
 def _check_toml(text: str) -> None:
-    """Check how deep TOML goes, before it is parsed: dotted keys take memory by the square of their parts."""
+    """Check before parsing that TOML is at most DEPTH deep: dotted keys take memory by the square of their parts."""
     bare = QUOTED.sub(lambda found: "" if found[0][0] == "#" else "q", text)
     depth = 0
     for bracket in re.findall(r"[\[{\]}]", bare):
@@ -263,35 +263,35 @@ def _check_toml(text: str) -> None:
 
 
 def check_room(text: str | bytes) -> None:
-    """Check about how much memory JSON takes, before it is parsed."""
-    count = text.count if isinstance(text, str) else lambda sign: text.count(sign.encode())
-    if sum(size * count(sign) for sign, size in SIGNS.items()) > ROOM:
+    """Check before parsing that JSON takes at most about ROOM bytes of memory."""
+    occurrences = text.count if isinstance(text, str) else lambda sign: text.count(sign.encode())
+    if sum(size * occurrences(sign) for sign, size in SIGNS.items()) > ROOM:
         raise ValueError(f"more values than {ROOM / MB:g} MB of memory hold")
 
 
 def _check_depth(value: Any) -> None:
-    """Check how deep the lists and objects of JSON go."""
+    """Check that the lists and objects of JSON are at most DEPTH deep."""
     level = [value]
     for _ in range(DEPTH + 1):
-        level = [part for one in level if isinstance(one, dict | list) for part in _parts(one)]
+        level = [part for item in level if isinstance(item, dict | list) for part in _contents(item)]
         if not level:
             return
     raise ValueError(f"more than {DEPTH} lists and objects in each other")
 
 
-def _parts(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
-    """Return what a table or a list holds."""
+def _contents(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
+    """Return the values that a table or a list holds."""
     return value.values() if isinstance(value, dict) else value
 
 
-def _whole(text: str) -> int:
-    """Read a whole number."""
+def _parse_whole(text: str) -> int:
+    """Return a whole number of at most DIGITS digits."""
     if len(text) > DIGITS:
         raise ValueError(f"a number of {len(text)} digits")
     return int(text)
 
 
-DECODER = json.JSONDecoder(parse_int=_whole)
+DECODER = json.JSONDecoder(parse_int=_parse_whole)
 
 
 def _check_values(document: dict[str, Any], entries: int, tables: int) -> None:
@@ -299,10 +299,10 @@ def _check_values(document: dict[str, Any], entries: int, tables: int) -> None:
     level: list[Any] = [document]
     for _ in range(DEPTH):
         parts: list[Any] = []
-        for one in level:
-            if isinstance(one, list) and len(one) > tables and any(isinstance(part, dict) for part in one):
+        for item in level:
+            if isinstance(item, list) and len(item) > tables and any(isinstance(part, dict) for part in item):
                 raise ValueError(f"a list of more than {tables} tables")
-            parts += _parts(one)
+            parts += _contents(item)
         entries -= len(parts)
         if entries < 0:
             raise ValueError(f"more than {ENTRIES} values")
@@ -316,13 +316,13 @@ def _check_values(document: dict[str, Any], entries: int, tables: int) -> None:
 
 def _unreadable(file: str, kind: str, error: Exception) -> InputError:
     """Return the error of a file that cannot be read."""
-    text = isinstance(error, UnicodeError)
+    is_text = isinstance(error, UnicodeError)
     value = f"not ({error.strerror if isinstance(error, OSError) else type(error).__name__})"
-    return InputError("must be readable", file=file, value=value, fix=f"give {KINDS[kind].name}{' in UTF-8' * text}")
+    return InputError("must be readable", file=file, value=value, fix=f"give {KINDS[kind].name}{' in UTF-8' * is_text}")
 
 
 def _endless(file: str, kind: str) -> InputError:
-    """Return the error of what may never end."""
+    """Return the error of a pipe or a device, which may never end."""
     fix = f"copy what it gives into a file, and give the path of {KINDS[kind].name}"
     return InputError("must be a regular file", file=file, value="a pipe or a device", fix=fix)
 

@@ -18,8 +18,8 @@ def install_command(extra: str) -> str:
     from importlib import metadata
 
     try:
-        wanted = metadata.requires("hypertuna") or []
+        lines = metadata.requires("hypertuna") or []
     except metadata.PackageNotFoundError:  # the sources alone
         return f"pip install '.[{extra}]' in the folder of the clone"
     of_extra = re.compile(rf"""extra\s*==\s*["']{extra}["']""")
-    return " ".join(["pip install", *(f"'{one.partition(';')[0].strip()}'" for one in wanted if of_extra.search(one))])
+    return " ".join(["pip install", *(f"'{r.partition(';')[0].strip()}'" for r in lines if of_extra.search(r))])

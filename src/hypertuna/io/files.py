@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Closing(ABC):
-    """A context that closes itself."""
+    """A context manager that calls `close` at its end."""
 
     def __enter__(self) -> Self:
         return self
@@ -35,7 +35,7 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give back what it holds."""
+        """Release what the context holds, such as a file."""
 
 
 @functools.cache
@@ -54,8 +54,8 @@ def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attrib
         described = isinstance(part, tuple) and len(part) == 4
         return (*part[:2], {"units": part[2], "long_name": part[3]}) if described else part
 
-    places = {name: labeled(part) for name, part in coordinates.items()}
-    return xr.Dataset({name: labeled(part) for name, part in variables.items()}, places, attributes)
+    coords = {name: labeled(part) for name, part in coordinates.items()}
+    return xr.Dataset({name: labeled(part) for name, part in variables.items()}, coords, attributes)
 
 
 class Csv(NamedTuple):
@@ -101,16 +101,16 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
     rows = {dim: size for dim, size in data.sizes.items() if dim not in labels}
     columns: dict[str, Any] = {}
     for name, head in names.items():
-        variable, over = data[name], [dim for dim in data[name].dims if dim in labels]
-        if not all(labels[dim].size for dim in over):
+        variable, labeled = data[name], [dim for dim in data[name].dims if dim in labels]
+        if not all(labels[dim].size for dim in labeled):
             continue
         unit, values = _unit_and_values(variable)
-        whole = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
-        table = whole.transpose(*over, *rows).values.reshape(*(len(labels[dim]) for dim in over), -1)
-        for place in np.ndindex(*table.shape[:-1]):
-            parts = [head, *(labels[dim][k] for dim, k in zip(over, place, strict=True))]
+        full = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
+        table = full.transpose(*labeled, *rows).values.reshape(*(len(labels[dim]) for dim in labeled), -1)
+        for index in np.ndindex(*table.shape[:-1]):
+            parts = [head, *(labels[dim][k] for dim, k in zip(labeled, index, strict=True))]
             column = "_".join(str(part).replace("-", "_") for part in parts)
-            columns[f"{column}{unit}" if not column.endswith(unit) else column] = table[place]
+            columns[f"{column}{unit}" if not column.endswith(unit) else column] = table[index]
     return columns
 
 
@@ -120,9 +120,9 @@ def data_columns(data: xr.Dataset) -> dict[str, Any]:
 
 
 def coordinate_names(data: xr.Dataset) -> list[str]:
-    """Name the coordinates that are numbers, each once: an index repeats one of them."""
+    """Return the names of the coordinates that are numbers, each once: an index repeats one of them."""
     coordinates = data.coords.items()
-    return [str(name) for name, one in coordinates if one.dtype.kind not in "UO" and "same_as" not in one.attrs]
+    return [str(name) for name, c in coordinates if c.dtype.kind not in "UO" and "same_as" not in c.attrs]
 
 
 def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
@@ -161,7 +161,7 @@ def check_replaceable(path: str | Path) -> None:
 
 @contextlib.contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary name beside a path, whose file then takes its place: whole or not at all."""
+    """Yield a temporary path; the file that is written there then replaces `path`, whole or not at all."""
     path = Path(path)
     try:
         check_replaceable(path)
@@ -187,10 +187,10 @@ def replaced(path: str | Path) -> Iterator[Path]:
 def scratch() -> Iterator[Path]:
     """Yield a temporary folder; where it cannot be written, the error names it."""
     try:
-        place = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory()
     except OSError as error:
         raise _no_room(os.environ.get("TMPDIR", "the temporary folder"), error) from None
-    with place as name:
+    with folder as name:
         try:
             yield Path(name)
         except OSError as error:
@@ -238,8 +238,8 @@ def by_conventions(data: xr.Dataset) -> xr.Dataset:
 
     labels = {name: f"{name}_name" for name in data.indexes if data[name].dtype.kind in "UO"}
     names = {name: re.sub(r"\W", "_", str(name)) for name in data.variables}
-    names |= {name: there for name, there in CF_NAMES.items() if name in data.indexes}
-    data = data.rename({name: there for name, there in names.items() if name != there}).rename_vars(labels)
+    names |= {name: new for name, new in CF_NAMES.items() if name in data.indexes}
+    data = data.rename({name: new for name, new in names.items() if name != new}).rename_vars(labels)
     for name, variable in data.variables.items():
         flags = {key: value for key, value in variable.attrs.items() if key in ("flag_values", "flag_masks")}
         units = {key: CF_UNITS.get(unit, unit) for key, unit in variable.attrs.items() if key == "units"}

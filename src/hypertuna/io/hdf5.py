@@ -21,7 +21,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class Hdf5:
-    """What an HDF5 file holds, by the path of names within it."""
+    """Content of an HDF5 file, by the path of names within it."""
 
     file: str
     arrays: dict[str, Array] = field(default_factory=dict)
@@ -45,28 +45,28 @@ class Hdf5:
 def read_hdf5(path: str | Path, kind: str = "points") -> Hdf5:
     """Read the numbers, texts and attributes of an HDF5 file, within limits; links to other files are not followed."""
     child = Path(__file__).with_name("hdf5_child.py")
-    quiet = dict(os.environ) | {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PATH": "::"}
+    environment = dict(os.environ) | {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PATH": "::"}
     with opened(path, kind) as stream:
         try:
-            done = subprocess.run(
-                [sys.executable, "-P", str(child)], stdin=stream, capture_output=True, timeout=WAIT, env=quiet
+            result = subprocess.run(
+                [sys.executable, "-P", str(child)], stdin=stream, capture_output=True, timeout=WAIT, env=environment
             )
         except subprocess.TimeoutExpired:
-            done = None
-    if done is None or done.returncode:
+            result = None
+    if result is None or result.returncode:
         rule, fix = "must be a whole HDF5 file", "export it again: it is damaged, or was cut short"
         raise InputError(rule, file=str(path), value="not", fix=fix)
-    head, _, content = done.stdout.partition(b"\n")
-    about = json.loads(head)
-    found, at = Hdf5(str(path), left_out=tuple(about["left_out"])), 0
-    for entry in about["entries"]:
+    head, _, content = result.stdout.partition(b"\n")
+    contents = json.loads(head)
+    data, offset = Hdf5(str(path), left_out=tuple(contents["left_out"])), 0
+    for entry in contents["entries"]:
         name = entry["name"]
         if "texts" in entry:
-            found.texts[name] = tuple(entry["texts"])
+            data.texts[name] = tuple(entry["texts"])
         elif "attributes" in entry:
-            found.attributes[name] = entry["attributes"]
+            data.attributes[name] = entry["attributes"]
         else:
             count = math.prod(entry["shape"])
-            array = np.frombuffer(content, np.dtype(entry["type"]), count, at).reshape(entry["shape"])
-            found.arrays[name], at = array, at + array.nbytes
-    return found
+            array = np.frombuffer(content, np.dtype(entry["type"]), count, offset).reshape(entry["shape"])
+            data.arrays[name], offset = array, offset + array.nbytes
+    return data

@@ -15,29 +15,29 @@ DEPTH, OBJECTS, TEXTS, LETTERS = 8, 2000, 20_000, 4_000_000  # of groups in each
 LARGEST, MOST = 12_000_000, 24_000_000  # numbers of an array and of all: an hour of 12 markers at 60 Hz has 8 million
 
 
-def attributes(of: Any) -> dict[str, Any]:
+def attributes(item: Any) -> dict[str, Any]:
     """Return the attributes that are texts or single numbers."""
-    found = {}
-    for name in list(of.attrs)[:200]:
+    values = {}
+    for name in list(item.attrs)[:200]:
         try:
-            value = of.attrs[name]
+            value = item.attrs[name]
         except Exception:  # of a type that this library does not know
             continue
         value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
         value = value.decode("latin-1") if isinstance(value, bytes) else value
         if isinstance(value, (str, int, float)) and len(str(value)) <= LETTERS:
-            found[name] = value
-    return found
+            values[name] = value
+    return values
 
 
 def texts(array: Any) -> list[str]:
     """Return the texts of an array."""
     flat = array.ravel().tolist()
-    return [one.decode("utf-8", "replace") if isinstance(one, bytes) else str(one) for one in flat]
+    return [cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell) for cell in flat]
 
 
 def main() -> None:
-    """Read the file that is the input, and write what it holds."""
+    """Read the HDF5 file at the standard input, and write its content to the standard output."""
     for limit, value in ((resource.RLIMIT_CPU, SECONDS), (resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
         hard = resource.getrlimit(limit)[1]
         resource.setrlimit(limit, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))
@@ -50,9 +50,9 @@ def main() -> None:
     counts = {"objects": 0, "numbers": 0, "letters": 0}
 
     def keep(name: str, array: Any) -> None:
-        whole = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("<")))
-        entries.append({"name": name, "type": whole.dtype.str, "shape": whole.shape})
-        contents.append(whole.tobytes())
+        ordered = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("<")))
+        entries.append({"name": name, "type": ordered.dtype.str, "shape": ordered.shape})
+        contents.append(ordered.tobytes())
 
     def read(name: str, data: Any) -> None:
         if data.is_virtual or data.external or data.shape is None:
@@ -86,12 +86,12 @@ def main() -> None:
                 return
             if not isinstance(group.get(key, getlink=True), h5py.HardLink) or key.startswith(("_i_", "#")):
                 continue
-            one, name = group[key], f"{place}{key}"
-            entries.append({"name": name, "attributes": attributes(one)})
-            if isinstance(one, h5py.Group) and depth < DEPTH:
-                walk(one, f"{name}/", depth + 1)
-            elif isinstance(one, h5py.Dataset):
-                read(name, one)
+            item, name = group[key], f"{place}{key}"
+            entries.append({"name": name, "attributes": attributes(item)})
+            if isinstance(item, h5py.Group) and depth < DEPTH:
+                walk(item, f"{name}/", depth + 1)
+            elif isinstance(item, h5py.Dataset):
+                read(name, item)
 
     with open(0, "rb") as stream, h5py.File(stream, "r") as file:
         walk(file, "", 0)

@@ -35,36 +35,36 @@ class MatFile:
 
 
 def read_matlab(path: str | Path) -> MatFile:
-    """Read a file of version 5."""
+    """Return the arrays and texts of a file of version 5."""
     content = read_bytes(path, "points")
-    found = MatFile(str(path), "<" if content[126:128] == b"IM" else ">")
+    mat = MatFile(str(path), "<" if content[126:128] == b"IM" else ">")
     try:
         if content[126:128] not in (b"IM", b"MI"):
             raise ValueError
-        left = LARGEST
-        for kind, data in _elements(content[HEADER:], found.order):
+        bytes_left = LARGEST
+        for kind, data in _elements(content[HEADER:], mat.order):
             if kind == COMPRESSED:
-                whole = zlib.decompressobj().decompress(data, left + 1)
-                left -= len(whole)
-                if left < 0:
+                unpacked = zlib.decompressobj().decompress(data, bytes_left + 1)
+                bytes_left -= len(unpacked)
+                if bytes_left < 0:
                     rule, fix = f"must unpack to at most {LARGEST // MB} MB", "save the arrays of the points alone"
-                    raise InputError(rule, file=found.file, value="more", fix=fix)
-                kind, data = next(iter(_elements(whole, found.order)))
+                    raise InputError(rule, file=mat.file, value="more", fix=fix)
+                kind, data = next(iter(_elements(unpacked, mat.order)))
             if kind == MATRIX:
-                _matrix(found, data, "", 0)
+                _matrix(mat, data, "", 0)
     except InputError:
         raise
     except (ValueError, LookupError, struct.error, zlib.error, StopIteration, OverflowError):
         fix = "save it again in MATLAB: save('points.mat', 'x', 'y')"
-        raise InputError("must be a whole file of MATLAB", file=found.file, value="not", fix=fix) from None
-    return found
+        raise InputError("must be a whole file of MATLAB", file=mat.file, value="not", fix=fix) from None
+    return mat
 
 
 def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> Array:
     """Return a sparse array as a full one: values, their rows, and where each column begins."""
     columns, count = len(begin) - 1, len(values)
-    whole = begin.dtype.kind in "iu" and row.dtype.kind in "iu" and row.ndim == begin.ndim == values.ndim == 1
-    if not whole or columns < 1 or rows * columns > LARGEST // 8 or (np.diff(begin.astype(float)) < 0).any():
+    valid = begin.dtype.kind in "iu" and row.dtype.kind in "iu" and row.ndim == begin.ndim == values.ndim == 1
+    if not valid or columns < 1 or rows * columns > LARGEST // 8 or (np.diff(begin.astype(float)) < 0).any():
         raise InputError("must be a whole file of MATLAB", file=file, value="not", fix="save it again")
     if (
         begin[0] != 0
@@ -81,63 +81,63 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of each element: its tag, or the short one in which small content stands itself."""
-    at = 0
-    while at + 8 <= len(data):
-        kind, size = struct.unpack_from(f"{order}II", data, at)
+    """Yield type and content of each element; small content stands in its tag itself."""
+    offset = 0
+    while offset + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, offset)
         if kind >> 16:
-            kind, size, begin, at = kind & 0xFFFF, kind >> 16, at + 4, at + 8
+            kind, size, begin, offset = kind & 0xFFFF, kind >> 16, offset + 4, offset + 8
             if size > 4:
                 raise ValueError
         else:
-            begin = at + 8
-            at = begin + size + (-size % 8 if kind != COMPRESSED else 0)
+            begin = offset + 8
+            offset = begin + size + (-size % 8 if kind != COMPRESSED else 0)
         if begin + size > len(data):
             raise ValueError
         yield kind, data[begin : begin + size]
 
 
-def _numbers(found: MatFile, element: tuple[int, bytes]) -> Array:
+def _numbers(mat: MatFile, element: tuple[int, bytes]) -> Array:
     """Return the numbers of an element."""
     kind, data = element
-    return np.frombuffer(data, np.dtype(found.order + TYPES[kind]))
+    return np.frombuffer(data, np.dtype(mat.order + TYPES[kind]))
 
 
-def _matrix(found: MatFile, data: bytes, name: str, depth: int) -> None:
-    """Read an array, or the arrays of a cell or a structure."""
-    found.count += 1
-    if found.count > ARRAYS or depth > DEPTH:
+def _matrix(mat: MatFile, data: bytes, name: str, depth: int) -> None:
+    """Read an array, or the arrays of a cell or a structure, into `mat`."""
+    mat.count += 1
+    if mat.count > ARRAYS or depth > DEPTH:
         rule, fix = f"must hold at most {ARRAYS} arrays, {DEPTH} deep", "save the arrays of the points alone"
-        raise InputError(rule, file=found.file, value="more", fix=fix)
-    parts = _elements(data, found.order)
+        raise InputError(rule, file=mat.file, value="more", fix=fix)
+    parts = _elements(data, mat.order)
     flags = next(parts, None)
     if flags is None:  # an empty element of a cell
         return
-    kind = int(_numbers(found, flags)[0]) & 0xFF
+    kind = int(_numbers(mat, flags)[0]) & 0xFF
     if kind > UINT64:
         return  # an object or a function
-    shape = tuple(int(size) for size in _numbers(found, next(parts)))
-    own = next(parts)[1].decode("latin-1")
-    name = name or own
+    shape = tuple(int(size) for size in _numbers(mat, next(parts)))
+    own_name = next(parts)[1].decode("latin-1")
+    name = name or own_name
     if kind == CELL:
         for k, (_, content) in enumerate(parts):
-            _matrix(found, content, f"{name}{{{k + 1}}}", depth + 1)
+            _matrix(mat, content, f"{name}{{{k + 1}}}", depth + 1)
     elif kind in (STRUCT, OBJECT):
         if kind == OBJECT:
             next(parts)  # name of its class
-        width, names = int(_numbers(found, next(parts))[0]), next(parts)[1]
+        width, names = int(_numbers(mat, next(parts))[0]), next(parts)[1]
         fields = [names[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(names), width)]
         several = np.prod(shape, dtype=float) > 1
         for k, (_, content) in enumerate(parts):
-            which = f"({k // len(fields) + 1})" if several else ""
-            _matrix(found, content, f"{name}{which}.{fields[k % len(fields)]}", depth + 1)
+            index = f"({k // len(fields) + 1})" if several else ""
+            _matrix(mat, content, f"{name}{index}.{fields[k % len(fields)]}", depth + 1)
     elif kind == CHAR:
-        found.texts[name] = "".join(map(chr, _numbers(found, next(parts)).tolist()[:10_000]))
+        mat.texts[name] = "".join(map(chr, _numbers(mat, next(parts)).tolist()[:10_000]))
     elif kind == SPARSE:
-        row, begin, values = (_numbers(found, next(parts)) for _ in range(3))
+        row, begin, values = (_numbers(mat, next(parts)) for _ in range(3))
         if len(shape) != 2 or len(begin) != shape[1] + 1:
             raise ValueError
-        found.arrays[name] = dense(shape[0], values, row, begin, file=found.file)
+        mat.arrays[name] = dense(shape[0], values, row, begin, file=mat.file)
     elif kind >= DOUBLE:
-        values = _numbers(found, next(parts))
-        found.arrays[name] = values.astype(float).reshape(shape, order="F")  # a wrong size is a ValueError
+        values = _numbers(mat, next(parts))
+        mat.arrays[name] = values.astype(float).reshape(shape, order="F")  # a wrong size is a ValueError

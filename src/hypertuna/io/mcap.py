@@ -35,7 +35,7 @@ def need_log() -> None:
 
 
 class _Memory(io.RawIOBase):
-    """What a writer has written since the last call of `taken`; positions count from the start of the file."""
+    """Buffer of the bytes written since the last call of `taken`; positions count from the start of the file."""
 
     def __init__(self) -> None:
         self._before, self._content = 0, io.BytesIO()
@@ -75,7 +75,7 @@ class McapWriter(Closing):
         self._target: Any = target
         try:
             if isinstance(target, Path):
-                self._target = _locked(target, overwrite)
+                self._target = _open_locked(target, overwrite)
         except OSError as error:
             raise unwritable(target, error) from None
         self._memory = _Memory()
@@ -107,11 +107,11 @@ class McapWriter(Closing):
                 self._target.close()
 
     def _write(self) -> None:
-        """Write to the file what the library has written; nothing more after a failure."""
-        rest = memoryview(self._memory.taken())
+        """Write the bytes in memory to the file; nothing more after a failure."""
+        unwritten = memoryview(self._memory.taken())
         try:
-            while rest and not self._target.closed:
-                rest = rest[self._target.write(rest) :]
+            while unwritten and not self._target.closed:
+                unwritten = unwritten[self._target.write(unwritten) :]
         except OSError as error:
             empty = not self._target.tell()
             self._target.close()
@@ -120,7 +120,7 @@ class McapWriter(Closing):
             raise unwritable(self._target.name, error) from None
 
 
-def _locked(path: Path, overwrite: bool) -> io.FileIO:
+def _open_locked(path: Path, overwrite: bool) -> io.FileIO:
     """Open an empty file for writing, which no other process writes meanwhile."""
     check_replaceable(path)
     file = io.FileIO(path, "a" if overwrite else "x")
@@ -165,20 +165,20 @@ def read_messages(
     topics: dict[int, str] = {}
     schemas: dict[int, str] = {}
     count = 0
-    for part in _chunks(content, messages, foreign=foreign):
-        schemas |= {record.id: record.name for record in part if isinstance(record, Schema)}
-        for channel in (record for record in part if isinstance(record, Channel)):
+    for records in _chunks(content, messages, foreign=foreign):
+        schemas |= {record.id: record.name for record in records if isinstance(record, Schema)}
+        for channel in (record for record in records if isinstance(record, Channel)):
             topics[channel.id] = channel.topic
             messages.kinds[channel.topic] = channel.message_encoding, schemas.get(channel.schema_id, "")
-        heard = [record for record in part if isinstance(record, Message) and record.channel_id in topics]
-        count += len(heard)
+        received = [record for record in records if isinstance(record, Message) and record.channel_id in topics]
+        count += len(received)
         if count > MESSAGES:
             messages.fault = LONG
             break
-        if any(record.log_time >= LAST for record in heard):
+        if any(record.log_time >= LAST for record in received):
             messages.fault = "damaged (a time beyond 2262)"
             break
-        for record in heard:
+        for record in received:
             topic = topics[record.channel_id]
             topic = topic if name is None else name(topic, record.data)
             messages.times.setdefault(topic, []).append(record.log_time)
@@ -201,8 +201,8 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
     from mcap.stream_reader import StreamReader, breakup_chunk
 
     stream, size = io.BytesIO(content), len(content)
-    most = FOREIGN_CHUNK if foreign else MAX_CHUNK
-    room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, most + HEADER)
+    chunk_limit = FOREIGN_CHUNK if foreign else MAX_CHUNK
+    room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, chunk_limit + HEADER)
     done = packed = 0  # bytes of chunks, unpacked and as they are in the file
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=largest).records:
@@ -214,7 +214,7 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
                 messages.metadata |= {key: value for key, value in record.metadata.items() if key != "record"}
             elif isinstance(record, Chunk):
                 done, packed = done + record.uncompressed_size, packed + len(record.data)
-                if record.uncompressed_size > most or done > room:
+                if record.uncompressed_size > chunk_limit or done > room:
                     messages.fault = "damaged (it unpacks to much more than a log)"
                     return
                 if done > MOST:
@@ -226,8 +226,8 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
                 yield [record]
             if stream.tell() - packed > OTHERS:
                 raise ValueError("it is no log but in small part")
-        if behind := len(stream.read()):
-            messages.fault = f"damaged ({behind} bytes behind its end)"
+        if trailing := len(stream.read()):
+            messages.fault = f"damaged ({trailing} bytes behind its end)"
     except MemoryError:
         raise
     except Exception as error:  # a damaged file may raise anything in the reader

@@ -1,4 +1,4 @@
-"""A number of a result as users read it."""
+"""Quantities: numbers of results with unit and label, as users read them."""
 
 import functools
 import math
@@ -52,8 +52,8 @@ def suffix(unit: str) -> str:
 def label(name: str, note: str = "") -> str:
     """Return what the terminal calls a quantity: the words of its name in Python, and maybe a note."""
     words = name.split("_")
-    first = [words.pop()] if words[-1] in ENDS else []
-    text = " ".join([*first, *words]).removesuffix(" bl")
+    leading = [words.pop()] if words[-1] in ENDS else []
+    text = " ".join([*leading, *words]).removesuffix(" bl")
     return f"{NUMBERS.get(text, text)}{', ' * bool(note)}{note}"
 
 
@@ -109,10 +109,10 @@ def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:
 
 
 def counted(number: int, noun: str) -> str:
-    """Write a number with its noun, in the plural but for one."""
+    """Return a number with its noun, in the plural but for one."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def listed(parts: Sequence[str]) -> str:
-    """Join parts of a sentence."""
+    """Return parts of a sentence joined: a, b and c."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

@@ -57,11 +57,11 @@ class Table:
         for column in self.head:
             place = f"line {self.line}, {column}"
             if column not in known:
-                free = [c for c, key in known.items() if c not in self.head and key not in keys]
+                unused = [c for c, key in known.items() if c not in self.head and key not in keys]
                 text = hinted = hint(column)
                 if not hinted:
-                    near = did_you_mean(column, free)
-                    text = near if "did you mean" in near or not free else f"use one of {', '.join(free)}"  # all
+                    near = did_you_mean(column, unused)
+                    text = near if "did you mean" in near or not unused else f"use one of {', '.join(unused)}"  # all
                 advice = advice or hinted
                 name = text.partition("did you mean ")[2].removesuffix("?")
                 suggested.add(known.get(name, ""))
@@ -72,8 +72,8 @@ class Table:
                 continue
             if known[column] in keys:
                 value = f"{self.head[[known.get(c) for c in self.head].index(known[column])]}, too"
-                rule, other = "must appear only once", "remove one of the two"
-                errors.append(InputError(rule, file=self.file, key=place, value=value, fix=other))
+                rule, remedy = "must appear only once", "remove one of the two"
+                errors.append(InputError(rule, file=self.file, key=place, value=value, fix=remedy))
             keys.append(known[column])
         for key, column in required.items():
             if key not in keys and key not in suggested:
@@ -81,9 +81,9 @@ class Table:
         if errors:
             # more mistakes than columns, unless these are like ours: another file, or that of another robot
             foreign = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
-            strange = [column for column in self.head if column not in known]
-            if foreign and len(strange) > 1:
-                place, text = f"line {self.line}, {', '.join(strange)}", f"known ones are {', '.join(known)}"
+            unknown = [column for column in self.head if column not in known]
+            if foreign and len(unknown) > 1:
+                place, text = f"line {self.line}, {', '.join(unknown)}", f"known ones are {', '.join(known)}"
                 raise InputError("are not known columns", file=self.file, key=place, fix=advice or text)
             raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
@@ -102,7 +102,7 @@ class Table:
         return InputError(rule, value=f"{len(row)} long", fix=fix)
 
     def check_once(self, names: Iterable[str]) -> None:
-        """Check that none of the columns that are used is there twice: nobody knows which of them is meant."""
+        """Check that no column of these names is there twice: which of them counts would be unclear."""
         for name in names:
             if (count := self.head.count(name)) > 1:
                 rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"
@@ -114,7 +114,7 @@ class Table:
         keys: Sequence[str] | None = None,
         names: Mapping[str, str] | None = None,
     ) -> list[R]:
-        """Make a value of the line and the cells by key of each row; bad rows are reported together.
+        """Return for each row what `make` makes of its line and its cells by key; bad rows are reported together.
 
         keys: of the columns (default: their names); names: of columns that the file may lack, for errors in their keys.
         """
@@ -134,9 +134,7 @@ class Table:
                 if len(errors) > MAX_BAD:
                     break
         if len(errors) > 1:
-            texts = [
-                str(InputError(one.rule, key=one.key, value=one.value)).removesuffix(".") for one in errors[:MAX_NAMED]
-            ]
+            texts = [str(InputError(e.rule, key=e.key, value=e.value)).removesuffix(".") for e in errors[:MAX_NAMED]]
             texts += [f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED)
             count = f"{len(errors)}" if len(errors) <= MAX_BAD else f"more than {MAX_BAD}"
             raise InputError(f"has {count} rows that cannot be used", file=self.file, fix="; ".join(texts))
@@ -146,7 +144,7 @@ class Table:
 
 
 def read_table(path: str | Path, rows: int = ROWS) -> Table:
-    """Read a CSV file of at most so many `rows`; empty lines and comments (#) are skipped."""
+    """Read a CSV file of at most `rows` lines; empty lines and comments (#) are skipped."""
     file, lines = str(path), enumerate(read_lines(path, rows), 1)
     content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
     if len(content) < 2:
@@ -164,7 +162,7 @@ def read_table(path: str | Path, rows: int = ROWS) -> Table:
 
 
 def table_of(source: str | Path | Table, rows: int = ROWS) -> Table:
-    """Return a CSV file of at most so many `rows`: read, or read before."""
+    """Return a table of at most `rows` lines: of a CSV file, or one read before."""
     if not isinstance(source, Table):
         return read_table(source, rows)
     if len(source.rows) > rows:
@@ -173,12 +171,12 @@ def table_of(source: str | Path | Table, rows: int = ROWS) -> Table:
 
 
 def read_lines(path: str | Path, rows: int = ROWS) -> list[str]:
-    """Read the lines of a CSV file of at most so many `rows`."""
+    """Return the lines of a CSV file of at most `rows` lines."""
     text = read_text(path, "csv")
     lines, cells = text.count("\n"), max(map(text.count, ",;\t"))
-    for count, most, what in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
-        if count > most:
-            raise too_large(str(path), f"{most} {what}")
+    for count, limit, noun in ((lines, rows, "lines"), (lines + cells, CELLS, "cells")):
+        if count > limit:
+            raise too_large(str(path), f"{limit} {noun}")
     return text.split("\n")
 
 
@@ -188,11 +186,11 @@ def too_large(file: str, most: str) -> InputError:
 
 
 def conversion(column: str, near: str) -> str:
-    """Return what to do to the numbers of a column whose name has another unit than the nearest name, or nothing."""
+    """Return how to convert a column whose name has another unit than the nearest name; empty if it has not."""
     for units in UNITS:
-        own, other = (max((u for u in units if name.endswith(f"_{u}")), key=len, default="") for name in (column, near))
-        if own and other and own != other and column.removesuffix(own) == near.removesuffix(other):
-            factor = units[own] / units[other]
+        unit, goal = (max((u for u in units if name.endswith(f"_{u}")), key=len, default="") for name in (column, near))
+        if unit and goal and unit != goal and column.removesuffix(unit) == near.removesuffix(goal):
+            factor = units[unit] / units[goal]
             return f" Then {'multiply' if factor > 1 else 'divide'} the numbers by {max(factor, 1 / factor):.6g}"
     return ""
 

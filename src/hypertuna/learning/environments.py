@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: many swimmers in one call, or one."""
+"""Environments of Gymnasium: of one swimmer, and of many that step in one call."""
 
 from __future__ import annotations
 
@@ -40,24 +40,24 @@ class EnvState:
 
 
 class _Saved:
-    """What environments of one swimmer and of many share: their state can be saved."""
+    """Base of the environments of one swimmer and of many: saves and restores their state."""
 
     swimmers: Swimmers
     np_random: np.random.Generator
 
     def save_state(self) -> EnvState:
         """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
-        own = {name: value for name, value in vars(self).items() if name in CHANGING}
-        own["_np_random"] = self.np_random  # made at its first use
-        return EnvState(self.swimmers.kind, copy.deepcopy((own, self.swimmers.moment)))
+        kept = {name: value for name, value in vars(self).items() if name in CHANGING}
+        kept["_np_random"] = self.np_random  # made at its first use
+        return EnvState(self.swimmers.kind, copy.deepcopy((kept, self.swimmers.moment)))
 
     def restore_state(self, state: EnvState) -> None:
-        """Go on from a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
+        """Restore a state of this environment, of a copy (`copy.deepcopy`), or of one with the same arguments."""
         if not isinstance(state, EnvState) or state.kind != self.swimmers.kind:
             rule, fix = "must be of an environment of the same task, robots, number and step", "save it in this one"
             raise InputError(rule, key="state", fix=fix)
-        own, swimmers = copy.deepcopy(state.moments)  # which may be restored again
-        vars(self).update(own)
+        kept, swimmers = copy.deepcopy(state.moments)  # which may be restored again
+        vars(self).update(kept)
         vars(self.swimmers).update(swimmers)
 
 
@@ -70,7 +70,7 @@ class Spaces:
 
 
 class SwimmerEnv(_Saved, gymnasium.Env[Batch, Batch]):
-    """One swimmer.
+    """A Gymnasium environment of one swimmer, which acts on a task.
 
     Parameters
     ----------
@@ -94,20 +94,20 @@ class SwimmerEnv(_Saved, gymnasium.Env[Batch, Batch]):
         step: float = STEP,
         render_mode: str | None = None,
     ) -> None:
-        self.swimmers = Swimmers(_task(task), robot_of(robot), 1, [*map(robot_of, robots)], step=step)
-        of, self.metadata = Spaces(self.swimmers), {"render_modes": [], "render_fps": 1 / step}
-        self.action_space, self.observation_space, self.render_mode = of.action, of.observation, render_mode
+        self.swimmers = Swimmers(_task_of(task), robot_of(robot), 1, [*map(robot_of, robots)], step=step)
+        single, self.metadata = Spaces(self.swimmers), {"render_modes": [], "render_fps": 1 / step}
+        self.action_space, self.observation_space, self.render_mode = single.action, single.observation, render_mode
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Batch, dict[str, Any]]:
-        """Start an episode."""
+        """Start an episode; return the first observation (size,) and no infos."""
         super().reset(seed=seed)
         self.swimmers.restart([0], [self.np_random])
-        return _single(self.swimmers.observe())[0], {}
+        return _as_float32(self.swimmers.observe())[0], {}
 
     def step(self, action: Batch) -> tuple[Batch, float, bool, bool, dict[str, Any]]:
-        """Make a step."""
+        """Make a step; return observation, reward, whether the task or the time has ended, and success."""
         reward, done, cut, success = _stepped(self.swimmers, [action])
-        observation = _single(self.swimmers.observe())[0]
+        observation = _as_float32(self.swimmers.observe())[0]
         return observation, float(reward[0]), bool(done[0]), bool(cut[0]), {"is_success": bool(success[0])}
 
 
@@ -142,15 +142,15 @@ class SwimmerVectorEnv(_Saved, VectorEnv[Batch, Batch, Batch]):
         render_mode: str | None = None,
     ) -> None:
         self.num_envs = POSITIVE_WHOLE.check(num_envs, "num_envs", "give a number of swimmers")
-        others, threads = [*map(robot_of, robots)], thread_count(threads)
-        self.swimmers = Swimmers(_task(task), robot_of(robot), self.num_envs, others, threads, step)
+        variants, threads = [*map(robot_of, robots)], thread_count(threads)
+        self.swimmers = Swimmers(_task_of(task), robot_of(robot), self.num_envs, variants, threads, step)
         word = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
         self.mode = AutoresetMode(check_choice(word, [mode.value for mode in AutoresetMode], "autoreset_mode"))
         self.metadata = {"render_modes": [], "render_fps": 1 / step, "autoreset_mode": self.mode}
-        of = Spaces(self.swimmers)
-        self.single_action_space, self.single_observation_space = of.action, of.observation
-        self.action_space = batch_space(of.action, self.num_envs)
-        self.observation_space = batch_space(of.observation, self.num_envs)
+        single = Spaces(self.swimmers)
+        self.single_action_space, self.single_observation_space = single.action, single.observation
+        self.action_space = batch_space(single.action, self.num_envs)
+        self.observation_space = batch_space(single.observation, self.num_envs)
         self.render_mode = render_mode
         self._rngs = [self.np_random] * self.num_envs
         self._ended = np.zeros(self.num_envs, dtype=bool)  # episodes that no other follows yet
@@ -178,33 +178,33 @@ class SwimmerVectorEnv(_Saved, VectorEnv[Batch, Batch, Batch]):
                 self._rngs[k] = self.np_random
         self.swimmers.restart(rows, self._rngs)
         self._ended[rows] = False
-        return _single(self.swimmers.observe()), {}
+        return _as_float32(self.swimmers.observe()), {}
 
     def step(self, actions: Batch) -> tuple[Batch, Batch, Flags, Flags, dict[str, Any]]:
-        """Make a step of every swimmer."""
-        anew = self._ended
-        if anew.any() and self.mode == AutoresetMode.DISABLED:
+        """Make a step of every swimmer; return observations, rewards, ends of tasks and of time, and infos."""
+        to_restart = self._ended
+        if to_restart.any() and self.mode == AutoresetMode.DISABLED:
             rule, fix = "must be reset after an episode ends", 'call reset(options={"reset_mask": ended})'
-            raise InputError(rule, key="swimmers", value=shown(np.flatnonzero(anew).tolist()), fix=fix)
+            raise InputError(rule, key="swimmers", value=shown(np.flatnonzero(to_restart).tolist()), fix=fix)
         reward, done, cut, success = _stepped(self.swimmers, actions)
-        reward[anew], done[anew], cut[anew] = 0, False, False
-        observation = _single(self.swimmers.observe())
+        reward[to_restart], done[to_restart], cut[to_restart] = 0, False, False
+        observation = _as_float32(self.swimmers.observe())
         ended = done | cut
-        told = ~ended if self.mode == AutoresetMode.SAME_STEP else ~anew
-        infos: dict[str, Any] = {"is_success": success & told, "_is_success": told}
+        has_success = ~ended if self.mode == AutoresetMode.SAME_STEP else ~to_restart
+        infos: dict[str, Any] = {"is_success": success & has_success, "_is_success": has_success}
         if self.mode == AutoresetMode.SAME_STEP:
             if ended.any():
                 final = {"is_success": success & ended, "_is_success": ended}
                 infos |= {"final_obs": observation, "_final_obs": ended, "final_info": final, "_final_info": ended}
-            anew = ended
-        if anew.any():
-            self.swimmers.restart(np.flatnonzero(anew), self._rngs)
-            observation = _single(self.swimmers.observe())
+            to_restart = ended
+        if to_restart.any():
+            self.swimmers.restart(np.flatnonzero(to_restart), self._rngs)
+            observation = _as_float32(self.swimmers.observe())
         self._ended = ended & (self.mode != AutoresetMode.SAME_STEP)
         return observation, reward, done, cut, infos
 
     def _masked(self, mask: Any) -> Sequence[int]:
-        """Return the swimmers of a mask, all without one."""
+        """Return the indices of the swimmers of a mask, of all without one."""
         if mask is None:
             return range(self.num_envs)
         if np.shape(mask) != (self.num_envs,) or np.asarray(mask).dtype != bool or not np.any(mask):
@@ -224,21 +224,21 @@ def register() -> None:
         )
 
 
-def _task(task: str | Task) -> Task:
+def _task_of(task: str | Task) -> Task:
     if isinstance(task, Task):
         return task
     check_choice(task, tuple(TASKS), "task")
     return TASKS[task]()
 
 
-def _single(observation: NDArray[np.float64]) -> Batch:
+def _as_float32(observation: NDArray[np.float64]) -> Batch:
     return observation.astype(np.float32)
 
 
 def _stepped(swimmers: Swimmers, actions: Any) -> tuple[Batch, Flags, Flags, Flags]:
-    """Reward, end, end of the time, and success of a step; a twin that left what a robot can do ends its episode."""
+    """Make a step; return rewards, ends of tasks and of time, and successes; a twin beyond a robot's limits ends."""
     reward, done, success = swimmers.act(np.asarray(actions, dtype=float))
-    lost = swimmers.lost
-    done = done | lost
+    beyond = swimmers.lost
+    done = done | beyond
     cut = ~done & (swimmers.steps * swimmers.step >= swimmers.task.seconds - 1e-9)
-    return np.where(lost, LOST, reward), done, cut, success & ~lost
+    return np.where(beyond, LOST, reward), done, cut, success & ~beyond

@@ -43,10 +43,10 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
         rule, fix = f"must have layers of 1 to {NEURONS_MAX} neurons", "train one of that size"
         raise InputError(rule, file=source, value=", ".join(map(str, sizes)), fix=fix)
     fix = "give the robot that it was trained for"
-    task, least = TASKS.get(policy.task or ""), sensed(robot)
-    if sizes[0] != least + task.size if task else sizes[0] < least:
-        wanted = f"{least + task.size} inputs for {policy.task} with" if task else f"at least {least} inputs for"
-        raise InputError(f"must have {wanted} {robot.name}", file=source, value=str(sizes[0]), fix=fix)
+    task, observed = TASKS.get(policy.task or ""), sensed(robot)
+    if sizes[0] != observed + task.size if task else sizes[0] < observed:
+        inputs = f"{observed + task.size} inputs for {policy.task} with" if task else f"at least {observed} inputs for"
+        raise InputError(f"must have {inputs} {robot.name}", file=source, value=str(sizes[0]), fix=fix)
     if max(abs(part).max() for part in (*policy.weights, *policy.biases)) > np.finfo(np.float32).max:
         raise InputError("must have weights in the range of single precision", file=source, fix="train it anew")
     if sizes[-1] != len(knobs(robot)):
@@ -54,16 +54,16 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
         raise InputError(rule, file=source, value=str(sizes[-1]), fix=fix)
 
     def row(name: str, values: list[float]) -> str:
-        return f"inline constexpr float {name}[] = {{{', '.join(_float(value) for value in values)}}};"
+        return f"inline constexpr float {name}[] = {{{', '.join(_float_literal(value) for value in values)}}};"
 
     layers = list(enumerate(zip(policy.weights, policy.biases, strict=True)))
     parts = [
-        row(f"{what}_{k}", [*numbers.ravel()])
+        row(f"{kind}_{k}", [*numbers.ravel()])
         for k, pair in layers
-        for what, numbers in zip(("weight", "bias"), pair, strict=True)
+        for kind, numbers in zip(("weight", "bias"), pair, strict=True)
     ]
     table = ", ".join(f"{{{weight.shape[1]}, {len(bias)}, weight_{k}, bias_{k}}}" for k, (weight, bias) in layers)
-    bends = ", ".join(_float(bend) for bend in span.bend)
+    bends = ", ".join(_float_literal(bend) for bend in span.bend)
     return "\n".join(
         [
             f"/// Policy of {robot.name}: hypertuna rl export {source}",
@@ -79,13 +79,13 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
             "namespace hypertuna {",
             "inline constexpr Policy<float> policy{",
             f"    {len(layers)}, policy_numbers::layers, {ticks}, {len(robot.joints)},",
-            f"    {_float(span.frequency)}, {{{bends}}}, {_float(LAG)}, {_float(BIAS)}}};",
+            f"    {_float_literal(span.frequency)}, {{{bends}}}, {_float_literal(LAG)}, {_float_literal(BIAS)}}};",
             "}  // namespace hypertuna",
             "",
         ]
     )
 
 
-def _float(value: float) -> str:
+def _float_literal(value: float) -> str:
     text = f"{value:.9g}"
     return text + ("f" if any(c in text for c in ".en") else ".0f")

@@ -57,9 +57,9 @@ def read_policy(path: str | Path) -> Policy:
         If the file cannot be read, or its layers do not follow each other.
     """
     stored = read_npz(path)
-    if many := next((name for name in ("step", "task") if name in stored and stored[name].size != 1), None):
+    if several := next((name for name in ("step", "task") if name in stored and stored[name].size != 1), None):
         fix = "store one value, or leave it out"
-        raise InputError("must be one value", file=str(path), key=many, value=f"{stored[many].size}", fix=fix)
+        raise InputError("must be one value", file=str(path), key=several, value=f"{stored[several].size}", fix=fix)
     task = str(stored.pop("task")) if "task" in stored else None
     try:
         arrays = {name: np.asarray(value, dtype=float) for name, value in stored.items()}
@@ -69,14 +69,14 @@ def read_policy(path: str | Path) -> Policy:
     if "step" in arrays:
         step = POSITIVE.check(arrays.pop("step").tolist(), "step", "store it in seconds", file=str(path))
     layers = range(len(arrays) // 2)
-    names = [f"{what}{k}" for k in layers for what in ("weight", "bias")]
+    names = [f"{kind}{k}" for k in layers for kind in ("weight", "bias")]
     if not names or set(arrays) != set(names):
         fix = "store each layer as weight0, bias0, weight1, ..."
         raise InputError("must have the arrays of layers", file=str(path), value=", ".join(sorted(arrays)), fix=fix)
-    weights, biases = ([arrays[f"{what}{k}"] for k in layers] for what in ("weight", "bias"))
+    weights, biases = ([arrays[f"{kind}{k}"] for k in layers] for kind in ("weight", "bias"))
     for k, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
-        before = weight.shape[1:] if k == 0 else biases[k - 1].shape
-        fits = bias.ndim == 1 and weight.ndim == 2 and weight.shape == bias.shape + before
+        expected = weight.shape[1:] if k == 0 else biases[k - 1].shape
+        fits = bias.ndim == 1 and weight.ndim == 2 and weight.shape == bias.shape + expected
         if not (fits and np.isfinite(weight).all() and np.isfinite(bias).all()):
             rule, fix = "must be finite and follow the layer before", "store (out, in) weights and (out,) biases"
             raise InputError(rule, file=str(path), key=f"weight{k}", value=f"of shape {weight.shape}", fix=fix)
@@ -101,29 +101,29 @@ def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float 
 
 
 def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -> dict[str, Any]:
-    """Return the part of episodes that end in success, and the mean time [s] and energy [J] of those."""
+    """Return the share of episodes that end in success, and the mean time [s] and energy [J] of those."""
     if env.mode != AutoresetMode.SAME_STEP:
         raise InputError("must be SameStep", key="autoreset_mode", value=env.mode.value, fix="leave it out")
     observation, _ = env.reset(seed=seed)
     swimmers, successes, seconds, energy = env.swimmers, [], [], []
-    drawn = np.zeros(env.num_envs)
-    length = np.zeros(env.num_envs)
+    joules = np.zeros(env.num_envs)
+    elapsed = np.zeros(env.num_envs)
     quota = np.full(env.num_envs, episodes // env.num_envs)  # alike for each: quick ones do not count more often
     quota[: episodes % env.num_envs] += 1
     while quota.any():
         actions = act(observation)
         observation, _, done, cut, infos = env.step(actions)
-        length += swimmers.step
-        drawn += swimmers.step * swimmers.power * swimmers.effort
+        elapsed += swimmers.step
+        joules += swimmers.step * swimmers.power * swimmers.effort
         for k in np.flatnonzero(done | cut):
             if quota[k]:
                 quota[k] -= 1
                 successes.append(bool(infos["final_info"]["is_success"][k]))
                 if successes[-1]:
-                    seconds.append(length[k])
-                    energy.append(drawn[k])
-            length[k] = drawn[k] = 0.0
-    mean = (float(np.mean(values)) if values else float("nan") for values in (seconds, energy))
+                    seconds.append(elapsed[k])
+                    energy.append(joules[k])
+            elapsed[k] = joules[k] = 0.0
+    means = (float(np.mean(values)) if values else float("nan") for values in (seconds, energy))
     return {"episodes": len(successes), "success": float(np.mean(successes))} | dict(
-        zip(("seconds", "joules"), mean, strict=True)
+        zip(("seconds", "joules"), means, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Native vector environments for Stable-Baselines3, which has an interface of its own."""
+"""Adapter of the vector environments to the interface of Stable-Baselines3."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Sb3VecEnv(VecEnv):
         self.actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Make the step."""
+        """Make the step; return observations, rewards, ends and infos."""
         observation, reward, done, cut, infos = self.env.step(self.actions)
         success = infos["is_success"] | infos.get("final_info", infos)["is_success"]
-        each: list[dict[str, Any]] = [{"is_success": bool(one)} for one in success]
+        infos_of: list[dict[str, Any]] = [{"is_success": bool(succeeded)} for succeeded in success]
         for k in np.flatnonzero(done | cut):
-            each[k] |= {"terminal_observation": infos["final_obs"][k], "TimeLimit.truncated": bool(cut[k])}
-        return observation, reward, done | cut, each
+            infos_of[k] |= {"terminal_observation": infos["final_obs"][k], "TimeLimit.truncated": bool(cut[k])}
+        return observation, reward, done | cut, infos_of
 
     def close(self) -> None:
         """Release nothing: the memory is Python's."""

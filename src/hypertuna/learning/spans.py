@@ -1,4 +1,4 @@
-"""Actions: what their numbers mean, and what they are multiplied by."""
+"""Actions: the meaning of their numbers, and the ranges that turn them into a gait."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BIAS = 0.5  # of a joint's largest bend, for steering
 
 
 def knobs(robot: Robot) -> tuple[str, ...]:
-    """Name the numbers of an action, each from -1 to 1."""
+    """Return the names of the numbers of an action, each from -1 to 1."""
     names = [group.name for group in robot.joints]
     return (
         "frequency",
@@ -30,13 +30,13 @@ def knobs(robot: Robot) -> tuple[str, ...]:
 
 
 def sensed(robot: Robot) -> int:
-    """Count the numbers of an observation without those of the task: speed, turn, bends measured and set, action."""
+    """Return the count of an observation's numbers without the task's: speed, turn, bends measured and set, action."""
     return 2 + 2 * len(robot.joints) + len(knobs(robot))
 
 
 @dataclass(frozen=True)
 class Span:
-    """What actions are multiplied by."""
+    """Ranges that turn actions into a gait."""
 
     frequency: float  # Hz
     bend: Array  # (joints,) rad
@@ -44,10 +44,10 @@ class Span:
     def gait(self, action: Array) -> tuple[Array, Array, Array, Array]:
         """Return frequency, amplitude, phase and bias of actions (N, 3 joints) from -1 to 1."""
         joints = len(self.bend)
-        part = (np.clip(action, -1, 1) + 1) / 2
-        lag = np.concatenate([np.zeros((len(part), 1)), LAG * part[:, 1 + joints : 2 * joints]], axis=1)
-        bias = BIAS * self.bend * (2 * part[:, 2 * joints :] - 1)
-        return self.frequency * part[:, 0], self.bend * part[:, 1 : 1 + joints], lag.cumsum(axis=1), bias
+        fraction = (np.clip(action, -1, 1) + 1) / 2
+        lag = np.concatenate([np.zeros((len(fraction), 1)), LAG * fraction[:, 1 + joints : 2 * joints]], axis=1)
+        bias = BIAS * self.bend * (2 * fraction[:, 2 * joints :] - 1)
+        return self.frequency * fraction[:, 0], self.bend * fraction[:, 1 : 1 + joints], lag.cumsum(axis=1), bias
 
 
 def ticks_of(robot: Robot, step: float) -> int:
@@ -62,7 +62,7 @@ def ticks_of(robot: Robot, step: float) -> int:
 
 
 def span_of(robot: Robot) -> Span:
-    """Return what a robot's actions are multiplied by: the controller's bounds."""
+    """Return the ranges of a robot's actions: its controller's largest frequency, the largest bend of each joint."""
     control = require_controller(robot)
     bends = [group.bend_max for group in robot.joints]
     if missing := [group.name for group, bend in zip(robot.joints, bends, strict=True) if bend is None]:

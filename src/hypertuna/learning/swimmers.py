@@ -52,7 +52,7 @@ class Swimmers:
         inner = max(steps_of(tick, parts, self.robot) for parts in self._parts)
         self._controller = _core.LiveController(controller_of(self.robot))
         rng = np.random.default_rng(0)
-        self._batch = _core.Batch([self._start(rng) for _ in range(self.count)], steps=inner)
+        self._batch = _core.Batch([self._new_swimmer(rng) for _ in range(self.count)], steps=inner)
         self.action = np.tile(self.rest, (self.count, 1))
         self.goal = np.stack([self.task.goal(rng) for _ in range(self.count)])
         self.current, self.steps = np.zeros((self.count, 2)), np.zeros(self.count, dtype=int)
@@ -70,7 +70,7 @@ class Swimmers:
 
     @property
     def size(self) -> int:
-        """Numbers of an observation."""
+        """Count of the numbers of an observation."""
         return sensed(self.robot) + self.task.size
 
     def restart(self, swimmers: Iterable[int], rngs: Sequence[np.random.Generator]) -> None:
@@ -78,17 +78,17 @@ class Swimmers:
         rows = [int(k) for k in swimmers]
         for k in rows:
             rng = rngs[k]
-            self._batch.restart(k, self._start(rng))
+            self._batch.restart(k, self._new_swimmer(rng))
             self.goal[k] = self.task.goal(rng)
             speed, toward = self.task.current * rng.random(), 2 * math.pi * rng.random()
             self.current[k] = speed * math.cos(toward), speed * math.sin(toward)
             self.action[k], self.steps[k], self._drift[k], self._before[k] = self.rest, 0, 0.0, 0.0
         self._columns = self._batch.columns()
-        at = self._look(self._columns["x"], self._columns["y"])
-        self.seen = Seen(*(_put(old, new, rows) for old, new in zip(self.seen, at, strict=True)))
+        seen = self._look(self._columns["x"], self._columns["y"])
+        self.seen = Seen(*(_with_rows(old, new, rows) for old, new in zip(self.seen, seen, strict=True)))
 
     def act(self, action: Array) -> Outcome:
-        """Make a step of all swimmers."""
+        """Make a step of all swimmers; return their rewards, ends and successes."""
         if action.shape != self.action.shape:
             rule, value = f"must be {self.action.shape[1]} numbers for each swimmer", f"of shape {action.shape}"
             raise InputError(rule, key="action", value=value, fix="see hypertuna.learning.spans.knobs")
@@ -96,12 +96,12 @@ class Swimmers:
         x, y = self._columns["x"], self._columns["y"]
         self._batch.command(*(np.ascontiguousarray(part) for part in self.span.gait(self.action)))
         self._batch.advance(self.ticks, self.threads)
-        self._columns, before = self._batch.columns(), self.seen
+        self._columns, seen_before = self._batch.columns(), self.seen
         self.steps += 1
         self._drift += self.step * self.current
         self.seen = self._look(x, y)
         self.effort = self.seen.effort
-        return self.task.outcome(self.goal, self.seen, before)
+        return self.task.outcome(self.goal, self.seen, seen_before)
 
     def observe(self) -> Array:
         """Return what each swimmer observes (N, size); measured bends have the noise of the sensors, all else is true.
@@ -117,17 +117,17 @@ class Swimmers:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Which twins have left what a robot can do (N,)."""
+        """Whether each twin has left the limits of a robot, shape (N,)."""
         return np.asarray(self._columns["lost"] != 0)
 
     @cached_property
     def kind(self) -> tuple[object, ...]:
-        """What swimmers share that can go on from each other's states."""
+        """Task, number, step and robots, equal for swimmers that can go on from each other's states."""
         return self.task, self.count, self.step, [robot.document() for robot in (self.robot, *self.robots)]
 
     @property
     def moment(self) -> dict[str, Any]:
-        """All that changes, by attribute; steps change it in place."""
+        """State that steps change, in place, by the name of the attribute."""
         return {name: getattr(self, name) for name in CHANGING}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Swimmers:
@@ -136,17 +136,17 @@ class Swimmers:
         vars(other).update(copy.deepcopy(self.moment, memo))
         return other
 
-    def _start(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.LiveController, _core.Sensors, float]:
+    def _new_swimmer(self, rng: np.random.Generator) -> tuple[_core.Plant, _core.LiveController, _core.Sensors, float]:
         parts = self._parts[rng.integers(len(self._parts))]
         return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
 
     def _look(self, x: Array, y: Array) -> Seen:
-        """Look at the swimmers, which were at `x`, `y` [m] a step ago."""
+        """Return what swimmers are seen to do, from where they were a step ago, `x`, `y` [m]."""
         c, length = self._columns, self.robot.body.length
         ahead = -(np.cos(c["heading"]) * (c["x"] - x) + np.sin(c["heading"]) * (c["y"] - y))
-        drawn, self._before = c["energy"] - self._before, c["energy"].copy()
+        energy, self._before = c["energy"] - self._before, c["energy"].copy()
         position = np.stack([c["x"], c["y"]], axis=1) / length + self._drift
-        return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), drawn / (self.step * self.power))
+        return Seen(position, c["heading"] + math.pi, ahead / (length * self.step), energy / (self.step * self.power))
 
 
 def _structure(robot: Robot) -> tuple[object, ...]:
@@ -162,8 +162,8 @@ def _largest_power(robot: Robot) -> float:
     return power
 
 
-def _put(old: Array, new: Array, rows: Sequence[int]) -> Array:
-    """Return `old` with some rows of `new`."""
-    out = old.copy()
-    out[rows] = new[rows]
-    return out
+def _with_rows(old: Array, new: Array, rows: Sequence[int]) -> Array:
+    """Return a copy of `old` with some rows of `new`."""
+    mixed = old.copy()
+    mixed[rows] = new[rows]
+    return mixed

@@ -30,7 +30,7 @@ class Seen(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Result of a step."""
+    """Rewards, ends and successes of all swimmers in a step."""
 
     reward: Array  # (N,)
     done: NDArray[np.bool_]  # (N,) the task has come to its end
@@ -39,7 +39,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Task(ABC):
-    """A task."""
+    """A task: its goals, what a swimmer observes of them, and the reward of a step."""
 
     size: ClassVar[int]  # numbers of an observation that describe the task
     seconds: float = 60.0  # of an episode
@@ -55,7 +55,7 @@ class Task(ABC):
 
     @abstractmethod
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
-        """Judge a step."""
+        """Return reward, end and success of a step."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,11 @@ class Swim(Task):
         return rng.uniform(0.3, 1.5, size=1)
 
     def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer observes."""
+        """Return what each swimmer observes of its task (N, size)."""
         return goal
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
-        """Judge a step."""
+        """Return reward, end and success of a step."""
         error = np.abs(seen.speed - goal[:, 0])
         close = error < 0.1 * goal[:, 0]
         return Outcome(-error - EFFORT * seen.effort, np.zeros(len(error), dtype=bool), close)
@@ -82,7 +82,7 @@ class Swim(Task):
 
 @dataclass(frozen=True)
 class Turn(Task):
-    """Turn to a heading anywhere."""
+    """Turn to a random heading."""
 
     size: ClassVar[int] = 2
     seconds: float = 40.0
@@ -92,12 +92,12 @@ class Turn(Task):
         return rng.uniform(-np.pi, np.pi, size=1)
 
     def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer observes."""
+        """Return what each swimmer observes of its task (N, size)."""
         error = goal[:, 0] - seen.heading
         return np.stack([np.cos(error), np.sin(error)], axis=1)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
-        """Judge a step."""
+        """Return reward, end and success of a step."""
         error = np.abs(wrapped(goal[:, 0] - seen.heading))
         reward = -error / np.pi - EFFORT * seen.effort
         return Outcome(reward, np.zeros(len(error), dtype=bool), error < TURNED)
@@ -116,11 +116,11 @@ class Goto(Task):
         return distance * np.array([np.cos(bearing), np.sin(bearing)])
 
     def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer observes."""
+        """Return what each swimmer observes of its task (N, size)."""
         return _toward(goal - seen.position, seen.heading)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
-        """Judge a step."""
+        """Return reward, end and success of a step."""
         distance = np.linalg.norm(goal - seen.position, axis=1)
         nearer = np.linalg.norm(goal - before.position, axis=1) - distance
         reached = distance < CAPTURED
@@ -140,11 +140,11 @@ class Station(Task):
         return np.zeros(2)
 
     def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
-        """Return what each swimmer observes."""
+        """Return what each swimmer observes of its task (N, size)."""
         return np.concatenate([_toward(goal - seen.position, seen.heading), _turned(current, seen.heading)], axis=1)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
-        """Judge a step."""
+        """Return reward, end and success of a step."""
         distance = np.linalg.norm(goal - seen.position, axis=1)
         reward = 1 / (1 + distance**2) - EFFORT * seen.effort
         return Outcome(reward, np.zeros(len(distance), dtype=bool), distance < 1)
@@ -159,13 +159,13 @@ def wrapped(angle: Array) -> Array:
 
 
 def _turned(vector: Array, heading: Array) -> Array:
-    """Components ahead and to the left of vectors over ground (N, 2)."""
+    """Return the components ahead and to the left of vectors over ground (N, 2)."""
     cosine, sine = np.cos(heading), np.sin(heading)
     x, y = vector.T
     return np.stack([cosine * x + sine * y, cosine * y - sine * x], axis=1)
 
 
 def _toward(vector: Array, heading: Array) -> Array:
-    """Cosine and sine of the bearing from ahead, and the distance in 4 BL (N, 3)."""
+    """Return cosine and sine of the bearing from ahead, and the distance in 4 BL, shape (N, 3)."""
     distance = np.linalg.norm(vector, axis=1, keepdims=True)
     return np.concatenate([_turned(vector, heading) / np.maximum(distance, 1e-9), distance / 4], axis=1)

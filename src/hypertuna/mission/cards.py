@@ -20,41 +20,41 @@ tables.of(MissionRecord)(record_columns)
 
 @cards.of(Flight)
 def flight_card(flight: Flight) -> Card:
-    """Show the track of a flight from above, its numbers, and how it ended."""
-    one, mission = outcome(flight), flight.record.mission
-    summary = one.summary()
-    if one.duration:
+    """Return the card of a flight: its track from above, its numbers, and how it ended."""
+    end, mission = outcome(flight), flight.record.mission
+    summary = end.summary()
+    if end.duration:
         summary["mean_speed_m_s"] = quantity("mean_speed", flight.record.mean_speed, "m/s", "over ground")
-    parts: list[Part] = [Facts({key: one_of for key, one_of in summary.items() if math.isfinite(one_of.value)})]
-    parts += [(f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim") for reason, time in one.reasons.items()]
-    parts.append((ending_text(flight, one), "green" if flight.status == "done" else "yellow"))
-    if one.fence_margin_min < 0:
-        parts.append((f"It crossed the fence by {-one.fence_margin_min:.3g} m.", "yellow"))
-    for point in one.waypoints:
+    content: list[Part] = [Facts({key: item for key, item in summary.items() if math.isfinite(item.value)})]
+    content += [(f"{time:8.1f} s  {reason.replace('_', ' ')}", "dim") for reason, time in end.reasons.items()]
+    content.append((ending_text(flight, end), "green" if flight.status == "done" else "yellow"))
+    if end.fence_margin_min < 0:
+        content.append((f"It crossed the fence by {-end.fence_margin_min:.3g} m.", "yellow"))
+    for point in end.waypoints:
         if point["outcome"] == "passed":
             text = (
                 f"Waypoint {point['waypoint']} passed at a depth of {point['depth_m']:.3g} m. By the pilot's estimate "
                 f"it was {point['believed_m']:.3g} m away, with an uncertainty of {point['uncertainty_m']:.3g} m; "
                 f"in truth {point['true_m']:.3g} m."
             )
-            parts.append((text, "yellow"))
+            content.append((text, "yellow"))
     radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
-    if flight.status in ("done", "home", "adrift") and one.goal_distance > radius:
+    if flight.status in ("done", "home", "adrift") and end.goal_distance > radius:
         goal = "the last waypoint" if mission.stay else "home"
         text = (
-            f"It is {one.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
-            f"estimated position, with an uncertainty of {one.goal_uncertainty:.3g} m."
+            f"It is {end.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
+            f"estimated position, with an uncertainty of {end.goal_uncertainty:.3g} m."
         )
-        parts.append((text, "dim"))
+        content.append((text, "dim"))
     title = f"{flight.file.name}, {flight.robot.name}, seed {flight.seed}"
-    return Card(title, parts, partial(_track, flight.record, one.duration))
+    return Card(title, content, partial(_track, flight.record, end.duration))
 
 
 def ending_text(flight: Flight, one: Outcome) -> str:
-    """Describe the end of a flight, and whether the mission asks for more speed than the gaits have."""
+    """Return a sentence on the end of a flight, and on a commanded speed that is above that of the fastest gait."""
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
-    asked = max(point.speed for point in mission.waypoints)
-    command, speed = ("The mission commands", asked) if fastest < asked else ("[home] commands", mission.home_speed)
+    most = max(point.speed for point in mission.waypoints)
+    command, speed = ("The mission commands", most) if fastest < most else ("[home] commands", mission.home_speed)
     beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     beyond = beyond if fastest < max(mission.speeds) else ""
     counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")
@@ -71,7 +71,7 @@ def flight_columns(flight: Flight) -> dict[str, Array]:
 
 @cards.of(MissionFile)
 def mission_card(file: MissionFile) -> Card:
-    """Show the course of a mission."""
+    """Return the card of a mission: its course from above, its waypoints and limits."""
     mission = file.mission
     facts = {
         "robot": file.robot or "any",
@@ -98,7 +98,7 @@ def waypoint_columns(file: MissionFile) -> dict[str, list[float]]:
 
 @cards.of(MissionRecord)
 def record_card(record: MissionRecord) -> Card:
-    """Show the track of a record from above, and its numbers."""
+    """Return the card of a record: its track from above, and its numbers."""
     summary = record.summary()
     extent = {"span": Quantity(summary["end_s"].value - summary["begin_s"].value, "s", "time")}
     extent |= {"rows": Quantity(f"{summary['times'].value}", "", "times")}
@@ -108,7 +108,7 @@ def record_card(record: MissionRecord) -> Card:
 
 
 def _track(record: MissionRecord, duration: float) -> str:
-    """Draw the track from above."""
+    """Return an SVG of the track from above."""
     east, north = record.path[:, 0], record.path[:, 1]
     return track_svg(east, north, duration, "north [m] over east [m]")
 

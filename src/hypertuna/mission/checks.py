@@ -1,4 +1,4 @@
-"""What a robot cannot do of a mission: bounds that it would not keep, and claims that it could not make."""
+"""Checks of a mission against a robot: fence, radii, depths and current that the robot cannot hold or measure."""
 
 import math
 from itertools import pairwise
@@ -22,7 +22,7 @@ FIXES, FIRST_FIXES = 2.0, 60.0  # times the course, plus seconds: what a mission
 
 
 def check_fit(robot: Robot, mission: Mission) -> None:
-    """Check fence, radii and depths of a mission against what the pilot of a robot keeps, and can know."""
+    """Check fence, radii and depths of a mission against the limits of a robot's pilot and its position's error."""
     pilot = require(robot.guidance, "guidance", robot)
     places = np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2)
     room = fence_distance(mission, places)
@@ -30,74 +30,74 @@ def check_fit(robot: Robot, mission: Mission) -> None:
         rule = f"must be at least {pilot.fence_margin:g} m inside the fence (guidance.fence_margin_m of the robot)"
         fix = "move the point inside, or enlarge the fence"
         raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
-    least = error_of_fixes(robot)
+    smallest_radius = error_of_fixes(robot)
     radii = {f"waypoints[{k}].radius_m": point.radius for k, point in enumerate(mission.waypoints)}
     for key, radius in (radii | {"home.radius_m": mission.home_radius}).items():
-        if radius < least:
-            rule = f"must be at least {least:.2g} m, the uncertainty of the position right after fixes"
+        if radius < smallest_radius:
+            rule = f"must be at least {smallest_radius:.2g} m, the uncertainty of the position right after fixes"
             raise InputError(rule, key=key, value=f"{radius:g}", fix="enlarge it: no robot knows its place better")
     deepest = max((point.depth for point in mission.waypoints), default=0.0)
-    for need, why in (
+    for bound, why in (
         (DIP, "because the nose dips that far at the surface"),
         (deepest + OVERSHOOT, _overshoot(deepest)),
     ):
-        if mission.depth_max < need:
-            rule, fix = f"must be at least {need:g} m, {why}", "allow more depth, or move the waypoints up"
+        if mission.depth_max < bound:
+            rule, fix = f"must be at least {bound:g} m, {why}", "allow more depth, or move the waypoints up"
             raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)
-    if mission.depth_max > (most := deepest_limit(robot)):
-        rule, fix = f"must be at most {most:g} m, the limit of the robot's hull or depth sensor", "reduce the limit"
+    if mission.depth_max > (limit := deepest_limit(robot)):
+        rule, fix = f"must be at most {limit:g} m, the limit of the robot's hull or depth sensor", "reduce the limit"
         raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)
 
 
 def doubts(robot: Robot, mission: Mission) -> list[str]:
-    """List what is known before the start to slow a mission down, or to end it before all waypoints are reached."""
+    """Return warnings, before the start, that a mission will be slow or will end before all waypoints are reached."""
     pilot, fastest = require(robot.guidance, "guidance", robot), gait_table(robot).speed[-1]
-    least, asked, found = course_time(mission, fastest), max(mission.speeds), []
-    if asked > fastest:
-        found.append(f"the mission commands {asked:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s")
+    course, top_speed, warnings = course_time(mission, fastest), max(mission.speeds), []
+    if top_speed > fastest:
+        warnings.append(f"the mission commands {top_speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s")
     if fastest < SPEED_MIN:
-        found.append(
+        warnings.append(
             f"the fastest gait reaches {fastest:.3g} m/s: below {SPEED_MIN:g} m/s the pilot cannot tell whether "
             "a current sweeps the robot away"
         )
-    if 0 < mission.duration < FIXES * least + FIRST_FIXES:
-        found.append(
-            f"the course takes {least:.0f} s, and waits for fixes often double that; limits.duration_s is "
+    if 0 < mission.duration < FIXES * course + FIRST_FIXES:
+        warnings.append(
+            f"the course takes {course:.0f} s, and waits for fixes often double that; limits.duration_s is "
             f"{mission.duration:g} s, so the pilot may turn home before the last waypoint"
         )
     reserve = 1 - mission.battery + mission.reserve
     if reserve >= 1:
-        found.append("the battery starts at its reserve, limits.battery: the pilot turns home at once")
-    elif (lasts := range_of(robot, power=pilot.power, speed=fastest, reserve=reserve).endurance) < least:
-        found.append(f"the course takes {least:.0f} s, but the charge above the reserve lasts {lasts:.0f} s")
-    return found
+        warnings.append("the battery starts at its reserve, limits.battery: the pilot turns home at once")
+    elif (battery_time := range_of(robot, power=pilot.power, speed=fastest, reserve=reserve).endurance) < course:
+        warnings.append(f"the course takes {course:.0f} s, but the charge above the reserve lasts {battery_time:.0f} s")
+    return warnings
 
 
 def course_time(mission: Mission, fastest: float) -> float:
     """Return the time [s] that the course takes at its speeds, at most `fastest` [m/s], through its current."""
     total = 0.0
     depths = [*(point.depth for point in mission.waypoints), *[0.0] * (not mission.stay)]
-    for (begin, end), asked, depth in zip(pairwise(mission.course), mission.speeds, depths, strict=True):
-        way, speed = math.dist(begin, end), min(asked, fastest)
-        if way == 0:
+    for (begin, end), commanded, depth in zip(pairwise(mission.course), mission.speeds, depths, strict=True):
+        distance, speed = math.dist(begin, end), min(commanded, fastest)
+        if distance == 0:
             continue
-        east, north = (end[0] - begin[0]) / way, (end[1] - begin[1]) / way
+        east, north = (end[0] - begin[0]) / distance, (end[1] - begin[1]) / distance
         current = _current_at(mission, depth)
         across = current[0] * north - current[1] * east
         ahead = math.sqrt(max(speed**2 - across**2, 0.0)) + current[0] * east + current[1] * north
-        total += way / max(ahead, WAY_MIN)
+        total += distance / max(ahead, WAY_MIN)
     return total
 
 
 def _current_at(mission: Mission, depth: float) -> tuple[float, float]:
     """Return the current toward east and north [m/s] at a depth [m]."""
-    part = min(depth / mission.bottom, 1.0)
+    fraction = min(depth / mission.bottom, 1.0)
     (east, north), (deep_east, deep_north) = mission.current, mission.current_bottom
-    return east + part * (deep_east - east), north + part * (deep_north - north)
+    return east + fraction * (deep_east - east), north + fraction * (deep_north - north)
 
 
 def deepest_limit(robot: Robot) -> float:
-    """Return the largest limit of depth [m] that a robot accepts: of its hull and of its depth sensor."""
+    """Return the largest depth limit [m] that a robot accepts, by its hull and by the range of its depth sensor."""
     firmware = robot.firmware
     return min(sensor_range(robot, "depth")[1], math.inf if firmware is None else firmware.depth_max)
 
@@ -113,8 +113,8 @@ def check_current(robot: Robot, mission: Mission, added: float = 0.0) -> None:
     """
     require_at_sea(robot, *PILOTED)
     fastest = gait_table(robot).speed[-1]
-    deep = _current_at(mission, max((point.depth for point in mission.waypoints), default=0.0))
-    strongest = max(math.hypot(*mission.current), math.hypot(*deep)) + added
+    at_depth = _current_at(mission, max((point.depth for point in mission.waypoints), default=0.0))
+    strongest = max(math.hypot(*mission.current), math.hypot(*at_depth)) + added
     if strongest > fastest - WAY_MIN:
         rule = f"must be at most {fastest - WAY_MIN:.3g} m/s for a robot that swims at {fastest:.3g} m/s"
         fix = "wait for less current" if not added else "wait for less current, or reduce scatter.current_m_s"

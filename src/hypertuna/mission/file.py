@@ -85,7 +85,7 @@ def read_mission(path: str | Path) -> MissionFile:
 
 
 def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:
-    """Check the document of a mission."""
+    """Return the mission of a document of tables, after its checks."""
     try:
         checked = Document.model_validate(document)
         mission = _mission(checked)
@@ -111,7 +111,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
 
 
 def randomized(given: MissionFile, seed: int) -> Mission:
-    """Return the mission with the water and the satellites of a seed."""
+    """Return the mission with the current and the GPS gaps of a seed drawn from its scatter."""
     NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
     mission, scatter = given.mission, given.scatter
     if seed == 0:
@@ -137,12 +137,12 @@ def toward(speed: float, direction: float) -> tuple[float, float]:
 
 
 def scatter_seed(file: MissionFile) -> int:
-    """Return what a mission file adds to the seed."""
+    """Return the number from a mission's hash that is added to the seed of its random draws."""
     return int(file.hash[:8], 16)
 
 
 def scatter_span(mission: Mission) -> float:
-    """Return the time [s] within which gaps begin."""
+    """Return the time [s] from the start within which drawn GPS gaps begin."""
     return mission.duration or SPAN
 
 
@@ -153,18 +153,18 @@ def reference() -> str:
 
 
 def _facts(mission: Mission) -> dict[str, Any]:
-    """Return all that can change a result; later keys where they are set, so that old files keep their hash."""
+    """Return a mission's values for its hash; later keys only where set, so that old files keep their hash."""
     facts = asdict(mission)
     facts["waypoints"] = [point if point.hold else point[:-1] for point in mission.waypoints]
-    usual = {field.name: field.default for field in fields(mission)}
-    return {name: value for name, value in facts.items() if name not in LATER or value != usual[name]}
+    defaults = {field.name: field.default for field in fields(mission)}
+    return {name: value for name, value in facts.items() if name not in LATER or value != defaults[name]}
 
 
 # --- how it is checked
 
 
 def _check_mission(mission: Mission) -> None:
-    """Check that places are near, start, home and waypoints inside the fence, and the legs between them, too."""
+    """Check that places are near the origin, and start, home, waypoints and legs between them inside the fence."""
     places = {"start": mission.start, "home": mission.home}
     places |= {f"waypoints[{i}]": (point.x, point.y) for i, point in enumerate(mission.waypoints)}
     corners = {f"limits.fence_m[{i}]": corner for i, corner in enumerate(mission.fence)}
@@ -187,11 +187,11 @@ def _check_mission(mission: Mission) -> None:
 
 
 def _mission(document: Document) -> Mission:
-    """Resolve places and directions."""
+    """Return the mission of a checked document, its places in m from the origin and its directions as velocities."""
     start, home, water, limits = document.start, document.home, document.water, document.limits
     begin = _place(document, "start", start)
     nowhere = {home.x, home.y, home.latitude, home.longitude} == {None}
-    ground = water.current if water.current_bottom is None else water.current_bottom
+    ground_current = water.current if water.current_bottom is None else water.current_bottom
     direction = water.toward if water.toward_bottom is None else water.toward_bottom
     weather, gps = document.weather, document.gps
     declination = (document.origin and document.origin.declination) or 0.0
@@ -217,7 +217,7 @@ def _mission(document: Document) -> Mission:
         declination=declination,
         bottom=water.bottom,
         current=toward(water.current, water.toward),
-        current_bottom=toward(ground, direction),
+        current_bottom=toward(ground_current, direction),
         gaps=gps.gaps,
         air_pressure=weather.air_pressure,
         dip=weather.dip,
@@ -235,25 +235,25 @@ def _mission(document: Document) -> Mission:
 
 
 def _place(document: Document, key: str, place: Place) -> tuple[float, float]:
-    """Return east and north of the origin of a place, which is given one way."""
+    """Return a place, given in m or in degrees, as east and north of the origin [m]; refuse both or neither."""
     local = [value for value in (place.x, place.y) if value is not None]
-    earth = [value for value in (place.latitude, place.longitude) if value is not None]
-    if local and earth:
+    degrees = [value for value in (place.latitude, place.longitude) if value is not None]
+    if local and degrees:
         fix = "remove one of the two pairs"
         raise InputError("must be x_m and y_m, or latitude_deg and longitude_deg, not both", key=key, fix=fix)
-    if len(local or earth) != 2:
+    if len(local or degrees) != 2:
         fix = "give both in m, or latitude_deg and longitude_deg with the table [origin]"
         raise InputError("must have x_m and y_m", key=key, fix=fix)
-    if earth:
+    if degrees:
         if document.origin is None:
             fix = "add the table [origin] with latitude_deg and longitude_deg, or give x_m and y_m"
             raise InputError("needs the table [origin]", key=f"{key}.latitude_deg", fix=fix)
-        local = to_local((document.origin.latitude, document.origin.longitude), *earth).tolist()
+        local = to_local((document.origin.latitude, document.origin.longitude), *degrees).tolist()
     return local[0], local[1]
 
 
 def _joined(pairs: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Join gaps that meet."""
+    """Return gaps [s] in order of time, with those that touch or overlap joined."""
     joined: list[tuple[float, float]] = []
     for begin, end in pairs:
         if joined and begin <= joined[-1][1]:

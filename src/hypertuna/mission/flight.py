@@ -64,7 +64,7 @@ OUTCOME = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """Summary of a flight."""
+    """Numbers and end of a flight: waypoints, times, distances, energy."""
 
     seed: int
     status: str
@@ -147,13 +147,13 @@ def fly(
     with Journal(checkpoint, journal_header("mission", robot, options)) as journal:
         writer = None if log is None else LogWriter(log)
         try:
-            for made, part in fly_parts(start, None if checkpoint is None else _from_journal(start, journal)):
+            for ticks_done, part in fly_parts(start, None if checkpoint is None else _from_journal(start, journal)):
                 run = joined_parts(start, [part])
-                records.append(_record(file, run, made * start.tick, records, facts))
+                records.append(_record(file, run, ticks_done * start.tick, records, facts))
                 if writer is not None:
                     writer.write(records[-1])
                 if report is not None:
-                    report(min(round((made + int(part["ticks"][0])) * start.tick), total - 1), total)
+                    report(min(round((ticks_done + int(part["ticks"][0])) * start.tick), total - 1), total)
             status = run.status
             if report is not None:
                 report(total, total)
@@ -168,7 +168,7 @@ def outcome(flight: Flight) -> Outcome:
     record, mission = flight.record, flight.record.mission
     results = waypoint_results(record)
     reached, passed, skipped = (
-        sum(one["outcome"] == name for one in results) for name in ("reached", "passed", "skipped")
+        sum(waypoint["outcome"] == name for waypoint in results) for name in ("reached", "passed", "skipped")
     )
     place = record.position[:, :2]
     goal = mission.course[-1]
@@ -193,14 +193,14 @@ def outcome(flight: Flight) -> Outcome:
 
 
 def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, bytes | None], tuple[Part, bytes]]:
-    """Return how a part is flown, or taken from the journal."""
+    """Return the function that flies a part of a mission, or takes its record from the journal."""
 
-    def fly(made: int, ticks: int, state: bytes | None) -> tuple[Part, bytes]:
+    def fly(ticks_done: int, ticks: int, state: bytes | None) -> tuple[Part, bytes]:
         def work() -> dict[str, Any]:
             part, after = fly_part(start, ticks, state)
             return {"record": part, "state": base64.b64encode(after).decode()}
 
-        answer = journal.answer(made, work)
+        answer = journal.answer(ticks_done, work)
         part = {name: np.asarray(values, float) for name, values in answer["record"].items()}
         return part, base64.b64decode(answer["state"])
 
@@ -210,7 +210,7 @@ def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, 
 def _record(
     file: MissionFile, run: MissionRun, begin: float, before: Sequence[MissionRecord], facts: Mapping[str, str]
 ) -> MissionRecord:
-    """Make a record of a part of a run; energy is what the battery gave, its voltage integrated over the charge."""
+    """Return the record of a part of a run; its energy [J] is the battery's voltage integrated over the charge."""
     start = run.start
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
     data["angle"] = data["angle"][:, : len(start.robot.joints)]  # a passive hinge follows them
@@ -245,13 +245,13 @@ def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
     """
     outcomes = list(_outcomes(record))
     ahead = len(record.mission.waypoints) - len(outcomes)
-    nothing = dict.fromkeys(("time_s", "believed_m", "true_m", "uncertainty_m", "depth_m"))
-    rows = [_result(record, k, *one) for k, one in enumerate(outcomes)] + [{"outcome": "ahead"} | nothing] * ahead
+    empty = dict.fromkeys(("time_s", "believed_m", "true_m", "uncertainty_m", "depth_m"))
+    rows = [_result(record, k, *result) for k, result in enumerate(outcomes)] + [{"outcome": "ahead"} | empty] * ahead
     return [{"waypoint": number} | row for number, row in enumerate(rows, 1)]
 
 
 def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
-    """Yield outcome and row of every waypoint that the robot left behind, in order."""
+    """Yield for every waypoint behind the robot, in order, its outcome and the row of the record at its end."""
     legs, reached, passed = (record.data[name].astype(int) for name in ("leg", "reached", "passed"))
     for k in np.flatnonzero(np.diff(legs)) + 1:
         counts = {"reached": reached[k] - reached[k - 1], "passed": passed[k] - passed[k - 1]}
@@ -261,7 +261,7 @@ def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
 
 
 def _result(record: MissionRecord, k: int, outcome: str, row: int) -> dict[str, Any]:
-    """Return the row of one waypoint."""
+    """Return the result of waypoint k: its outcome, and time, distances and depth at a row of the record."""
     place = record.mission.waypoints[k][:2]
     believed = record.data["position_estimated"][row] - place
     true = record.position[row, :2] - place if record.true else None

@@ -21,19 +21,19 @@ FLAGS = ("reason_names", "fault_names")  # of /mode, as lists
 def layout(record: MissionRecord) -> dict[str, Any]:
     """Return the layout as Foxglove imports it; every path that it names is in the log of the record."""
     topics = fields(record.data, record.joints, record.circuits)
-    keys = {topic: [row.key for row in rows] for topic, rows in topics.items()}
-    keys["/motion"] += DERIVED
+    topic_keys = {topic: [row.key for row in rows] for topic, rows in topics.items()}
+    topic_keys["/motion"] += DERIVED
     modes = {"mode": STATES[0], "state": STATES[1], "reasons": FLAGS[0], "faults": FLAGS[1]}
-    named = [name for key, name in modes.items() if key in keys.get("/mode", ())]
+    named = [name for key, name in modes.items() if key in topic_keys.get("/mode", ())]
     panels: dict[str, Any] = {"3D!space": {"followMode": "follow-position", "followTf": _frame(record)}}
     if record.origin is not None:
         panels["map!place"] = {"followTopic": "/location", "zoomLevel": 17}
     for title, wanted in PLOTS.items():
         paths = [
             _path(topic, key)
-            for topic, begins in wanted.items()
-            for key in keys.get(topic, ())
-            if key.startswith(begins)
+            for topic, prefixes in wanted.items()
+            for key in topic_keys.get(topic, ())
+            if key.startswith(prefixes)
         ]
         if paths:
             panels[f"Plot!{title.split()[0].lower()}"] = {"title": title, "paths": paths, "isSynced": True}
@@ -55,12 +55,12 @@ def _frame(record: MissionRecord) -> str:
 
 
 def _path(topic: str, key: str) -> dict[str, Any]:
-    """Return a path to a number of a topic."""
+    """Return the settings of a plotted line: the path to a topic's number in Foxglove's syntax."""
     return {"value": f"{topic}.{key}", "label": key, "enabled": True, "timestampMethod": "receiveTime"}
 
 
 def _tiled(panels: list[str], direction: str) -> Any:
-    """Return panels as nested halves."""
+    """Return the tiling of panels in Foxglove's layout: halves in halves, alternately beside and below each other."""
     if len(panels) == 1:
         return panels[0]
     half, other = len(panels) // 2, "column" if direction == "row" else "row"

@@ -50,7 +50,7 @@ def check_origin(origin: tuple[float, float] | None, file: str | None = None) ->
 
 
 def parse_xml(content: bytes) -> Element:
-    """Parse XML of strangers: without a document type, so that no entity grows."""
+    """Return the root of an XML text, parsed without document types, whose entities could fill the memory."""
     try:
         return ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
     except InputError:
@@ -68,7 +68,7 @@ class _Plain(ElementTree.TreeBuilder):
 
 
 def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
-    """Add a point: latitude and longitude to a centimeter, elevation to a millimeter."""
+    """Add a point at a place [rad] and height [m] to a parent; return its node, rounded to 1 cm and 1 mm."""
     latitude, longitude = np.degrees(place)
     node = SubElement(parent, tag, {"lat": f"{latitude:.8f}", "lon": f"{longitude:.8f}"})
     SubElement(node, "ele").text = f"{round(height, 3) + 0.0:.3f}"  # no -0.000
@@ -76,19 +76,19 @@ def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
 
 
 def _track(root: Element, name: str, record: MissionRecord, position: Array) -> None:
-    """Add a track of positions (T, 3), one point a second."""
+    """Add a track of positions (T, 3) [m] to the root of a GPX file, one point a second."""
     assert record.origin is not None  # checked
     track = SubElement(root, "trk")
     SubElement(track, "name").text = _clean(name)
     segment = SubElement(track, "trkseg")
-    at = record.every(1.0)
-    places = from_local(record.origin, position[at, :2])
-    for place, height, second in zip(places, position[at, 2], record.time[at], strict=True):
+    rows = record.every(1.0)
+    places = from_local(record.origin, position[rows, :2])
+    for place, height, second in zip(places, position[rows, 2], record.time[rows], strict=True):
         stamp = (BEGINNING + timedelta(milliseconds=round(1e3 * float(second)))).isoformat(timespec="milliseconds")
         node = _point(segment, "trkpt", place, float(height))
         SubElement(node, "time").text = stamp.replace("+00:00", "Z")
 
 
 def _clean(text: str) -> str:
-    """Remove characters that XML 1.0 excludes."""
+    """Return a text without the characters that XML 1.0 excludes."""
     return "".join(c for c in text if c in "\t\n\r" or "\x20" <= c <= "\ud7ff" or "\ue000" <= c <= "\ufffd")

@@ -24,19 +24,19 @@ def robot_image(robot: Robot, added: Mapping[str, Any] | None = None, facts: Map
     Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints. Columns may be added,
     and facts to the text.
     """
-    ready = list(_ready(robot))
+    flyable = list(_ready(robot))
     columns = dict(added or {})
-    if ready:
+    if flyable:
         columns |= {f"sensors.{name}": values for name, values in pilot_sensor_columns(robot).items()}
-        columns |= {f"pilot.{name}": values for name, values in pilot_columns(robot, ready[0][1].table).items()}
-    for k, one in enumerate(ready):
-        columns |= {f"missions.{k}.{name}": values for name, values in _columns(*one).items()}
-    text = {"missions": [_mission(*one) for one in ready], "pilot": _pilot(robot) if ready else None}
+        columns |= {f"pilot.{name}": values for name, values in pilot_columns(robot, flyable[0][1].table).items()}
+    for k, mission in enumerate(flyable):
+        columns |= {f"missions.{k}.{name}": values for name, values in _columns(*mission).items()}
+    text = {"missions": [_mission(*mission) for mission in flyable], "pilot": _pilot(robot) if flyable else None}
     return twin_image(robot, columns, text | dict(facts or {}))
 
 
 def _ready(robot: Robot) -> Iterator[Ready]:
-    """Yield the missions that come with hypertuna, as far as a robot can fly them."""
+    """Yield file and start of each mission that comes with hypertuna and that a robot can fly."""
     if robot.guidance is None:
         return
     for name in missions():
@@ -46,7 +46,7 @@ def _ready(robot: Robot) -> Iterator[Ready]:
 
 
 def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
-    """Return a mission by the names of `read_mission` in hosts/host.cpp."""
+    """Return the columns of numbers of a mission, by the names that `read_mission` in hosts/host.cpp reads."""
     mission, scatter = file.mission, file.scatter
     return (
         mission_columns(mission)
@@ -65,7 +65,7 @@ def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
 
 
 def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
-    """Return what is shown of a mission [SI]; its duration is that after which it is given up."""
+    """Return the texts and numbers [SI] by which hosts show a mission; its duration is that at which it is given up."""
     mission = file.mission
     facts = {"name": file.name, "text": file.description, "origin": file.origin, "duration": start.duration}
     rows = {"waypoints": [list(point) for point in mission.waypoints], "gaps": mission.gaps}
@@ -73,7 +73,7 @@ def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
 
 
 def _pilot(robot: Robot) -> dict[str, Any]:
-    """Return the names that a flight's numbers stand for, and the sensors and fins that can fail."""
+    """Return the names of modes, reasons and endings, by number, and those of the sensors and fins that can fail."""
     lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": list(ENDINGS.items())[1:]}
     named = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
     return named | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}

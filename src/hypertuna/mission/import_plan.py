@@ -64,11 +64,11 @@ def read_plan(path: str | Path, *, depth: float | None = None) -> Plan:
 
 def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: float | None = None) -> dict[str, Any]:
     """Return a plan as the document of a mission file; the robot's speed and radius where the plan has none."""
-    usual = speed or (SPEED if robot is None else usual_speed(robot))
+    default_speed = speed or (SPEED if robot is None else usual_speed(robot))
     radius = RADIUS if robot is None else usual_radius(robot)
     origin = plan.home or plan.stops[0].place
     if any(stop.speed is None for stop in plan.stops) and speed is None:
-        plan.note(f"the plan has no speed: {usual:g} m/s is assumed{' for the robot' * (robot is not None)}")
+        plan.note(f"the plan has no speed: {default_speed:g} m/s is assumed{' for the robot' * (robot is not None)}")
     limit = math.ceil(10 * max(1.0, max(stop.depth for stop in plan.stops) + BELOW)) / 10
     document: dict[str, Any] = {"format": 1, "name": name}
     document |= {} if robot is None else {"robot": spelled(robot)}
@@ -76,7 +76,7 @@ def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: floa
     document["start"] = {"x_m": 0.0, "y_m": 0.0, "heading_deg": _heading(origin, plan.stops)}
     document["waypoints"] = [
         _degrees(stop.place)
-        | {"depth_m": stop.depth, "speed_m_s": speed or stop.speed or usual, "radius_m": stop.radius or radius}
+        | {"depth_m": stop.depth, "speed_m_s": speed or stop.speed or default_speed, "radius_m": stop.radius or radius}
         | ({"hold_s": stop.hold} if stop.hold else {})
         for stop in plan.stops
     ]
@@ -91,7 +91,7 @@ def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: floa
 
 
 def plan_text(document: dict[str, Any], plan: Plan, source: str) -> str:
-    """Return the text of a mission file, with what it does not keep of the plan."""
+    """Return the text of a mission file, with comments that list the parts of the plan which it does not keep."""
     notes = [f"# Not kept: {escaped(note)}" for note in plan.notes]
     return "\n".join(
         [f"# Imported from {escaped(Path(source).name)}.", *notes, commented(document, Document, hints={})]
@@ -99,7 +99,7 @@ def plan_text(document: dict[str, Any], plan: Plan, source: str) -> str:
 
 
 def check_plan(document: dict[str, Any], plan: Plan, file: str, robot: Robot | None = None) -> MissionFile:
-    """Check the document of a plan, for a robot if one is given; errors name the plan and its items."""
+    """Return the mission of a plan's document after its checks, for a robot if given; errors name the plan's items."""
     try:
         mission = parse_mission(document)
         if robot is not None:
@@ -115,7 +115,7 @@ def check_plan(document: dict[str, Any], plan: Plan, file: str, robot: Robot | N
 
 
 def _degrees(place: Place) -> dict[str, float]:
-    """Return a place as keys of a mission file, to 0.1 mm."""
+    """Return a place [deg] as latitude and longitude keys of a mission file, rounded to 0.1 mm."""
     return {"latitude_deg": round(place[0], 9), "longitude_deg": round(place[1], 9)}
 
 
@@ -133,7 +133,7 @@ def _heading(origin: Place, stops: list[Stop]) -> float:
 
 
 def read_xml(content: bytes, depth: float | None) -> Plan:
-    """Read GPX or KML, by its root."""
+    """Read a plan from GPX or KML, told by the root's tag; `depth` [m] replaces all altitudes."""
     root = parse_xml(content)
     name, plan = root.tag.rpartition("}")[2], Plan()
     if name not in ("gpx", "kml"):
@@ -147,22 +147,22 @@ def read_xml(content: bytes, depth: float | None) -> Plan:
 
 
 def _gpx(root: Element, plan: Plan) -> Iterator[Node]:
-    """Yield the points of the route, else all waypoints, else those of the track."""
+    """Yield name, latitude, longitude and altitude of a GPX file's points: of its route, else waypoints, else track."""
     found = {kind: root.findall(f"{{*}}{kind}") for kind in KINDS}
-    taken = next((kind for kind, nodes in found.items() if nodes), "")
-    if taken != "wpt" and len(found.get(taken, [])) > 1:
-        many, fix = len(found[taken]), "keep one, and export the file again"
-        raise InputError("must have one route or track", value=f"{many} {KINDS[taken]}", fix=fix)
+    chosen = next((kind for kind, nodes in found.items() if nodes), "")
+    if chosen != "wpt" and len(found.get(chosen, [])) > 1:
+        count, fix = len(found[chosen]), "keep one, and export the file again"
+        raise InputError("must have one route or track", value=f"{count} {KINDS[chosen]}", fix=fix)
     for kind, nodes in found.items():
-        if nodes and kind != taken:
-            plan.note(f"{len(nodes)} {KINDS[kind]} beside the {KINDS[taken]} are not kept")
+        if nodes and kind != chosen:
+            plan.note(f"{len(nodes)} {KINDS[kind]} beside the {KINDS[chosen]} are not kept")
     points = {"rte": "{*}rte/{*}rtept", "wpt": "{*}wpt", "trk": "{*}trk/{*}trkseg/{*}trkpt"}
-    for k, node in enumerate(root.iterfind(points[taken]) if taken else (), 1):
+    for k, node in enumerate(root.iterfind(points[chosen]) if chosen else (), 1):
         yield f"point {k}", node.get("lat"), node.get("lon"), node.findtext("{*}ele")
 
 
 def _kml(root: Element, plan: Plan) -> Iterator[Node]:
-    """Yield the points of the line, else all single points."""
+    """Yield name, latitude, longitude and altitude of a KML file's points: of its line, else all single points."""
     lines, points = list(root.iterfind(".//{*}LineString")), list(root.iterfind(".//{*}Point"))
     if len(lines) > 1:
         raise InputError("must have one LineString", value=f"{len(lines)} of them", fix="keep one line in the file")
@@ -182,13 +182,13 @@ def _kml(root: Element, plan: Plan) -> Iterator[Node]:
             if not 3 <= len(cells) <= 4:
                 fix = "write them without spaces, points separated by spaces"
                 raise InputError("must be LON,LAT or LON,LAT,ALT", key=f"point {number}", value=shown(text), fix=fix)
-            high = cells[2] if len(cells) == 4 else ""
-            if high and mode not in ALTITUDES and _number(high) != 0:
+            altitude = cells[2] if len(cells) == 4 else ""
+            if altitude and mode not in ALTITUDES and _number(altitude) != 0:
                 plan.note(f"altitudes are not kept, as altitudeMode {mode} ignores them", f"point {number}")
-            yield f"point {number}", cells[1], cells[0], high if high and mode in ALTITUDES else None
+            yield f"point {number}", cells[1], cells[0], altitude if altitude and mode in ALTITUDES else None
 
 
 def _number(text: str | None) -> float | str | None:
-    """Read a number; what is none stays text, for the error."""
+    """Return the number that a text holds; any other text unchanged, for the error to show."""
     value = None if text is None else parse_float(text)
     return text if value is None or value != value else value

@@ -55,25 +55,25 @@ class LogWriter(McapWriter):
 
 def write_log(record: MissionRecord, path: str | Path, report: Callable[[int, int], None] | None = None) -> Path:
     """Write a record as a log, whole or not at all."""
-    whole = io.BytesIO()
-    with LogWriter(whole) as writer:
+    buffer = io.BytesIO()
+    with LogWriter(buffer) as writer:
         for begin in range(0, len(record.time), ROWS):
             writer.write(record.part(slice(begin, begin + ROWS)))
             if report is not None:
                 report(min(begin + ROWS, len(record.time)), len(record.time))
-    return write_atomically(path, whole.getvalue())
+    return write_atomically(path, buffer.getvalue())
 
 
 def _head(record: MissionRecord) -> str:
-    """Return all of a record but its numbers as JSON, and the names of its columns."""
-    names = {one.name for one in dataclasses.fields(record)} - {"time", "data", "facts", "mission"}
+    """Return the header of a log as JSON: the fields of a record but its numbers, and the names of its columns."""
+    names = {field.name for field in dataclasses.fields(record)} - {"time", "data", "facts", "mission"}
     facts = {name: getattr(record, name) for name in sorted(names)}
     facts |= {"mission": dataclasses.asdict(record.mission), "columns": sorted(record.data)}
     return json.dumps(facts, allow_nan=False)
 
 
 def _transforms(record: MissionRecord, stamps: Sequence[int]) -> list[list[Any]]:
-    """Return the true and the estimated poses, with forward-left-up axes."""
+    """Return for each time the transforms of the true and the estimated pose, with forward-left-up axes."""
     from foxglove.messages import FrameTransform, Quaternion, Timestamp, Vector3
 
     data, poses = record.data, {}
@@ -100,7 +100,7 @@ def _transforms(record: MissionRecord, stamps: Sequence[int]) -> list[list[Any]]
 
 
 def _locations(record: MissionRecord, stamps: Sequence[int]) -> list[Any]:
-    """Return the places on the Earth, for maps."""
+    """Return a message per time with latitude and longitude [deg] and altitude [m], for maps."""
     from foxglove.messages import Color, LocationFix, Timestamp
 
     assert record.origin is not None
@@ -119,21 +119,21 @@ def _locations(record: MissionRecord, stamps: Sequence[int]) -> list[Any]:
 
 
 def _messages(topic: str, rows: Sequence[Field], record: MissionRecord) -> list[bytes]:
-    """Return the messages of a topic."""
+    """Return the messages of a topic in JSON, one per time of the record."""
     columns = {row.key: row.of(record) for row in rows}
     if topic == "/motion":
         columns |= derived(record)
     messages = [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
-    silent = [row.key for row in rows if COLUMNS[row.name].silent]
+    nullable = [row.key for row in rows if COLUMNS[row.name].silent]
     for message in messages:
         if topic == "/mode":
             _name_modes(message, record)
-        message.update((key, None) for key in silent if math.isnan(message[key]))
+        message.update((key, None) for key in nullable if math.isnan(message[key]))
     return [json.dumps(message, allow_nan=False).encode() for message in messages]
 
 
 def _name_modes(message: dict[str, Any], record: MissionRecord) -> None:
-    """Put names beside the numbers of mode and state, reasons and faults."""
+    """Add to a message, in place, the names beside its numbers of mode and state, reasons and faults."""
     for key, names in (("mode", record.modes), ("state", record.states)):
         if key in message and 0 <= message[key] < len(names):
             message[f"{key}_name"] = names[int(message[key])]

@@ -81,13 +81,13 @@ def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str,
 
 
 def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
-    """Return the fields of one quantity."""
+    """Return the fields of a quantity of the record, one for each of its parts."""
     unit, factor = BORDER[COLUMNS[name].unit]
-    tail = f"_{unit}" if unit else ""
+    suffix = f"_{unit}" if unit else ""
     if not parts:
-        return [Field(f"{name}{tail}", name, None, factor)]
+        return [Field(f"{name}{suffix}", name, None, factor)]
     texts = (re.sub(r"\W", "_", part) for part in parts)
-    return [Field(f"{name}_{text}{tail}", name, k, factor) for k, text in enumerate(texts)]
+    return [Field(f"{name}_{text}{suffix}", name, k, factor) for k, text in enumerate(texts)]
 
 
 def schema(topic: str, rows: list[Field]) -> dict[str, object]:
@@ -103,5 +103,5 @@ def schema(topic: str, rows: list[Field]) -> dict[str, object]:
 
 
 def _number(text: str, *, silent: bool = False) -> dict[str, object]:
-    """Return the schema of a number, null where a reading may be missing."""
+    """Return the JSON schema of a number, null allowed where a reading may be missing."""
     return {"type": ["number", "null"] if silent else "number", "description": text}

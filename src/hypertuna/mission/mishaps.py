@@ -1,4 +1,4 @@
-"""Faults of the twin's machine, spelled as those of sensors: servos that stand, oil that is lost, a line that holds."""
+"""Faults of the twin's machine, spelled as those of sensors: stuck servos, leaking oil, a line that holds the robot."""
 
 import math
 import re
@@ -22,7 +22,7 @@ SNAGS = {"tethered": 1.0, "held": 0.0}  # lengths [m] of the line that ties the 
 
 
 class Mishaps(NamedTuple):
-    """What fails in the machine, each from a time until another [s]."""
+    """Faults of the machine, each with the times [s] at which it begins and ends."""
 
     servos: list[tuple[int, float, float, float]]  # servo, angle [rad] or NaN, from, to
     oil: list[tuple[int, float, float]]  # circuit, from, to
@@ -30,10 +30,10 @@ class Mishaps(NamedTuple):
 
 
 def split_mishaps(robot: Robot, spelled: Sequence[str], fin_max: float) -> tuple[tuple[str, ...], Mishaps]:
-    """Part faults into those of sensors, as texts, and those of the machine."""
+    """Split faults into those of sensors, which stay texts, and those of the machine."""
     sensors: list[str] = []
     snags: list[tuple[float, float, float]] = []
-    found = Mishaps([], [], np.zeros((0, 3)))
+    mishaps = Mishaps([], [], np.zeros((0, 3)))
     for text in spelled:
         match = SPELLING.fullmatch(text.strip())
         if match is None:
@@ -44,22 +44,22 @@ def split_mishaps(robot: Robot, spelled: Sequence[str], fin_max: float) -> tuple
             snags.append((*times, SNAGS[check_name(kind, SNAGS, "fault", "kind")]))
         elif part in FINS:
             angle = FIN_KINDS[check_name(kind, FIN_KINDS, "fault", "kind")] * fin_max
-            found.servos.extend((2 * len(robot.joints) + fin, angle, *times) for fin in FINS[part])
+            mishaps.servos.extend((2 * len(robot.joints) + fin, angle, *times) for fin in FINS[part])
         elif part.startswith("servo-"):
             check_name(kind, ("stuck",), "fault", "kind")
-            found.servos.append((_circuit(robot, text, part, oil=False), math.nan, *times))
+            mishaps.servos.append((_circuit(robot, text, part, oil=False), math.nan, *times))
         else:
             check_name(kind, ("lost",), "fault", "kind")
-            found.oil.append((_circuit(robot, text, part, oil=True), *times))
-    return tuple(sensors), found._replace(snags=np.array(snags, dtype=np.float64).reshape(-1, 3))
+            mishaps.oil.append((_circuit(robot, text, part, oil=True), *times))
+    return tuple(sensors), mishaps._replace(snags=np.array(snags, dtype=np.float64).reshape(-1, 3))
 
 
 def _circuit(robot: Robot, text: str, part: str, *, oil: bool) -> int:
-    """Return the circuit that a fault names, such as ``servo-I-left``."""
+    """Return the index of the circuit that a fault names, such as ``servo-I-left``."""
     kind, _, name = part.partition("-")
-    known = {one: circuit for circuit, one in enumerate(drive_names(robot, oil=oil)) if one}
+    known = {circuit_name: circuit for circuit, circuit_name in enumerate(drive_names(robot, oil=oil)) if circuit_name}
     if name not in known:
-        fix = did_you_mean(part, [f"{kind}-{one}" for one in known])
+        fix = did_you_mean(part, [f"{kind}-{circuit_name}" for circuit_name in known])
         rule = f"must name {'a circuit with oil' if oil else 'a servo'}"
         raise InputError(rule, key="fault", value=shown(text), fix=fix)
     return known[name]

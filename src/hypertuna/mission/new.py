@@ -27,7 +27,7 @@ HINTS = {
 
 
 def spelled(robot: Robot) -> str:
-    """Return how a mission file names a robot: by its name if it comes with hypertuna, by its path otherwise."""
+    """Return the robot's name for a mission file: its own if the robot comes with hypertuna, its path otherwise."""
     return robot.name if robot.file == f"robots/{robot.name}.toml" and robot.name in robots() else robot.file
 
 

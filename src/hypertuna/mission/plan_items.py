@@ -33,7 +33,7 @@ class Item:
         return f"item {self.number}"
 
     def number_of(self, k: int, what: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """Return parameter `k`, from 1; 0 where it has no number."""
+        """Return parameter `k` of the item, counted from 1 and checked for its range; 0 where the file has none."""
         value = self.params[k - 1]
         return 0.0 if value is None or value != value else checked_number(value, self.name, what, low, high)
 
@@ -56,16 +56,16 @@ def read_qgroundcontrol(content: bytes, depth: float | None) -> Plan:
         plan.home = checked_place(home[0], home[1], "plannedHomePosition")
     if isinstance(rally := document.get("rallyPoints"), dict) and rally.get("points"):
         plan.note("rally points are not kept: the robot returns to [home]")
-    cruise = mission.get("cruiseSpeed")
-    usable = isinstance(cruise, int | float) and 0 < cruise <= MAX_SPEED
-    if cruise is not None and not usable:
-        plan.note(f"cruiseSpeed {shown(cruise)} is not kept: a mission swims at most {MAX_SPEED:g} m/s")
-    _follow(plan, _simple_items(items), depth, float(cruise) if usable else None)
+    cruise_speed = mission.get("cruiseSpeed")
+    usable = isinstance(cruise_speed, int | float) and 0 < cruise_speed <= MAX_SPEED
+    if cruise_speed is not None and not usable:
+        plan.note(f"cruiseSpeed {shown(cruise_speed)} is not kept: a mission swims at most {MAX_SPEED:g} m/s")
+    _follow(plan, _simple_items(items), depth, float(cruise_speed) if usable else None)
     return plan
 
 
 def _simple_items(items: list[Any]) -> Iterator[Item]:
-    """Yield the items of a .plan file; complex ones, as surveys, are refused."""
+    """Yield the items of a .plan file; refuse complex ones, such as surveys."""
     for number, item in enumerate(items, 1):
         if not isinstance(item, dict):
             raise InputError("must be an object", key=f"item {number}", value=shown(item), fix="export the plan again")
@@ -97,7 +97,7 @@ def read_waypoints(content: bytes, depth: float | None) -> Plan:
 
 
 def _item_of(number: int, cells: list[str]) -> Item:
-    """Read a line: number, whether it is current, frame, command, seven parameters, whether it goes on by itself."""
+    """Read the item of a line: index, current or not, frame, command, seven parameters, autocontinue or not."""
     name, fix = f"item {number}", "export the file again"
     if len(cells) != 12:
         raise InputError("must have 12 columns", key=name, value=f"{len(cells)} long", fix=fix)
@@ -134,14 +134,14 @@ def _follow(plan: Plan, items: Iterator[Item], depth: float | None, speed: float
 
 
 def _stop(plan: Plan, item: Item, depth: float | None, speed: float | None) -> Stop:
-    """Read a waypoint."""
+    """Return the waypoint of an item; depth [m]: for all items, speed [m/s]: set by earlier ones."""
     if depth is None and item.frame not in SEA_LEVEL + ABOVE_HOME:
         rule = "must have an altitude above home or sea level, frame 0, 3, 5 or 6"
         fix = "choose that altitude mode, or give one depth for all waypoints by --depth"
         raise InputError(rule, key=item.name, value=f"in frame {shown(item.frame)}", fix=fix)
     place = checked_place(item.params[4], item.params[5], item.name)
-    deep = depth_of(item.params[6], item.name, depth)
-    if item.frame in SEA_LEVEL and deep:
+    stop_depth = depth_of(item.params[6], item.name, depth)
+    if item.frame in SEA_LEVEL and stop_depth:
         plan.note("altitudes above sea level are taken as above the water's surface", item.name)
     if item.number_of(3, "param 3"):
         plan.note("passing radius (param 3) is not kept", item.name)
@@ -149,22 +149,22 @@ def _stop(plan: Plan, item: Item, depth: float | None, speed: float | None) -> S
         plan.note("heading (param 4) is not kept", item.name)
     hold = item.number_of(1, "a time to stay, param 1,", 0.0, MAX_DURATION)
     radius = item.number_of(2, "an acceptance radius, param 2,", 0.0, 1e5)
-    return Stop(item.name, place, deep, speed, radius or None, hold)
+    return Stop(item.name, place, stop_depth, speed, radius or None, hold)
 
 
 def _changed_speed(plan: Plan, item: Item, speed: float | None) -> float | None:
-    """Return the speed from an item on; -1 leaves it."""
-    if (asked := item.number_of(2, "a speed, param 2,", -1.0, MAX_SPEED)) == -1:
+    """Return the speed [m/s] that an item sets for those after it; an item's -1 keeps the present `speed`."""
+    if (new_speed := item.number_of(2, "a speed, param 2,", -1.0, MAX_SPEED)) == -1:
         return speed
-    if asked <= 0:
-        raise InputError("must have a speed above 0", key=item.name, value=f"{asked:g}", fix="correct param 2")
+    if new_speed <= 0:
+        raise InputError("must have a speed above 0", key=item.name, value=f"{new_speed:g}", fix="correct param 2")
     if item.number_of(1, "param 1") == 1:
         plan.note("speed over ground is taken as speed through the water", item.name)
-    return asked
+    return new_speed
 
 
 def _fence(document: Mapping[str, Any]) -> list[Point]:
-    """Return the corners of the fence: one polygon to stay inside."""
+    """Return the corners [deg] of the plan's fence, which must be one polygon to stay inside."""
     fence = document.get("geoFence")
     if not isinstance(fence, dict):
         return []
@@ -183,7 +183,7 @@ def _fence(document: Mapping[str, Any]) -> list[Point]:
 
 
 def _part(table: Mapping[str, Any], key: str, kind: type) -> Any:
-    """Return a part of a JSON document, checked for its kind."""
+    """Return the object or list of a JSON document under a key, after a check of its type."""
     value = table.get(key)
     if not isinstance(value, kind):
         word = "an object" if kind is dict else "a list"

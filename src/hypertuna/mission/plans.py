@@ -1,4 +1,4 @@
-"""What plans of other programs say, and the checks of their numbers."""
+"""Plans of other programs as waypoints and notes, and the checks of their numbers."""
 
 import math
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ class Stop:
 
 @dataclass
 class Plan:
-    """What was read of a plan, and what a mission keeps differently, or not at all."""
+    """Waypoints, home and fence of a plan, and notes on parts that a mission keeps differently or leaves out."""
 
     stops: list[Stop] = field(default_factory=list)
     home: Place | None = None
@@ -32,17 +32,17 @@ class Plan:
     changes: dict[str, list[str]] = field(default_factory=dict)  # what -> where
 
     def note(self, what: str, where: str = "") -> None:
-        """Note a difference, and where it is."""
+        """Add a note on a difference between plan and mission, and the item where it is."""
         self.changes.setdefault(what, []).extend([where] * bool(where))
 
     @property
     def notes(self) -> list[str]:
-        """List the differences, each with its items."""
+        """Texts of the differences between plan and mission, each with its items."""
         return [f"{what}: {_listed(where)}" if where else what for what, where in self.changes.items()]
 
 
 def checked_number(value: object, where: str, what: str, low: float = -math.inf, high: float = math.inf) -> float:
-    """Check a number of a plan."""
+    """Return a number of a plan after a check of its range."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
         rule = f"must have {what} from {low:g} to {high:g}" if math.isfinite(low) else f"must have {what}, a number"
         raise InputError(rule, key=where, value=_given(value), fix="correct it, and export the plan again")
@@ -50,13 +50,13 @@ def checked_number(value: object, where: str, what: str, low: float = -math.inf,
 
 
 def checked_place(latitude: object, longitude: object, where: str) -> Place:
-    """Check latitude and longitude [deg]."""
-    north = checked_number(latitude, where, "a latitude", -89.0, 89.0)
-    return north, checked_number(longitude, where, "a longitude", -180.0, 180.0)
+    """Return latitude and longitude [deg] of a plan after checks of their ranges."""
+    checked_latitude = checked_number(latitude, where, "a latitude", -89.0, 89.0)
+    return checked_latitude, checked_number(longitude, where, "a longitude", -180.0, 180.0)
 
 
 def depth_of(altitude: object, where: str, depth: float | None) -> float:
-    """Return the depth [m] of an altitude above the water's surface, unless one is given for all."""
+    """Return the depth [m] for an altitude [m] above the water's surface, or `depth` where it is given for all."""
     if depth is not None:
         return depth
     height = checked_number(altitude, where, "an altitude")
@@ -68,7 +68,7 @@ def depth_of(altitude: object, where: str, depth: float | None) -> float:
 
 
 def check_count(count: int) -> None:
-    """Check the number of waypoints before they are kept."""
+    """Check that a plan has no more waypoints than a mission takes."""
     if count > MAX_WAYPOINTS:
         rule, fix = f"must have at most {MAX_WAYPOINTS} waypoints", "thin them out in a map program"
         raise InputError(rule, value=f"{count} long", fix=fix)
@@ -79,6 +79,6 @@ def _given(value: object) -> str:
 
 
 def _listed(where: list[str]) -> str:
-    """List items, the first ones where there are many."""
-    more = f" and {len(where) - 8} more" if len(where) > 9 else ""
-    return ", ".join(where if not more else where[:8]) + more
+    """Return the names of items as a text, only the first ones where there are many."""
+    rest = f" and {len(where) - 8} more" if len(where) > 9 else ""
+    return ", ".join(where if not rest else where[:8]) + rest

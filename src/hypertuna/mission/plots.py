@@ -1,4 +1,4 @@
-"""Figures of a mission: its track on a plan, depth and energy through time."""
+"""Figures of a mission: its track from above, depth and energy over time."""
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -52,8 +52,8 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
     """Plot a mission: `width` [inch]."""
     wide = width > NARROW
     low, high = _bounds(record.mission, record.path[:, :2])
-    plan = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
-    heights = [plan, *((1.5, 1.3) if wide else (1.4, 1.2))][: 3 if record.metered else 2]
+    plan_height = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
+    heights = [plan_height, *((1.5, 1.3) if wide else (1.4, 1.2))][: 3 if record.metered else 2]
     figure = Figure(figsize=(width, sum(heights) + (1.9 if wide else 2.5)), layout="constrained")
     axes = figure.subplots(len(heights), 1, height_ratios=heights)
     _draw_plan(axes[0], record, low, high)
@@ -69,7 +69,7 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
 
 
 def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
-    """Entries of all panels, each text once."""
+    """Return handles and texts of a legend over all panels, each text once."""
     entries: dict[str, Artist] = {}
     for axes in panels:
         for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -78,18 +78,18 @@ def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
 
 
 def _caption(record: MissionRecord) -> str:
-    """Return name, robot and main numbers in two lines."""
-    seconds, way = record.time[-1] - record.time[0], record.distance
-    far = f"{way:.0f}" if way >= 100 else f"{way:.2g}"
-    long = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.2g} min"
-    numbers = f"{far} m over ground{'' if record.true else ', estimated'} in {long}"
+    """Return the figure's caption of two lines: name and robot, distance and duration."""
+    seconds, meters = record.time[-1] - record.time[0], record.distance
+    distance_text = f"{meters:.0f}" if meters >= 100 else f"{meters:.2g}"
+    duration = f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.2g} min"
+    numbers = f"{distance_text} m over ground{'' if record.true else ', estimated'} in {duration}"
     if record.metered and record.energy[-1] > 0:
         numbers += f", {record.energy[-1] / HOUR:.2g} Wh"
     return f"{record.name}, {record.robot}\n{numbers}"
 
 
 def _bounds(mission: Mission, *paths: Array) -> tuple[Array, Array]:
-    """Corners of the plan: all that is drawn, and a margin."""
+    """Return the lower left and upper right corners (2,) [m] of the plan: all that is drawn, and a margin."""
     points = [*paths, np.array([mission.start, mission.home]), np.array(mission.fence).reshape(-1, 2)]
     points += [
         np.array([[p.x - p.radius, p.y - p.radius], [p.x + p.radius, p.y + p.radius]]) for p in mission.waypoints
@@ -102,7 +102,7 @@ def _bounds(mission: Mission, *paths: Array) -> tuple[Array, Array]:
 
 
 def _draw_plan(axes: Axes, record: MissionRecord, low: Array, high: Array) -> None:
-    """Draw the track from above."""
+    """Draw course and track from above, within the corners low and high [m]."""
     _draw_course(axes, record.mission, low, high)
     if record.true:
         axes.plot(*record.path[:, :2].T, color=TRUE, lw=1.5, label="true")
@@ -130,8 +130,8 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
     if record.true:
         axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
     if "depth_estimated" in record.data:
-        at = record.every(1.0)
-        axes.plot(record.time[at] / scale, record.data["depth_estimated"][at], color=BELIEVED, lw=0.8)
+        rows = record.every(1.0)
+        axes.plot(record.time[rows] / scale, record.data["depth_estimated"][rows], color=BELIEVED, lw=0.8)
     deepest = max(float(record.depth.max()), *(point.depth for point in mission.waypoints), 0.2)
     levels = ((mission.depth_max, COLORS[3], "depth limit"), (mission.bottom, INK, "ground"))
     for level, color, text in levels if mission.waypoints else ():
@@ -142,7 +142,7 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
 
 
 def _draw_modes(axes: Axes, record: MissionRecord, scale: float) -> None:
-    """Shade the times of each mode other than being on the way."""
+    """Shade the times in each mode of the pilot other than that of the way to waypoints."""
     if "mode" not in record.data:
         return
     mode = record.data["mode"].astype(int)
@@ -168,5 +168,5 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
 
 
 def _clock(record: MissionRecord) -> tuple[float, str]:
-    """Return a unit of time in seconds, and the label of the axis."""
+    """Return the unit of a time axis [s], and the axis's label."""
     return (60.0, "time [min]") if record.time[-1] - record.time[0] > 600 else (1.0, "time [s]")

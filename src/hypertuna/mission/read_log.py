@@ -35,7 +35,7 @@ class Log:
 
 @dataclass(frozen=True)
 class Header:
-    """What the header of a log says of its record."""
+    """Header of a log: names of columns, joints and circuits, and other facts of its record."""
 
     name: str
     robot: str
@@ -69,8 +69,8 @@ def read_log(path: str | Path) -> Log:
         fix = "open it in Foxglove, or read it by log info, identify or joint fit; the robot's card has the black box"
         raise InputError("must be a log of a mission or a black box", file=file, value="a log of the radio", fix=fix)
     if "record" not in metadata:
-        cut = f", and it is {content.fault}" if content.fault else ""
-        raise InputError(f"must be a hypertuna log: it lacks the header{cut}", file=file, fix="give another file")
+        cut_note = f", and it is {content.fault}" if content.fault else ""
+        raise InputError(f"must be a hypertuna log: it lacks the header{cut_note}", file=file, fix="give another file")
     try:
         record = _record(content, metadata)
     except InputError as error:
@@ -85,11 +85,11 @@ def read_log(path: str | Path) -> Log:
 
 
 def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
-    """Make a record of the times that all topics have."""
+    """Return the record of a log's messages, up to the last time that all topics have."""
     header = read_header(metadata["record"])
-    known = [name for name in header.columns if name in COLUMNS]
-    topics = fields(known, header.joints, header.circuits)
-    frames = [frame for frame, name in FRAMES.items() if name in known]
+    quantities = [name for name in header.columns if name in COLUMNS]
+    topics = fields(quantities, header.joints, header.circuits)
+    frames = [frame for frame, name in FRAMES.items() if name in quantities]
     required = [*frames, *topics]
     count = min(len(content.times.get(topic, [])) for topic in required)
     if not count:
@@ -112,7 +112,7 @@ def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
 
 
 def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict[str, Array]:
-    """Read the numbers of all topics but the transforms."""
+    """Return the record's columns, read from the messages of all topics but the transforms."""
     columns: dict[str, list[Array]] = {}
     for topic, rows in topics.items():
         table = np.empty((count, len(rows)))
@@ -126,12 +126,12 @@ def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict
 
 
 def _name(topic: str, content: bytes) -> str:
-    """Name a message by its topic, a transform by its child frame, too."""
+    """Return the name of a message: its topic, with the child frame for a transform."""
     return f"/tf {dict(protobuf_fields(content)).get(3, b'').decode(errors='replace')}" if topic == "/tf" else topic
 
 
 def _poses(contents: list[bytes]) -> tuple[Array, Array]:
-    """Read positions and attitudes of transforms, in our body axes."""
+    """Return positions (T, 3) [m] and attitudes (T, 4) of transforms, turned to the record's body axes."""
     place, turn = np.zeros((len(contents), 3)), np.zeros((len(contents), 4))
     for k, content in enumerate(contents):
         parts = dict(protobuf_fields(content))
@@ -147,11 +147,11 @@ def protobuf_fields(content: bytes) -> Iterator[tuple[int, bytes]]:
 
     It ends at the first field of another kind (protobuf.dev/programming-guides/encoding).
     """
-    at = 0
-    while at + 1 < len(content):
-        number, kind = divmod(content[at], 8)
-        begin, size = (at + 1, 8) if kind == 1 else (at + 2, content[at + 1])
+    offset = 0
+    while offset + 1 < len(content):
+        number, kind = divmod(content[offset], 8)
+        begin, size = (offset + 1, 8) if kind == 1 else (offset + 2, content[offset + 1])
         if kind not in (1, 2) or size > 127 or begin + size > len(content):
             return
         yield number, content[begin : begin + size]
-        at = begin + size
+        offset = begin + size

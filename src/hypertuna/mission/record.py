@@ -156,7 +156,7 @@ class MissionRecord(Plotted, Tabular):
                 raise InputError("must be finite", key=name, value=value, fix=fix)
 
     def part(self, cut: slice) -> MissionRecord:
-        """Return the times of a slice."""
+        """Return the part of the record in a slice of its rows."""
         return replace(self, time=self.time[cut], data={name: values[cut] for name, values in self.data.items()})
 
     @property
@@ -182,7 +182,7 @@ class MissionRecord(Plotted, Tabular):
         return angles_of(self.attitude)
 
     def every(self, seconds: float) -> NDArray[np.int64]:
-        """Return the rows at this interval [s] and at the end, each once."""
+        """Return the indices of rows at an interval of some seconds, and of the last row, each once."""
         instants = np.append(np.arange(self.time[0], self.time[-1], seconds), self.time[-1])
         return np.unique(np.searchsorted(self.time, instants))
 
@@ -200,9 +200,9 @@ class MissionRecord(Plotted, Tabular):
     def first_reasons(self) -> dict[str, float]:
         """Time [s] at which each of the pilot's reasons first held, in order of time."""
         flags = self.data["reasons"].astype(np.int64)
-        held = {name: flags >> bit & 1 == 1 for bit, name in enumerate(self.reasons)}
-        first = {name: float(self.time[there.argmax()]) for name, there in held.items() if there.any()}
-        return dict(sorted(first.items(), key=lambda item: item[1]))
+        flags_by_name = {name: flags >> bit & 1 == 1 for bit, name in enumerate(self.reasons)}
+        first_times = {name: float(self.time[flag.argmax()]) for name, flag in flags_by_name.items() if flag.any()}
+        return dict(sorted(first_times.items(), key=lambda item: item[1]))
 
     @property
     def metered(self) -> bool:
@@ -235,12 +235,12 @@ class MissionRecord(Plotted, Tabular):
 
     @property
     def distance(self) -> float:
-        """Length of that path seen from above [m]."""
+        """Length of `path` seen from above [m]."""
         return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
 
     @property
     def mean_speed(self) -> float:
-        """Mean speed along that path [m/s]."""
+        """Mean speed along `path`, seen from above [m/s]."""
         span = float(self.time[-1] - self.time[0])
         return self.distance / span if span else 0.0
 
@@ -278,18 +278,18 @@ class MissionRecord(Plotted, Tabular):
 
 
 def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the parts of a quantity."""
+    """Return the names of a quantity's parts, such as the joints; none for a single number."""
     dim = COLUMNS[name].dim
     servos = (*circuits, *(f"fin-{side}" for side in PARTS["fin"]))
     return {"joint": joints, "circuit": circuits, "servo": servos}.get(dim, PARTS.get(dim, ()))
 
 
 def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
-    """Return the lists of names of a robot's records, by the fields of `MissionRecord`."""
+    """Return the names of joints, circuits, modes and the like in a robot's records, by fields of `MissionRecord`."""
     joints = tuple(group.name for group in robot.joints)
     return {
         "joints": joints,
-        "circuits": tuple(name or f"{joints[c // 2]}-unused" for c, name in enumerate(drive_names(robot))),
+        "circuits": tuple(name or f"{joints[circuit // 2]}-unused" for circuit, name in enumerate(drive_names(robot))),
         "modes": tuple(row[0] for row in _core.mode_table()),
         "reasons": tuple(row[0] for row in _core.reason_table()),
         "states": tuple(row[0] for row in _core.state_table()),
@@ -298,7 +298,7 @@ def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:
-    """Join records that follow each other in time."""
+    """Return one record of records that follow each other in time."""
     first, last = records[0], records[-1]
     data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
     time = np.concatenate([part.time for part in records])

@@ -35,7 +35,7 @@ ENDINGS = dict(_core.ending_table())  # how a flight ends: name and sentence
 
 @dataclass(frozen=True)
 class MissionStart:
-    """A mission ready to fly, with the arguments of the core."""
+    """A mission checked for a robot, with the arguments of the core's simulation."""
 
     robot: Robot = field(repr=False)
     mission: Mission
@@ -97,18 +97,18 @@ def mission_start(
     check_fit(robot, mission)
     every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
     # A mission without a time limit is given up late, also one that stays: it may come home early.
-    usual = max(mission.duration, SLACK * expected(replace(mission, stay=False))) + 600.0
+    default_duration = max(mission.duration, SLACK * expected(replace(mission, stay=False))) + 600.0
     fix = "give the seconds after which to give up"
-    given_up = min(usual, MAX_DURATION) if duration is None else duration
+    given_up = min(default_duration, MAX_DURATION) if duration is None else duration
     limit = Range(min=tick, max=MAX_DURATION, unit="s").check(given_up, "duration", fix)
     sensors, mishaps = split_mishaps(robot, fault_texts(faults), control.fin_max)
     capacity = battery_columns(robot)["charge"]
     controller = _core.LiveController(controller_of(robot))
-    held = {"resets": np.array(resets, dtype=np.float64), "released": released, "snags": np.array(mishaps.snags)}
+    hindrances = {"resets": np.array(resets, dtype=np.float64), "released": released, "snags": np.array(mishaps.snags)}
     core: dict[str, Any] = {
         "plant": parts.plant,
         "command": _core.Pilot(controller, pilot_columns(robot, table), mission_columns(mission)),
-        "world": _core.World(flight_columns(robot, mission) | held),
+        "world": _core.World(flight_columns(robot, mission) | hindrances),
         "sensors": _core.Sensors(pilot_sensor_columns(robot), SEEDS.check(seed, "seed")),
         "faults": list(read_faults(sensors, robot, limit, pilot=True)),
         "servo_faults": mishaps.servos,
@@ -135,7 +135,7 @@ def sea_of(mission: Mission) -> Sea:
 
 
 def flight_columns(robot: Robot, mission: Mission) -> dict[str, Any]:
-    """Columns of the world of a mission."""
+    """Return the columns of numbers of a mission's surroundings: weather, receiver and water, by the core's names."""
     m = mission
     weather = {"tide_east": m.tide[0], "tide_north": m.tide[1], "tide_period": m.tide_period}
     weather |= {"gust_east": m.gust[0], "gust_north": m.gust[1], "gust_depth": m.gust_depth, "gust_time": m.gust_time}
@@ -148,13 +148,13 @@ def flight_columns(robot: Robot, mission: Mission) -> dict[str, Any]:
 
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:
-    """Return the duration [s] of a mission at its speeds through still water."""
+    """Return the duration [s] of a mission at its commanded speeds, at most `fastest` [m/s], in still water."""
     legs = np.hypot(*np.diff(np.array(mission.course), axis=0).T)
     return float((legs / np.minimum(mission.speeds, fastest)).sum())
 
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[Part, bytes]:
-    """Fly a part of a mission from a state; return it with the state at its end."""
+    """Fly some ticks of a mission from a state; return their record and the state at the end."""
     record, after = _core.simulate(**start.core, ticks=ticks, state=state)
     return record, after
 
@@ -170,29 +170,29 @@ def fly_parts(
     by default whether the pilot has ended the mission.
     """
     length = max(1, round(PART / (start.tick * start.every))) * start.every  # whole rows of the record
-    state, made = None, 0
-    while made < start.ticks:
-        asked = min(length, start.ticks - made)
-        part, state = fly_part(start, asked, state) if fly is None else fly(made, asked, state)
+    state, ticks_done = None, 0
+    while ticks_done < start.ticks:
+        wanted = min(length, start.ticks - ticks_done)
+        part, state = fly_part(start, wanted, state) if fly is None else fly(ticks_done, wanted, state)
         flown = int(part["ticks"][0])
-        part["ticks"] = np.array([flown, asked], dtype=np.float64)
-        yield made, part
-        made += flown
-        over = _ended(start, part) if ended is None else ended(part)
-        if flown < asked or over:
+        part["ticks"] = np.array([flown, wanted], dtype=np.float64)
+        yield ticks_done, part
+        ticks_done += flown
+        finished = _ended(start, part) if ended is None else ended(part)
+        if flown < wanted or finished:
             return
 
 
 def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
-    """Join consecutive parts of a mission, up to where it ended."""
+    """Return the run of consecutive parts of a mission, cut where the mission ended."""
     rows = [_rows(start, part) for part in parts]
     diverged = parts[-1]["ticks"][0] < parts[-1]["ticks"][-1]
     names = [name for name in parts[0] if name != "ticks"]
     data = {name: np.concatenate([part[name][:n] for part, n in zip(parts, rows, strict=True)]) for name in names}
-    over = np.flatnonzero([has_ended(mode) for mode in data["mode"]])
-    last = int(over[0]) + 1 if len(over) else len(data["mode"])
+    ended = np.flatnonzero([has_ended(mode) for mode in data["mode"]])
+    last = int(ended[0]) + 1 if len(ended) else len(data["mode"])
     data = {name: values[:last] for name, values in data.items()}
-    status = "diverged" if diverged and not len(over) else ending(data["mode"][-1], data["reasons"][-1])
+    status = "diverged" if diverged and not len(ended) else ending(data["mode"][-1], data["reasons"][-1])
     return MissionRun(start, np.arange(last, dtype=np.float64) * start.tick * start.every, data, status)
 
 
@@ -207,7 +207,7 @@ def ending(mode: float, reasons: float) -> str:
 
 
 def _rows(start: MissionStart, part: Part) -> int:
-    """Return how many rows a part flew: fewer than it has if it diverged, but the first in any case."""
+    """Return the number of rows that a part flew: fewer than it has if it diverged, but at least one."""
     return max(-(-int(part["ticks"][0]) // start.every), 1)
 
 
@@ -218,6 +218,6 @@ def _ended(start: MissionStart, part: Part) -> bool:
 
 
 def _pose(mission: Mission) -> Array:
-    """Position, attitude and fins at the start: upright, the axis from nose to tail along the heading."""
+    """Return position [m], attitude and fin angles at the start: upright, headed as the mission says."""
     attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
     return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])

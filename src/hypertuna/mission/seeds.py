@@ -85,20 +85,20 @@ def fly_seed_shards(
 
 
 def flights_layout(file: MissionFile, robot: Robot, seeds: Sequence[int]) -> Layout:
-    """Return how outcomes of flights are labeled."""
+    """Return the layout of a dataset of outcomes: dimensions, units and names of its variables."""
     numbers = {
         name: {"units": unit or "1", "long_name": label(name, note or "")} for name, (unit, note) in OUTCOME.items()
     }
     words = {name: {"long_name": meaning} for name, (_, meaning) in TEXTS.items()}
     variables = {"status": words.pop("status")} | numbers | words
-    about = {"units": "1", "long_name": "seed of the flight"}
+    seed_about = {"units": "1", "long_name": "seed of the flight"}
     facts = provenance(robot) | {"mission": file.name, "mission_hash": file.hash}
     table = {name: TEXTS[name][0] if name in TEXTS else name for name in variables}
-    return Layout({"seed": len(seeds)}, variables, {"seed": ("seed", list(seeds), about)}, facts, table)
+    return Layout({"seed": len(seeds)}, variables, {"seed": ("seed", list(seeds), seed_about)}, facts, table)
 
 
 def flight_table(outcomes: Sequence[Outcome]) -> dict[str, Array]:
-    """Return outcomes as columns, numbers in the units of the layout."""
+    """Return outcomes of flights as columns, their numbers in the units of `flights_layout`."""
     words = {
         "status": [one.status for one in outcomes],
         "reasons": [" ".join(f"{name}@{time:g}" for name, time in one.reasons.items()) for one in outcomes],
@@ -150,7 +150,7 @@ def _fly_seed(
     stop: threading.Event | None,
     seed: int,
 ) -> dict[str, Any]:
-    """Fly a seed, until it ends or is stopped; return its outcome."""
+    """Fly a mission with one seed until it ends or is stopped; return its outcome as a dictionary."""
 
     def go_on(*_: int) -> None:
         if stop is not None and stop.is_set():
@@ -160,5 +160,5 @@ def _fly_seed(
 
 
 def _fly_range(work: Callable[[int], dict[str, Any]], seeds: Sequence[int], first: int, last: int) -> dict[str, Array]:
-    """Fly a range of seeds; return their columns."""
+    """Fly a mission with a range of seeds; return their outcomes as columns."""
     return flight_table([Outcome(**work(seed)) for seed in seeds[first:last]])

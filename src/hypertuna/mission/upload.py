@@ -15,7 +15,7 @@ STEP = 1e4  # of an item's x and y in 1 m
 
 
 def items_of(mission: Mission, system: int) -> list[Any]:
-    """Make the items of a mission. Start, heading and water are left out."""
+    """Return the MAVLink messages of a mission's items. Start, heading and water are left out."""
     module = dialect()
     items: list[Any] = []
 
@@ -26,8 +26,8 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
     bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
     flags = mission.stay + 2 * mission.silence_below
-    more = (flags / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
-    add(module.HYPERTUNA_CMD_BOUNDS, bounds, *more)
+    home_values = (flags / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
+    add(module.HYPERTUNA_CMD_BOUNDS, bounds, *home_values)
     if mission.declination:
         add(module.HYPERTUNA_CMD_DECLINATION, (math.degrees(mission.declination),))
     add(module.MAV_CMD_DO_SET_HOME, (), mission.home[1], mission.home[0])
@@ -43,8 +43,8 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
 
 def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None] | None = None) -> None:
-    """Send a mission; the robot keeps the former one until the new one is complete."""
-    items, before = items_of(mission, robot.system), len(robot.texts)
+    """Send a mission to a robot, which keeps its former mission until the new one is complete."""
+    items, texts_before = items_of(mission, robot.system), len(robot.texts)
     answers = of_kind("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK", target_system=SYSTEM)
     answer = robot.ask(robot.message("mission_count", len(items)), answers, "mission")
     while answer.get_type() != "MISSION_ACK":
@@ -53,23 +53,23 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
             progress(answer.seq, len(items))
         answer = robot.ask(item, answers, f"mission item {item.seq}")
     if answer.type != 0:
-        word = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
-        reason = [f"{word.replace('_', ' ')}; docs/radio.md lists the limits", *robot.texts[before:]][-1]
+        result = dialect().enums["MAV_MISSION_RESULT"][answer.type].name.removeprefix("MAV_MISSION_").lower()
+        reason = [f"{result.replace('_', ' ')}; docs/radio.md lists the limits", *robot.texts[texts_before:]][-1]
         raise InputError("was refused by the robot", key="the mission", fix=_with_waypoint(reason, items))
 
 
 def _with_waypoint(reason: str, items: Sequence[Any]) -> str:
-    """Return the robot's reason with the number of the waypoint, from 1, that its item is."""
-    found = re.match(r"item (\d+)", reason)
-    if found is None or int(found[1]) >= len(items):
+    """Return the robot's reason for a refusal, with the number, from 1, of the waypoint beside that of the item."""
+    item_text = re.match(r"item (\d+)", reason)
+    if item_text is None or int(item_text[1]) >= len(items):
         return reason
-    commands = [item.command for item in items[: int(found[1]) + 1]]
+    commands = [item.command for item in items[: int(item_text[1]) + 1]]
     number = commands.count(dialect().MAV_CMD_NAV_WAYPOINT) + (commands[-1] == dialect().MAV_CMD_DO_CHANGE_SPEED)
-    return reason.replace(found[0], f"{found[0]} (waypoint {number})", 1)
+    return reason.replace(item_text[0], f"{item_text[0]} (waypoint {number})", 1)
 
 
 def download(robot: Client) -> Sequence[Any]:
-    """Read the mission on board."""
+    """Return the items of the mission on board a robot, in MAVLink's messages."""
     count = robot.ask(robot.message("mission_request_list"), of_kind("MISSION_COUNT"), "mission").count
     return [
         robot.ask(robot.message("mission_request_int", k), of_kind("MISSION_ITEM_INT", seq=k), f"mission item {k}")

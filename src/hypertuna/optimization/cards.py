@@ -1,4 +1,4 @@
-"""What is shown of optima and Pareto fronts."""
+"""Cards and tables of optima and Pareto fronts."""
 
 from typing import Any
 
@@ -21,11 +21,11 @@ ROWS = 24  # points of a front
 @cards.of(Optimum)
 def optimum_card(result: Optimum) -> Card:
     """Show the best gait swimming, what limits it, and how the search ended."""
-    found = result.gait is not None
+    feasible = result.gait is not None
     parts: list[Part] = []
     if result.gait is not None and result.swim is not None:
         parts.append(Facts(_summary(result, result.gait)))
-    parts.append((result.stop, "green" if found else "bold red"))
+    parts.append((result.stop, "green" if feasible else "bold red"))
     if result.remark:
         parts.append((result.remark, "" if result.near_best else "yellow"))
     parts.append((f"{result.evaluations} gaits by {result.method}, seed {result.seed}", "dim"))
@@ -34,17 +34,17 @@ def optimum_card(result: Optimum) -> Card:
 
 
 def objective_text(result: Optimum) -> str:
-    """Describe the objective."""
+    """Return the objective of a search in words."""
     target = result.objective
     name, factor = target.terms[0]
-    words = f"{'highest' if factor < 0 else 'lowest'} {name.replace('_', ' ')}"
+    text = f"{'highest' if factor < 0 else 'lowest'} {name.replace('_', ' ')}"
     if target.expected is not None:
-        words = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
-    return words if result.robust is None else f"{words}, over robots sampled from the fit"
+        text = f"expected speed {target.expected:g} m/s at low cost of transport, weight {factor:g}"
+    return text if result.robust is None else f"{text}, over robots sampled from the fit"
 
 
 def margin_record(margin: Margin) -> dict[str, Any]:
-    """Return a limit and how far the gait is from it."""
+    """Return a limit, the gait's value and its margin to the limit, for JSON."""
     limit = margin.limit
     return {
         "name": limit.quantity,
@@ -65,9 +65,9 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
         if any(gait.bias) or not column.startswith("bias"):
             bound = f" ({result.bounds[column]} bound)" if column in result.bounds else ""
             summary[label] = (value / size, ("Hz" if unit == "hz" else unit) + bound)
-    for one in result.variables:
-        bound = f" ({result.bounds[one.name]} bound)" if one.name in result.bounds else ""
-        summary[one.label] = (result.design[one.name], one.unit + bound)
+    for variable in result.variables:
+        bound = f" ({result.bounds[variable.name]} bound)" if variable.name in result.bounds else ""
+        summary[variable.label] = (result.design[variable.name], variable.unit + bound)
     summary["speed"] = (result.speed, "m/s")
     summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
     if result.robust is not None:  # all above is of the robot itself
@@ -100,7 +100,7 @@ def front_card(front: Front) -> Card:
     if not count:
         return Card(f"{front.robot.name}: no best compromise", [(front.stop, "bold red")])
     heads = [f"{name.replace('_', ' ')}\n[{unit}]" for name, unit in zip(front.objectives, front.units, strict=True)]
-    design = [(one.label, front.designs[one.name]) for one in front.space.variables]
+    design = [(variable.label, front.designs[variable.name]) for variable in front.space.variables]
     heads += [label.replace(".", "\n", 1) for label, _ in design]
     rows = []
     for k in np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)):

@@ -96,9 +96,9 @@ def gait_limits(
         limits += [Limit("strouhal", low, upper=False), Limit("strouhal", high)]
     if speed is not None:
         limits.append(Limit("speed", speed, upper=False, unit="m/s"))
-    for name, unit, most in (("robot_mass", "kg", mass), ("robot_length", "m", length)):
-        if most is not None:
-            limits.append(Limit(name, most, unit=unit))
+    for name, unit, maximum in (("robot_mass", "kg", mass), ("robot_length", "m", length)):
+        if maximum is not None:
+            limits.append(Limit(name, maximum, unit=unit))
     if bend is not None:
         if not robot.hinges:
             rule, fix = "is of a passive hinge, which the robot lacks", "leave it out, or add the table [hinge]"
@@ -129,6 +129,6 @@ def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[
             gradient = np.zeros((len(f), 1 + 3 * len(robot.joints)))
             gradient[:, 0], gradient[:, 1 + g] = unit * by_frequency, unit * by_amplitude
             values[f"{name}_{group.name}"], gradients[f"{name}_{group.name}"] = unit * value, gradient
-    for name, whole in (("robot_mass", robot.body.mass), ("robot_length", robot.body.length)):
-        values[name], gradients[name] = np.full(len(f), whole), np.zeros((len(f), 1 + 3 * len(robot.joints)))
+    for name, total in (("robot_mass", robot.body.mass), ("robot_length", robot.body.length)):
+        values[name], gradients[name] = np.full(len(f), total), np.zeros((len(f), 1 + 3 * len(robot.joints)))
     return values, gradients

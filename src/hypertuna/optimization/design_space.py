@@ -17,7 +17,7 @@ from hypertuna.swimming.gait_checks import largest
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
-    """Name every value of a gait as in files; return the size of its unit [Hz or rad].
+    """Return the size of the unit [Hz or rad] of every value of a gait, by its name in files.
 
     The frequency, then amplitude, phase and bias of every joint group: ``frequency_hz``, ``amplitude_I_deg``, ...
     """
@@ -69,7 +69,7 @@ class DesignSpace:
 
     def point(self, gait: Gait) -> Array:
         """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
-        return np.append(gait.values, [one.value for one in self.variables])[self.free]
+        return np.append(gait.values, [variable.value for variable in self.variables])[self.free]
 
     def design(self, x: ArrayLike) -> Array:
         """Return the values of the robot's variables at one point [unit of the file]."""
@@ -82,8 +82,8 @@ class DesignSpace:
 
     def directions(self, robot: Robot) -> Array:
         """Return the derivatives of all model parameters by the gait's coordinates, shape (parameters, dim) [1]."""
-        gait = self.free[: len(self.free) - len(self.variables)]
-        return np.eye(len(model_features(robot)))[:, gait]  # the gait's come first, in the order of the columns
+        free_gait = self.free[: len(self.free) - len(self.variables)]
+        return np.eye(len(model_features(robot)))[:, free_gait]  # the gait's come first, in the order of the columns
 
 
 def gait_bounds(
@@ -103,15 +103,15 @@ def gait_bounds(
     for name, pair in (overrides or {}).items():
         for column in _columns_of(name, robot):
             group = (list(units).index(column) - 1) % len(robot.joints)
-            bounds[column] = _checked(name, column, pair, units[column], group)
+            bounds[column] = _si_bounds(name, column, pair, units[column], group)
     missing = [column for column in units if column not in bounds]
     if missing:
         fix = f"add the table [gait_bounds], or give bounds of {missing[0]}"
         raise InputError("has no bounds", file=robot.file or None, key=missing[0], fix=fix)
     low, high = np.array([bounds[column] for column in units]).T
     variables = design_of(robot, design or {})
-    low, high = np.append(low, [one.low for one in variables]), np.append(high, [one.high for one in variables])
-    columns, sizes = (*units, *(one.name for one in variables)), [*units.values(), *(1.0 for _ in variables)]
+    low, high = (np.append(low, [v.low for v in variables]), np.append(high, [v.high for v in variables]))
+    columns, sizes = (*units, *(v.name for v in variables)), [*units.values(), *(1.0 for _ in variables)]
     space = DesignSpace(columns, np.array(sizes), low, high, variables)
     if not len(space.free):
         fix = "give one parameter two different bounds"
@@ -120,12 +120,12 @@ def gait_bounds(
 
 
 def _columns_of(name: str, robot: Robot) -> list[str]:
-    """Columns that a full or short name stands for."""
+    """Return the columns that a full or short name stands for."""
     columns: dict[str, list[str]] = {}
     for column in gait_columns(robot):
-        plain, _, unit = column.rpartition("_")
-        kind = plain.partition("_")[0]
-        for alias in dict.fromkeys((column, plain, kind, f"{kind}_{unit}")):
+        without_unit, _, unit = column.rpartition("_")
+        kind = without_unit.partition("_")[0]
+        for alias in dict.fromkeys((column, without_unit, kind, f"{kind}_{unit}")):
             columns.setdefault(alias, []).append(column)
     if name not in columns:
         fix = did_you_mean(name, columns)
@@ -133,17 +133,17 @@ def _columns_of(name: str, robot: Robot) -> list[str]:
     return columns[name]
 
 
-def _checked(name: str, column: str, pair: tuple[float, float], unit: float, group: int) -> tuple[float, float]:
+def _si_bounds(name: str, column: str, pair: tuple[float, float], unit: float, group: int) -> tuple[float, float]:
     """Check bounds in the unit of their column; return them in Hz or rad."""
     low, high = pair
     kind = column.partition("_")[0]
-    most = np.inf if kind == "frequency" else largest(kind, group)
+    maximum = np.inf if kind == "frequency" else largest(kind, group)
     for valid, rule, fix in (
         (np.isfinite(low) and np.isfinite(high), "must be finite", "give LOW:HIGH"),
         (low <= high, "must have the lower value first", "exchange the two"),
         (kind != "frequency" or low > 0, "must be greater than 0", "give a lowest beat frequency in Hz"),
         (kind != "amplitude" or low >= 0, "must not be negative", "begin at 0"),
-        (max(abs(low), abs(high)) * unit <= most, f"must stay within {most / unit:g} deg", "check the unit"),
+        (max(abs(low), abs(high)) * unit <= maximum, f"must stay within {maximum / unit:g} deg", "check the unit"),
     ):
         if not valid:
             raise InputError(rule, key=f"bounds of {name}", value=f"{low:g}:{high:g}", fix=fix)

@@ -30,7 +30,7 @@ class TankSearch(TankState):
     command, first = "optimize ask", "--robot fish.toml --maximize speed"
 
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up problem and optimizer."""
+        """Set up problem and optimizer; return the robot."""
         self.problem = _problem(options)
         sizes = (options[name] for name in ("particles", "iterations", "seed"))
         self.optimizer = make_optimizer(self.problem, options["method"], *sizes)
@@ -45,19 +45,19 @@ class TankSearch(TankState):
         if best is None or not best.feasible[0]:
             return None
         measured = {name: float(best.quantities[name][0]) for name in MEASURED}
-        given: dict[str, Any] = {name: value for name, value in measured.items() if not np.isnan(value)}
-        return SteadyRun("best", self.problem.space.gait(best.x[0]), **given)
+        numbers: dict[str, Any] = {name: value for name, value in measured.items() if not np.isnan(value)}
+        return SteadyRun("best", self.problem.space.gait(best.x[0]), **numbers)
 
     def ask(self) -> dict[str, Gait]:
         """Return the open gaits of the batch by name, such as ``batch-3-gait-07``."""
-        return {self._name(k): self.problem.space.gait(self._batch[k]) for k in self._open()}
+        return {self._name(k): self.problem.space.gait(self._batch[k]) for k in self._open_points()}
 
     def tell(self, runs: Sequence[SteadyRun]) -> int:
         """Take runs of some or all open gaits; return the number of gaits that are still open in this batch.
 
         If a run is of another gait, or lacks a quantity of the objective, none of the runs is kept.
         """
-        open_points = self._open()
+        open_points = self._open_points()
         measured: dict[int, dict[str, float]] = {}
         for run in runs:
             k = self._index(run, [k for k in open_points if k not in measured])
@@ -69,25 +69,25 @@ class TankSearch(TankState):
         self._journal.append({"asked": points, "told": list(measured.values())})
         return self._advance()
 
-    def _open(self) -> list[int]:
+    def _open_points(self) -> list[int]:
         """Return the indices of the points of the batch that are not measured yet."""
         return [k for k in range(len(self._batch)) if k not in self._measured] if self.optimizer.stop is None else []
 
     def _name(self, k: int) -> str:
-        """Name of a gait of this batch."""
+        """Return the name of gait k of this batch."""
         return f"batch-{len(self.optimizer.batches) + 1}-gait-{k + 1:02d}"
 
     def _index(self, run: SteadyRun, indices: Sequence[int]) -> int:
         """Return the index of a run's gait in the batch; of equal gaits the one of its name, or the first."""
         space = self.problem.space
         width = np.where(space.high > space.low, space.high - space.low, 1.0)  # of fixed values, in Hz or rad
-        away = {k: np.abs(space.gait(self._batch[k]).values - run.gait.values) / width for k in indices}
-        near = [k for k, distance in away.items() if distance.max() < SAME]
-        if not near:
+        distances = {k: np.abs(space.gait(self._batch[k]).values - run.gait.values) / width for k in indices}
+        matches = [k for k, distance in distances.items() if distance.max() < SAME]
+        if not matches:
             rule = "must be a gait of the current batch that is not measured yet"
             fix = "see `hypertuna optimize ask`" if indices else "ask for the next batch"
             raise InputError(rule, **_place(run), fix=fix)
-        return next((k for k in near if self._name(k) == run.name), near[0])
+        return next((k for k in matches if self._name(k) == run.name), matches[0])
 
     def _measurements(self, run: SteadyRun) -> dict[str, float]:
         """Return the measurements of a run, with every quantity of the objective; NaN for others without a value."""
@@ -103,7 +103,7 @@ class TankSearch(TankState):
 
     def _advance(self) -> int:
         """Pass a complete batch to the optimizer; return the number of open gaits."""
-        if count := len(self._open()):
+        if count := len(self._open_points()):
             return count
         self.optimizer.tell(self.problem.judge(self._batch, self._quantities()))
         self._measured = {}
@@ -112,15 +112,15 @@ class TankSearch(TankState):
         return 0
 
     def _quantities(self) -> dict[str, Array]:
-        """Quantities of the whole batch, as a simulation returns them."""
+        """Return the measured quantities of the whole batch, as a simulation returns them."""
         gaits = self.problem.space.gaits(self._batch)
         rows = [self._measured[k] for k in range(len(self._batch))]
         values = {name: np.array([row[name] for row in rows]) for name in MEASURED}
         # An objective without a speed does not need one: the robot has swum forward.
         speed = np.where(np.isnan(values["speed"]), np.inf, values["speed"])
         values["stride_length"] = np.minimum(speed / (gaits.frequency * self.problem.robot.body.length), 1e6)
-        of_gait, _ = gait_quantities(self.problem.robot, gaits)
-        return values | of_gait | {"status": np.zeros(len(rows))}
+        gait_values, _ = gait_quantities(self.problem.robot, gaits)
+        return values | gait_values | {"status": np.zeros(len(rows))}
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
         """Take a record of the journal as if it were measured now."""
@@ -130,7 +130,7 @@ class TankSearch(TankState):
         if isinstance(points, list) and isinstance(rows, list) and len(points) == len(rows):
             pairs = list(zip(points, rows, strict=True))
         for point, row in pairs:
-            k = next((k for k in self._open() if batch[k] == point), None)
+            k = next((k for k in self._open_points() if batch[k] == point), None)
             if k is None or not (isinstance(row, dict) and set(MEASURED) <= row.keys()):
                 rule = "holds gaits that are not in this search"
                 raise InputError(rule, file=place, fix="use the version of hypertuna that started the search")
@@ -139,7 +139,7 @@ class TankSearch(TankState):
 
 
 def _problem(options: Mapping[str, Any]) -> Problem:
-    """Return the problem, if a tank measures all that it needs."""
+    """Return the problem that options pose; refuse quantities that a tank does not measure."""
     robot = load(options["robot"])
     target = choose_objective(**{name: options[name] for name in GOALS})
     limits = tuple(Limit(**limit) for limit in options["limits"])
@@ -147,14 +147,14 @@ def _problem(options: Mapping[str, Any]) -> Problem:
     if options["method"] == "gradient":
         rule = "must work without derivatives, which a tank cannot measure"
         raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
-    known = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
+    measurable = {*MEASURED, "stride_length", *gait_quantities(robot, problem.space.gaits([problem.space.lower]))[0]}
     for name in problem.needs:
-        if name not in known:
+        if name not in measurable:
             fix = "optimize speed or cost_of_transport, and limit rates or amplitudes"
             raise InputError("must be measured in the tank", key=name, fix=fix)
     return problem
 
 
 def _place(run: SteadyRun) -> dict[str, str | None]:
-    """File and line of a run, or its name, for an error."""
+    """Return file and line of a run, or its name, as arguments of an error."""
     return {"file": run.file or None, "key": f"line {run.line}" if run.line else run.name}

@@ -47,7 +47,7 @@ def expected_speed(speed: float, weight: float) -> Objective:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Objectives and violations at points; derivatives are by the coordinates."""
+    """Objectives and violations at points, with their derivatives by the coordinates."""
 
     x: Array  # (points, dim) [Hz or rad]
     value: Array  # (points, objectives), infinite where a gait does not settle, stands still or swims backwards
@@ -68,7 +68,7 @@ class Evaluation:
         return np.asarray(np.maximum(self.violation, 0).sum(axis=1))
 
     def rows(self, index: Sequence[int] | NDArray[np.intp] | NDArray[np.bool_]) -> Self:
-        """Return some of the points."""
+        """Return the evaluation at some of the points."""
         return self._map(lambda column: column[index])
 
     def followed_by(self, other: Evaluation) -> Self:
@@ -80,7 +80,7 @@ class Evaluation:
         return replace(self, value=rounded(self.value), violation=rounded(self.violation))
 
     def _map(self, function: Callable[..., Array], *others: Evaluation) -> Self:
-        """Apply a function to every column; a column that one evaluation lacks is left out."""
+        """Return an evaluation with a function of every column; a column that one evaluation lacks is left out."""
 
         def mapped(name: str) -> Any:
             columns = [getattr(each, name) for each in (self, *others)]

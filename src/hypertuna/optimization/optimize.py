@@ -50,11 +50,11 @@ def choose_objective(
 ) -> Objective:
     """Return the objective that the arguments of `optimize` describe."""
     options = {"maximize": maximize, "minimize": minimize, "speed": speed}
-    given = [key for key, value in options.items() if value is not None]
-    if len(given) != 1:
+    chosen = [key for key, value in options.items() if value is not None]
+    if len(chosen) != 1:
         fix = 'give maximize="speed", speed=0.4 or minimize="cost_of_transport"'
         rule = "must be one of maximize, minimize and speed"
-        raise InputError(rule, key="objective", value=" and ".join(given) or "none", fix=fix)
+        raise InputError(rule, key="objective", value=" and ".join(chosen) or "none", fix=fix)
     if speed is not None:
         return expected_speed(speed, WEIGHT if weight is None else weight)
     if weight is not None:

@@ -65,11 +65,11 @@ class Optimizer(ABC):
 
     @abstractmethod
     def _propose(self) -> Array:
-        """Return the next points."""
+        """Return the points to evaluate next, shape (points, dim)."""
 
     @abstractmethod
     def _learn(self, evaluation: Evaluation) -> None:
-        """Take their evaluation."""
+        """Learn from the evaluation of the proposed points."""
 
     def _better(self, evaluation: Evaluation) -> Evaluation:
         """Return the best of some points and the best so far, which stays if equal."""
@@ -130,8 +130,8 @@ class Pymoo(Optimizer):
         self._algorithm.tell(infills=self._infills)
         if self._several:
             members = {x.tobytes() for x in self._algorithm.pop.get("X")}
-            known = evaluation if self._population is None else self._population.followed_by(evaluation)
-            self._population = known.rows([k for k, x in enumerate(known.x) if x.tobytes() in members])
+            candidates = evaluation if self._population is None else self._population.followed_by(evaluation)
+            self._population = candidates.rows([k for k, x in enumerate(candidates.x) if x.tobytes() in members])
 
 
 def pso(lower: Array, upper: Array, *, particles: int, iterations: int, seed: int) -> Optimizer:

@@ -94,33 +94,33 @@ def make_optimum(
     ]
     feasible = bool(best.feasible[0])
     gait = space.gait(best.x[0]) if feasible else None
-    names = [one.name for one in space.variables]
+    names = [variable.name for variable in space.variables]
     design = dict(zip(names, space.design(best.x[0]).tolist(), strict=True)) if feasible else {}
     robot = space.robot(problem.robot, best.x[0], made_by=MADE_BY) if feasible else problem.robot
-    result = None if gait is None else swim(robot, gait, steps=problem.steps)
-    missed = "" if result is None else _missed(problem, float(best.quantities["speed"][0]), result.speed)
-    near = _near_best(problem, best) if feasible and target.expected is None else {}
+    swum = None if gait is None else swim(robot, gait, steps=problem.steps)
+    missed = "" if swum is None else _missed_sentence(problem, float(best.quantities["speed"][0]), swum.speed)
+    near_best = _near_best(problem, best) if feasible and target.expected is None else {}
     exact = feasible and target.expected is not None and not (missed or problem.non_differentiable or problem.robust)
     robots = len(problem.robots)
-    ends = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
-    bounds = {name: "lower" if low < high else "upper" for name, low, high, w in ends if min(low, high) < NEAR * w}
+    gaps = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
+    bounds = {name: "lower" if low < high else "upper" for name, low, high, w in gaps if min(low, high) < NEAR * w}
     return Optimum(
         robot=robot,
         objective=target,
         gait=gait,
-        swim=result,
+        swim=swum,
         value=float(best.value[0, 0]) if feasible else np.nan,
         robust=problem.robust,
         method=method,
         seed=seed,
         evaluations=optimizer.evaluations * robots,
         seconds=seconds,
-        stop=stop if feasible else f"{stop} {_infeasible(margins)}",
+        stop=stop if feasible else f"{stop} {_infeasible_sentence(margins)}",
         history=np.array(optimizer.history),
         swum=np.cumsum(optimizer.batches) * robots,
         margins=tuple(margins[1:]),
         bounds=bounds if feasible else {},
-        near_best=near,
+        near_best=near_best,
         variables=space.variables,
         design=design,
         weight_threshold=_weight_threshold(problem, best) if exact else None,
@@ -128,8 +128,8 @@ def make_optimum(
             filter(
                 None,
                 [
-                    missed or _flat(space, near),
-                    *(() if result is None else (_idle(target, result), _elsewhere(result))),
+                    missed or _flat_sentence(space, near_best),
+                    *(() if swum is None else (_idle_sentence(target, swum), _from_rest_sentence(swum))),
                 ],
             )
         ),
@@ -137,35 +137,35 @@ def make_optimum(
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:
-    """Return how far each coordinate alone can go until the value is worse by 0.5 %, or a limit is violated."""
-    space, at = problem.space, best.x[0]
+    """Return the range [Hz or deg] of each coordinate alone in which the value loses 0.5 % at most and limits hold."""
+    space, best_point = problem.space, best.x[0]
     edges = np.stack([space.lower, space.upper])
-    places = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # from the best to an edge, closer where it matters
-    x = np.tile(at, (*edges.shape, PLACES, 1))
+    fractions = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # from the best to an edge, closer where it matters
+    x = np.tile(best_point, (*edges.shape, PLACES, 1))
     for k, edge in enumerate(edges.T):
-        x[:, k, :, k] += np.outer(edge - at[k], places)
-    inside = edges != at
-    evaluation = problem.evaluate(x[inside].reshape(-1, len(at)))
+        x[:, k, :, k] += np.outer(edge - best_point[k], fractions)
+    inside = edges != best_point
+    evaluation = problem.evaluate(x[inside].reshape(-1, len(best_point)))
     # Allowed loss of value not yet used: 1 at the best, 0 at the end of the range.
     reserve = 1 - (evaluation.value[:, 0] - best.value[0, 0]) / (FLAT * abs(best.value[0, 0]))
     reserve[~evaluation.feasible] = -np.inf
     reach = np.ones(edges.shape)
-    reach[inside] = [_reach(places, parts) for parts in reserve.reshape(-1, PLACES)]
-    low, high = (at + reach * (edges - at)) / space.unit[space.free]
+    reach[inside] = [_reach(fractions, parts) for parts in reserve.reshape(-1, PLACES)]
+    low, high = (best_point + reach * (edges - best_point)) / space.unit[space.free]
     return {name: (float(low[k]), float(high[k])) for k, name in enumerate(space.names)}
 
 
-def _reach(places: Array, reserve: Array) -> float:
-    """Return the place where the reserve first reaches 0, by linear interpolation; 1 if it never does."""
+def _reach(fractions: Array, reserve: Array) -> float:
+    """Return the fraction at which the reserve first reaches 0, by linear interpolation; 1 if it never does."""
     used_up = np.flatnonzero(reserve < 0)
     if not len(used_up):
         return 1.0
     k = used_up[0]
-    place, part = (places[k - 1], reserve[k - 1]) if k else (0.0, 1.0)
-    return float(place + part / (part - reserve[k]) * (places[k] - place))  # no further where a limit ends it
+    fraction, part = (fractions[k - 1], reserve[k - 1]) if k else (0.0, 1.0)
+    return float(fraction + part / (part - reserve[k]) * (fractions[k] - fraction))  # no further where a limit ends it
 
 
-def _idle(target: Objective, result: Swim) -> str:
+def _idle_sentence(target: Objective, result: Swim) -> str:
     """Return a sentence if a gait is cheap since it hardly swims."""
     if not target.name.startswith("cost_of_transport") or result.stride_length > IDLE:
         return ""
@@ -175,26 +175,26 @@ def _idle(target: Objective, result: Swim) -> str:
     )
 
 
-def _elsewhere(result: Swim) -> str:
+def _from_rest_sentence(result: Swim) -> str:
     """Return a sentence if a start from rest does not lead to the gait's settled beat: searches do not check that."""
     if result.reached_from_rest:
         return ""
-    other = result.settled_from_rest
-    end = "does not settle" if other is None else f"leads to {other.speed:.4g} m/s"
-    return f"The robot must be brought to speed: from rest the gait {end}."
+    settled = result.settled_from_rest
+    outcome = "does not settle" if settled is None else f"leads to {settled.speed:.4g} m/s"
+    return f"The robot must be brought to speed: from rest the gait {outcome}."
 
 
-def _flat(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:
+def _flat_sentence(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:
     """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if none may."""
-    variables = {one.name: (one.label, one.unit) for one in space.variables}
+    variables = {variable.name: (variable.label, variable.unit) for variable in space.variables}
     width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
-    wide = []
+    ranges = []
     for name, (low, high) in near.items():
         if high - low > WIDE * width[name]:
             *words, unit = name.split("_")
             label, unit = variables.get(name, (" ".join(words), "Hz" if unit == "hz" else unit))
-            wide.append(f"{label} from {low:.3g} to {high:.3g} {unit}".rstrip())
-    return f"The best is flat: within {100 * FLAT:g} % of it for {' and '.join(wide)}." if wide else ""
+            ranges.append(f"{label} from {low:.3g} to {high:.3g} {unit}".rstrip())
+    return f"The best is flat: within {100 * FLAT:g} % of it for {' and '.join(ranges)}." if ranges else ""
 
 
 def _weight_threshold(problem: Problem, best: Evaluation) -> float:
@@ -206,19 +206,19 @@ def _weight_threshold(problem: Problem, best: Evaluation) -> float:
     """
     space = problem.space
     width = space.upper - space.lower
-    at = replace(problem, objectives=(objective("cost_of_transport"),)).evaluate(best.x, derivatives=True)
-    assert at.value_jacobian is not None
-    assert at.speed_gradient is not None
-    assert at.violation_jacobian is not None
+    evaluation = replace(problem, objectives=(objective("cost_of_transport"),)).evaluate(best.x, derivatives=True)
+    assert evaluation.value_jacobian is not None
+    assert evaluation.speed_gradient is not None
+    assert evaluation.violation_jacobian is not None
     inside = np.minimum(best.x[0] - space.lower, space.upper - best.x[0]) > NEAR * width
-    active = at.violation_jacobian[0, 1:][-at.violation[0, 1:] < NEAR]
-    columns = np.vstack([at.speed_gradient[0], active])[:, inside] * width[inside]
-    gradient = at.value_jacobian[0, 0, inside] * width[inside]
+    active = evaluation.violation_jacobian[0, 1:][-evaluation.violation[0, 1:] < NEAR]
+    columns = np.vstack([evaluation.speed_gradient[0], active])[:, inside] * width[inside]
+    gradient = evaluation.value_jacobian[0, 0, inside] * width[inside]
     multiplier = float(np.linalg.lstsq(columns.T, gradient, rcond=None)[0][0]) if inside.any() else 0.0
     return 1 / multiplier if multiplier > 0 else np.inf
 
 
-def _infeasible(margins: Sequence[Margin]) -> str:
+def _infeasible_sentence(margins: Sequence[Margin]) -> str:
     """Return a sentence on the limits that the nearest gait violates."""
     forward, *others = margins
     violated = [f"{m.limit.quantity} by {-100 * m.margin:.3g} %" for m in others if m.margin < 0]
@@ -227,7 +227,7 @@ def _infeasible(margins: Sequence[Margin]) -> str:
     return f"No gait was found that satisfies all limits: the nearest one violates {' and '.join(violated)}."
 
 
-def _missed(problem: Problem, speed: float, own: float) -> str:
+def _missed_sentence(problem: Problem, speed: float, own: float) -> str:
     """Return a sentence if the expected speed is not met; `speed` is the mean over the robots, `own` the robot's."""
     target = problem.objectives[0]
     if target.expected is None or abs(speed / target.expected - 1) < MET:

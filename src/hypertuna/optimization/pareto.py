@@ -72,7 +72,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         """Values of the robot's variables at the points (points,) by name [unit of the file]."""
         count = len(self.space.variables)
         columns = self.x[:, self.x.shape[1] - count :].T if count else ()
-        return dict(zip([one.name for one in self.space.variables], columns, strict=True))
+        return dict(zip([variable.name for variable in self.space.variables], columns, strict=True))
 
     @property
     def robots(self) -> tuple[Robot, ...]:
@@ -86,22 +86,22 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `sweep` computes them for the robot itself, and the figures of the front."""
-        about = {"units": "1", "long_name": "residual of the optimality conditions"}
-        variables: dict[str, Any] = {"stationarity": ("gait", self.stationarity, about)}
+        """All quantities of the gaits as `sweep` computes them for the robot itself, and the numbers of the front."""
+        attributes = {"units": "1", "long_name": "residual of the optimality conditions"}
+        variables: dict[str, Any] = {"stationarity": ("gait", self.stationarity, attributes)}
         if self.robust is not None:
             for name, unit, values in zip(self.objectives, self.units, self.values.T, strict=True):
-                about = {"units": unit, "long_name": f"{STATISTICS[self.robust]}: {QUANTITIES[name].meaning}"}
-                variables[f"{name}_{self.robust}"] = ("gait", values, about)
+                attributes = {"units": unit, "long_name": f"{STATISTICS[self.robust]}: {QUANTITIES[name].meaning}"}
+                variables[f"{name}_{self.robust}"] = ("gait", values, attributes)
         facts = {"hypervolume": self.hypervolume, "hypervolume_evolved": self.hypervolume_evolved, "stop": self.stop}
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
-        for one in self.space.variables:
-            variables[one.label] = ("gait", self.designs[one.name], one.attributes)
+        for variable in self.space.variables:
+            variables[variable.label] = ("gait", self.designs[variable.name], variable.attributes)
         return self._swims().assign(variables).assign_attrs(facts)
 
     def _swims(self) -> xr.Dataset:
-        """Swim the gaits, each by its robot."""
+        """Return the sweep of all gaits, each swum by its robot."""
         if not self.space.variables or not len(self.x):
             return sweep(self.robot, self.gaits, threads=1, check_rest=True)
         import xarray as xr
@@ -178,11 +178,11 @@ def pareto(
     sizes = {"population": population, "generations": generations, "seed": seed}
     for key, value in sizes.items():
         RANGES[key].check(value, key, "leave it out for the default")
-    slow = SLOW * robot.body.length if min_speed is None else min_speed
-    NOT_NEGATIVE.check(slow, "min_speed", "give it in m/s, or 0")
-    slowest = gait_limits(robot, speed=slow) if slow > 0 else ()
+    lowest_speed = SLOW * robot.body.length if min_speed is None else min_speed
+    NOT_NEGATIVE.check(lowest_speed, "min_speed", "give it in m/s, or 0")
+    speed_limit = gait_limits(robot, speed=lowest_speed) if lowest_speed > 0 else ()
     problem = Problem(
-        robot, gait_bounds(robot, bounds, design), targets, (*limits, *slowest), steps, threads, executor=executor
+        robot, gait_bounds(robot, bounds, design), targets, (*limits, *speed_limit), steps, threads, executor=executor
     )
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
@@ -200,15 +200,15 @@ def pareto(
             search.tell(recorded.evaluate(search.ask()))
         assert search.result is not None  # it has told at least one batch
         evolved = search.result
-        rough = problem.non_differentiable
-        polished = _polished(recorded, evolved) if polish and not rough and len(evolved.x) else evolved
+        without_derivatives = problem.non_differentiable
+        polished = _polished(recorded, evolved) if polish and not without_derivatives and len(evolved.x) else evolved
         front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
         residual: Any = np.nan
-        if not rough:
+        if not without_derivatives:
             residual = stationarity(recorded, recorded.evaluate(front.x, derivatives=True), _scale(evolved))
         report(total)
     sign = np.array([target.terms[0][1] for target in targets])
-    worst = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
+    reference = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
     return Front(
         robot=robot,
         space=problem.space,
@@ -217,13 +217,13 @@ def pareto(
         values=sign * front.value,
         evolved=sign * evolved.value,
         stationarity=np.broadcast_to(residual, len(front.x)),
-        reference=sign * worst,
-        hypervolume_evolved=hypervolume(evolved.value, worst),
-        hypervolume=hypervolume(front.value, worst),
+        reference=sign * reference,
+        hypervolume_evolved=hypervolume(evolved.value, reference),
+        hypervolume=hypervolume(front.value, reference),
         polished=polished is not evolved,
         evaluations=recorded.evaluations,
         seconds=time.perf_counter() - start,
-        stop=f"{search.stop} {_polishing(evolved, front, polish, rough)}",
+        stop=f"{search.stop} {_polish_sentence(evolved, front, polish, without_derivatives)}",
         robust=problem.robust,
     )
 
@@ -236,7 +236,7 @@ class _Recorded:
         self._journal, self._report, self._batches = journal, report, 0
 
     def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
-        """Evaluate, or take from the journal."""
+        """Return values and violations at points (points, dim), computed or from the journal."""
         names = ("value", "violation") + ("value_jacobian", "violation_jacobian") * derivatives
 
         def work() -> dict[str, Any]:
@@ -251,36 +251,36 @@ class _Recorded:
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
-    """Extend the ends of a front, improve every point with the other objectives held, and fill gaps."""
+    """Return the front with its ends extended, points improved with the other objectives held, and gaps filled."""
     count = evolved.value.shape[1]
     targets = [Target(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(count, np.inf)) for k in range(count)]
-    targets += [_held(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
+    targets += [_held_target(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
     polished = problem.evaluate(run_targets(problem, targets, _scale(evolved)))
     front = pareto_front(evolved.followed_by(polished))
-    if count > 2 or not (gaps := _gaps(front)):  # the points of a surface have no neighbors to search between
+    if count > 2 or not (gaps := _gap_targets(front)):  # the points of a surface have no neighbors to search between
         return front
     return pareto_front(front.followed_by(problem.evaluate(run_targets(problem, gaps, _scale(front)))))
 
 
-def _held(x: Array, value: Array) -> Target:
-    """Minimize the last objective with the others held at their values."""
+def _held_target(x: Array, value: Array) -> Target:
+    """Return a search from x that minimizes the last objective with the others held at their values."""
     return Target(x, len(value) - 1, np.append(value[:-1], np.inf))
 
 
-def _gaps(front: Evaluation) -> list[Target]:
-    """Return searches from between neighbors of a curve that are far apart, enough to make their distance usual."""
+def _gap_targets(front: Evaluation) -> list[Target]:
+    """Return searches that start between neighbors of a front that are more than WIDE mean distances apart."""
     front = front.rows(np.argsort(front.value[:, 0], kind="stable"))
     distance = np.linalg.norm(np.diff(front.value, axis=0) / _scale(front), axis=1)
     targets = []
     for k, parts in enumerate(np.ceil(distance / (WIDE * distance.mean())).astype(int)) if len(distance) else ():
-        for part in np.arange(1, parts) / parts:
-            x, value = (ends[k] + part * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
-            targets.append(_held(x, value))
+        for fraction in np.arange(1, parts) / parts:
+            x, value = (ends[k] + fraction * (ends[k + 1] - ends[k]) for ends in (front.x, front.value))
+            targets.append(_held_target(x, value))
     return targets
 
 
 def _scale(front: Evaluation) -> Array:
-    """Range of a front in each objective; where all points share a value, its magnitude."""
+    """Return the range (objectives,) of a front in each objective; where all points share a value, its magnitude."""
     if not len(front.x):
         return np.ones(front.value.shape[1])
     magnitude = np.maximum(np.abs(front.value[0]), 1e-300)
@@ -288,14 +288,14 @@ def _scale(front: Evaluation) -> Array:
     return np.asarray(np.where(span > 0, span, magnitude))
 
 
-def _polishing(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
-    """Return a sentence on the polishing."""
+def _polish_sentence(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
+    """Return a sentence on what polishing changed, or why it was left out."""
     if not len(evolved.x):
         return "No gait satisfied all limits."
     if not polish:
         return "Polishing was disabled."
     if rough:
         return f"The front was not polished: there are no exact derivatives of {' and '.join(rough)}."
-    known = {x.tobytes() for x in evolved.x}
-    new = sum(x.tobytes() not in known for x in front.x)
-    return f"Polishing turned its {len(evolved.x)} gaits into a front of {len(front.x)}, {new} of them new."
+    evolved_points = {x.tobytes() for x in evolved.x}
+    new_count = sum(x.tobytes() not in evolved_points for x in front.x)
+    return f"Polishing turned its {len(evolved.x)} gaits into a front of {len(front.x)}, {new_count} of them new."

@@ -48,13 +48,13 @@ def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
 
 def _plot_named(axes: Axes, front: Front, near: float) -> None:
     """Plot the robot's named gaits without a bias, as its model swims them, by the numbers of the legend."""
-    known = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
-    if not known or front.robust is not None:
+    named = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
+    if not named or front.robust is not None:
         return
-    gaits = [Gait(gait.frequency, gait.amplitude, gait.phase) for gait in known.values()]
+    gaits = [Gait(gait.frequency, gait.amplitude, gait.phase) for gait in named.values()]
     swims = sweep(front.robot, gaits, threads=1)
     points = np.stack([swims[name].where(swims.settled).values for name in front.objectives[:2]], axis=1)
-    for k, (name, point) in enumerate(zip(known, points, strict=True), start=1):
+    for k, (name, point) in enumerate(zip(named, points, strict=True), start=1):
         if np.isfinite(point).all():
             axes.plot(*point, "s", color=INK, mfc="none", ms=5.5, mew=1.1, zorder=4, label=f"{k}  {name}")
     for place, numbers in _shared_labels(points, near):
@@ -67,11 +67,11 @@ def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, fl
     size = np.nanmax(points, axis=0)
     groups: list[list[int]] = []
     for k in np.flatnonzero(np.isfinite(points).all(axis=1)).tolist():
-        near = next((g for g in groups if np.abs((points[k] - points[g[0]]) / size).max() < distance), None)
-        if near is None:
+        group = next((g for g in groups if np.abs((points[k] - points[g[0]]) / size).max() < distance), None)
+        if group is None:
             groups.append([k])
         else:
-            near.append(k)
+            group.append(k)
     return [((points[g, 0].min(), points[g, 1].max()), [k + 1 for k in g]) for g in groups]
 
 

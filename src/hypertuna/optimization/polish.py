@@ -20,12 +20,12 @@ ON_BOUND = 1e-9  # of the range of a variable
 
 
 class _Differentiable(Protocol):
-    """A `Problem`, or a stand-in."""
+    """What evaluates points with derivatives: a `Problem`, or one that also records."""
 
     space: DesignSpace
 
     def evaluate(self, x: Array, *, derivatives: bool = False) -> Evaluation:
-        """Evaluate points, shape (points, dim) [Hz or rad]."""
+        """Return the evaluation of points, shape (points, dim) [Hz or rad]."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def run_targets(problem: _Differentiable, targets: Sequence[Target], scale: Arra
             break
         evaluation = problem.evaluate(lower + width * np.stack([u for _, _, u in running]), derivatives=True)
         for k, (search, target, u) in enumerate(running):
-            search.tell(_point(target, _scaled(evaluation, k, u, width, scale), scale))
-    bests = zip(targets, [search.best for search in searches], strict=True)
-    return np.stack([target.start if best is None else lower + width * best.u for target, best in bests])
+            search.tell(_sqp_point(target, _scaled(evaluation, k, u, width, scale), scale))
+    results = zip(targets, [search.best for search in searches], strict=True)
+    return np.stack([target.start if best is None else lower + width * best.u for target, best in results])
 
 
 def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array) -> Array:
@@ -89,34 +89,34 @@ def _residual(point: _Scaled) -> float:
     # A constraint is active if a step of a hundred-thousandth of the bounds can reach it.
     reach = 1e-5 * np.linalg.norm(point.violation_jacobian, axis=1) + 1e-12
     active = point.violation_jacobian[point.violation > -reach]
-    unit = np.eye(len(point.u))
-    bounds = np.concatenate([-unit[point.u < ON_BOUND], unit[point.u > 1 - ON_BOUND]])
+    identity = np.eye(len(point.u))
+    bounds = np.concatenate([-identity[point.u < ON_BOUND], identity[point.u > 1 - ON_BOUND]])
     objectives = len(point.value)
     gradients = np.concatenate([point.value_jacobian / steepest, active, bounds])
     # Weights of the objectives add up to one: the least residual is the same without, but then 0 solves it, too.
     matrix = np.vstack([gradients.T, [1.0] * objectives + [0.0] * (len(gradients) - objectives)])
-    weights, _ = nnls(matrix, np.append(np.zeros(len(unit)), 1.0))
+    weights, _ = nnls(matrix, np.append(np.zeros(len(identity)), 1.0))
     total = weights[:objectives].sum()
     return float(np.linalg.norm(gradients.T @ weights) / total) if total > 0 else 1.0
 
 
-def _point(target: Target, scaled: _Scaled, scale: Array) -> Point:
+def _sqp_point(target: Target, scaled: _Scaled, scale: Array) -> Point:
     """Return a point as SQP takes it: the other objectives are constraints."""
-    held = np.flatnonzero(np.isfinite(target.limits))
+    bounded = np.flatnonzero(np.isfinite(target.limits))
     value = scaled.value[target.objective]
     return Point(
         scaled.u,
         value,
         scaled.value_jacobian[target.objective],
-        np.concatenate([target.limits[held] / scale[held] - scaled.value[held], -scaled.violation]) - MARGIN,
-        -np.concatenate([scaled.value_jacobian[held], scaled.violation_jacobian]),
+        np.concatenate([target.limits[bounded] / scale[bounded] - scaled.value[bounded], -scaled.violation]) - MARGIN,
+        -np.concatenate([scaled.value_jacobian[bounded], scaled.violation_jacobian]),
         merit=value,
         feasible=bool((scaled.value * scale <= target.limits).all() and (scaled.violation <= 0).all()),
     )
 
 
 def _scaled(evaluation: Evaluation, k: int, u: Array, width: Array, scale: Array) -> _Scaled:
-    """Scale the evaluation of a point; an unusable point gets a large penalty and zero gradient."""
+    """Return point k of an evaluation, scaled; an unusable point gets a large penalty and zero gradient."""
     assert evaluation.value_jacobian is not None
     assert evaluation.violation_jacobian is not None
     value, violation = evaluation.value[k] / scale, evaluation.violation[k]

@@ -37,7 +37,7 @@ STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % o
 
 @dataclass(frozen=True)
 class Problem:
-    """Objectives and limits over a design space; every gait must also swim forward, by a robot that its file may be."""
+    """Objectives and limits over a design space; every gait must also swim forward, every design be valid."""
 
     robot: Robot
     space: DesignSpace
@@ -55,9 +55,9 @@ class Problem:
 
     @cached_property
     def needs(self) -> tuple[str, ...]:
-        """Quantities that objectives and limits are made of."""
+        """Names of the quantities that objectives and limits are made of."""
         names = ["speed", "cost_of_transport", "stride_length"]
-        names += [name for each in self.objectives for name, _ in each.terms]
+        names += [name for objective in self.objectives for name, _ in objective.terms]
         return tuple(dict.fromkeys([*names, *(limit.quantity for limit in self.limits)]))
 
     @property
@@ -75,7 +75,7 @@ class Problem:
         """All that a search depends on besides the robot, for the header of its journal."""
         bounds = zip(self.space.columns, self.space.low, self.space.high, strict=True)
         return {
-            "objectives": [asdict(each) for each in self.objectives],
+            "objectives": [asdict(objective) for objective in self.objectives],
             "bounds": {name: [low, high] for name, low, high in bounds},
             "limits": [asdict(limit) for limit in self.limits],
             "steps": self.steps,
@@ -94,10 +94,10 @@ class Problem:
         if derivatives and self.non_differentiable:
             fix = "choose a method without gradients"
             raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
-        alone = replace(self, samples=(), executor=None)  # all that a worker needs
+        worker_problem = replace(self, samples=(), executor=None)  # all that a worker needs
         parts = [x[k : k + PART] for k in range(0, len(x), PART)] if self.executor else [x]
         tasks = ((robot, part) for robot in self.robots for part in parts)
-        swims = list(map_shards(partial(_swim_part, alone, derivatives), tasks, self.executor))
+        swims = list(map_shards(partial(_swim_part, worker_problem, derivatives), tasks, self.executor))
         rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # of each robot
         names = swims[0]
         if self.robust is None:
@@ -112,30 +112,30 @@ class Problem:
         return _aggregate([self._judge(x, sample) for sample in samples], self.robust)
 
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Swim with one robot, or with that of every point's design."""
+        """Return the quantities of gaits at points x (points, dim), swum by a robot or by that of each design."""
         if not self.space.variables:
             return self._swim_gaits(robot, self.space.gaits(x), derivatives)
-        rows = [self._swim_design(robot, one, derivatives) for one in x]
+        rows = [self._swim_design(robot, point, derivatives) for point in x]
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
     def _swim_design(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Swim the gait at one point by the robot at it; NaN where its file would be refused."""
+        """Return the quantities of the gait at one point, swum by the robot there; NaN if its file would be refused."""
         gaits, values = self.space.gaits(x[np.newaxis]), self.space.design(x)
 
-        def features(one: Robot) -> Array:
-            return np.append(model_features(one), [*gait_quantities(one, gaits)[0].values()])
+        def features(varied: Robot) -> Array:
+            return np.append(model_features(varied), [*gait_quantities(varied, gaits)[0].values()])
 
         try:
-            fish = self.space.robot(robot, x)
-            by = rates(robot, self.space.variables, values, features) if derivatives else None
-            return self._swim_gaits(fish, gaits, derivatives, by)
+            designed = self.space.robot(robot, x)
+            robot_rates = rates(robot, self.space.variables, values, features) if derivatives else None
+            return self._swim_gaits(designed, gaits, derivatives, robot_rates)
         except InputError:
-            lost = {name: np.full(1, np.nan) for name in self.needs}
-            slopes = {f"d_{name}": np.full((1, len(x)), np.nan) for name in self.needs if derivatives}
-            return lost | slopes | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
+            unknown = {name: np.full(1, np.nan) for name in self.needs}
+            gradients = {f"d_{name}": np.full((1, len(x)), np.nan) for name in self.needs if derivatives}
+            return unknown | gradients | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
 
     def _swim_gaits(self, robot: Robot, gaits: Gaits, derivatives: bool, by: Array | None = None) -> dict[str, Array]:
-        """Swim gaits.
+        """Return the quantities of gaits, shape (gaits,), and with `derivatives` their gradients as ``d_NAME``.
 
         `by` has derivatives by the robot's variables: of the parameters of model and hinge, then of what
         `gait_quantities` returns, shape (rows, variables).
@@ -158,39 +158,39 @@ class Problem:
         return quantities | {f"d_{name}": (gradients | d_gait)[name] for name in self.needs}
 
     def _judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
-        """Evaluate objectives and limits of one robot."""
-        known = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items()}
+        """Return the objectives and violations of one robot from its quantities."""
+        swum = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items()}
         with np.errstate(invalid="ignore"):
-            violation = np.stack([_violation(limit, known[limit.quantity]) for limit in self.limits], axis=1)
-            value = np.stack([_value(each, known) for each in self.objectives], axis=1)
-        usable = (known["status"] == 0) & np.isfinite(value).all(axis=1) & np.isfinite(violation).all(axis=1)
+            violation = np.stack([_violation(limit, swum[limit.quantity]) for limit in self.limits], axis=1)
+            value = np.stack([_value(each, swum) for each in self.objectives], axis=1)
+        usable = (swum["status"] == 0) & np.isfinite(value).all(axis=1) & np.isfinite(violation).all(axis=1)
         violation[~usable] = UNUSABLE
         value[~usable | (violation[:, 0] > 0)] = np.inf
         derivatives: dict[str, Any] = {}
-        if "d_speed" in known:
-            values = [_value_gradient(each, known) for each in self.objectives]
-            sides = [(1 if limit.upper else -1) / limit.limit * known[f"d_{limit.quantity}"] for limit in self.limits]
+        if "d_speed" in swum:
+            values = [_value_gradient(each, swum) for each in self.objectives]
+            sides = [(1 if limit.upper else -1) / limit.limit * swum[f"d_{limit.quantity}"] for limit in self.limits]
             derivatives = {"value_jacobian": np.stack(values, axis=1), "violation_jacobian": np.stack(sides, axis=1)}
-            derivatives["speed_gradient"] = known["d_speed"]
+            derivatives["speed_gradient"] = swum["d_speed"]
         names = (*self.needs, "status")
-        return Evaluation(np.asarray(x), value, violation, {name: known[name] for name in names}, **derivatives)
+        return Evaluation(np.asarray(x), value, violation, {name: swum[name] for name in names}, **derivatives)
 
 
 def _swim_part(problem: Problem, derivatives: bool, task: tuple[Robot, Array]) -> dict[str, Array]:
-    """Swim some points with a robot."""
+    """Return the quantities of the points of a task, swum by its robot."""
     robot, x = task
     return problem._swim(robot, x, derivatives)
 
 
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
-    """Pose a problem to robots sampled from the fit of its robot."""
+    """Return the problem posed to robots sampled from the fit of its robot."""
     check_choice(statistic, STATISTICS, "robust")
     SAMPLES.check(samples, "samples", "leave it out for the default")
     return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 
 def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:
-    """Pose a problem to several robots at once; every one of them must keep the limits."""
+    """Return the problem posed to several robots at once; every one of them must keep the limits."""
     check_choice(statistic, STATISTICS, "robust")
     if not robots:
         raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample robots from a fit")
@@ -198,7 +198,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
-    """Combine the evaluations of the same points by several robots.
+    """Return one evaluation of points over several robots, from an evaluation by each robot.
 
     Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
     Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.
@@ -230,20 +230,20 @@ def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
 
 
 def _violation(limit: Limit, value: Array) -> Array:
-    """Excess of a value over a limit, relative to the limit [1]."""
+    """Return the excess of a value over a limit, relative to the limit [1]."""
     excess = value / limit.limit - 1
     return np.asarray(excess if limit.upper else -excess)
 
 
-def _value(objective: Objective, known: Mapping[str, Array]) -> Array:
-    """Value of an objective, shape (points,)."""
-    value = np.sum([factor * known[name] for name, factor in objective.terms], axis=0)
-    return np.asarray(value if objective.expected is None else value + np.abs(known["speed"] - objective.expected))
+def _value(objective: Objective, swum: Mapping[str, Array]) -> Array:
+    """Return the value of an objective, shape (points,)."""
+    value = np.sum([factor * swum[name] for name, factor in objective.terms], axis=0)
+    return np.asarray(value if objective.expected is None else value + np.abs(swum["speed"] - objective.expected))
 
 
-def _value_gradient(objective: Objective, known: Mapping[str, Array]) -> Array:
-    """Gradient of an objective, shape (points, dim); of |U - U_e| on either side."""
-    gradient = np.sum([factor * known[f"d_{name}"] for name, factor in objective.terms], axis=0)
+def _value_gradient(objective: Objective, swum: Mapping[str, Array]) -> Array:
+    """Return the gradient of an objective, shape (points, dim); of |U - U_e| on either side."""
+    gradient = np.sum([factor * swum[f"d_{name}"] for name, factor in objective.terms], axis=0)
     if objective.expected is not None:
-        gradient = gradient + np.sign(known["speed"] - objective.expected)[:, np.newaxis] * known["d_speed"]
+        gradient = gradient + np.sign(swum["speed"] - objective.expected)[:, np.newaxis] * swum["d_speed"]
     return np.asarray(gradient)

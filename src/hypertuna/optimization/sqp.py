@@ -65,7 +65,7 @@ class SQP:
 
 
 class _AbandonedError(Exception):
-    """The generator was closed before its search had ended."""
+    """Ends a search whose generator was closed."""
 
 
 def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Point, None]:
@@ -76,22 +76,22 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
     """
     questions: SimpleQueue[Array | BaseException | None] = SimpleQueue()
     answers: SimpleQueue[Point | None] = SimpleQueue()
-    known: dict[bytes, Point] = {}
+    answered: dict[bytes, Point] = {}
 
-    def at(z: Array) -> Point:
+    def point_at(z: Array) -> Point:
         u = rounded(np.minimum(np.maximum(z[: len(start)], 0.0), 1.0))
         key = u.tobytes()
-        if key not in known:
+        if key not in answered:
             questions.put(u)
             answer = answers.get()
             if answer is None:
                 raise _AbandonedError
-            known[key] = answer
-        return known[key]
+            answered[key] = answer
+        return answered[key]
 
     def run() -> None:
         try:
-            _minimize(at, start, iterations, slacked)
+            _minimize(point_at, start, iterations, slacked)
             questions.put(None)
         except BaseException as error:
             questions.put(error)
@@ -108,23 +108,23 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
         thread.join()
 
 
-def _minimize(at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
-    """Run SLSQP on the points that `at` returns; variables z are those of the box, then the slack if there is one."""
+def _minimize(point_at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
+    """Run SLSQP on the points of `point_at`; variables z are those of the box, then the slack if there is one."""
     from scipy.optimize import minimize
 
-    dim, first = len(start), at(start)
+    dim, first = len(start), point_at(start)
     slack_jacobian = np.zeros((len(first.constraints), min(slacked, 1)))
     slack_jacobian[len(slack_jacobian) - slacked :] = 1.0
     slack = np.max(-first.constraints[:, np.newaxis] * slack_jacobian, axis=0, initial=0.0)
     minimize(
-        lambda z: at(z).value + z[dim:].sum(),
+        lambda z: point_at(z).value + z[dim:].sum(),
         np.append(start, slack),
-        jac=lambda z: np.append(at(z).gradient, np.ones(len(z) - dim)),
+        jac=lambda z: np.append(point_at(z).gradient, np.ones(len(z) - dim)),
         bounds=[(0.0, 1.0)] * dim + [(0.0, None)] * len(slack),
         constraints={
             "type": "ineq",
-            "fun": lambda z: at(z).constraints + slack_jacobian @ z[dim:],
-            "jac": lambda z: np.hstack([at(z).jacobian, slack_jacobian]),
+            "fun": lambda z: point_at(z).constraints + slack_jacobian @ z[dim:],
+            "jac": lambda z: np.hstack([point_at(z).jacobian, slack_jacobian]),
         },
         method="SLSQP",
         options={"ftol": PRECISION, "maxiter": iterations},
@@ -163,12 +163,12 @@ class MultiStart(Optimizer):
         """Reason why the search has ended, as a sentence; None while it goes on."""
         if self._running:
             return None
-        ends = [np.inf if search.best is None else search.best.merit for search in self._searches]
-        least = min(ends)
-        same = sum(end <= least + SAME * abs(least) for end in ends) if np.isfinite(least) else 0
+        merits = [np.inf if search.best is None else search.best.merit for search in self._searches]
+        least = min(merits)
+        same_count = sum(end <= least + SAME * abs(least) for end in merits) if np.isfinite(least) else 0
         verb = "was" if self._cut == 1 else "were"
         cut = f"; {self._cut} {verb} cut off after {self._iterations} points" if self._cut else ""
-        return f"All {len(ends)} gradient searches have ended, {same} of them at the best value{cut}."
+        return f"All {len(merits)} gradient searches have ended, {same_count} of them at the best value{cut}."
 
     def _propose(self) -> Array:
         points = [search.u for search in self._running if search.u is not None]
@@ -178,12 +178,12 @@ class MultiStart(Optimizer):
         for k, search in enumerate(self._running):
             if search.u is not None:
                 search.tell(self._point(evaluation, k, search.u))
-        going = [search for search in self._running if search.u is not None]
-        self._running = going if len(self.batches) < self._iterations else []
-        self._cut = len(going) - len(self._running)
+        unfinished = [search for search in self._running if search.u is not None]
+        self._running = unfinished if len(self.batches) < self._iterations else []
+        self._cut = len(unfinished) - len(self._running)
 
     def _point(self, evaluation: Evaluation, k: int, u: Array) -> Point:
-        """Scale the evaluation of a point; an unusable gait gets a large penalty and zero gradient."""
+        """Return point k of an evaluation, scaled; an unusable gait gets a large penalty and zero gradient."""
         assert evaluation.value_jacobian is not None
         assert evaluation.violation_jacobian is not None
         assert evaluation.speed_gradient is not None

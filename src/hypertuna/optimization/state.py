@@ -1,4 +1,4 @@
-"""The state of work whose runs a tank makes: a file that survives everything, and from which the work goes on."""
+"""State of work whose runs a tank makes: a journal from which it resumes after any interruption."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -27,8 +27,8 @@ class TankState(Closing):
     def __init__(self, path: str | Path | None, options: Mapping[str, Any] | None = None) -> None:
         options = self._options_of(path) if options is None else options
         header = journal_header(self.kind, self._begin(path, options), options)
-        kept = {name: value for name, value in header.items() if name not in self.outlives}
-        self._journal = Journal(path, kept, measured=True)
+        compared = {name: value for name, value in header.items() if name not in self.outlives}
+        self._journal = Journal(path, compared, measured=True)
         try:
             for k, record in enumerate(self._journal.records):
                 self._replay(record, f"{path}:{k + 2}")
@@ -42,7 +42,7 @@ class TankState(Closing):
 
     @abstractmethod
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up the work by its options, and return its robot."""
+        """Set up the work by its options; return its robot."""
 
     @abstractmethod
     def _replay(self, record: Mapping[str, Any], place: str) -> None:

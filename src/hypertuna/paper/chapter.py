@@ -15,12 +15,12 @@ Trials: TypeAlias = Mapping[str, Trial]  # swims of all that the paper reports, 
 
 
 def _trials(trials: Trials, full: bool, step: Callable[[], None]) -> Any:
-    """Return the swims: the result of chapters that need no more."""
+    """Return the trials as they are: the result of chapters that compute nothing else."""
     return trials
 
 
 def _no_findings(result: Any) -> Iterable[Finding]:
-    """Return no findings: of chapters that only show."""
+    """Return no findings, for chapters that only show results."""
     return ()
 
 

@@ -77,7 +77,7 @@ def try_robot(robot: Robot, paper: Mapping[str, Any]) -> Trial:
     tank, turn, start = paper["tank"], named_gait(robot, "turning"), paper["start"]
     phases = [(0.0, float(phase)) for phase in np.radians(tank["phase_deg"])]
     amplitudes = np.radians(list(tank["amplitude_deg"].values())).tolist()
-    half = tuple(require(group.bend_max, "joints.bend_max_deg", robot) / 2 for group in robot.joints)
+    half_of_limit = tuple(require(group.bend_max, "joints.bend_max_deg", robot) / 2 for group in robot.joints)
     at_start = Gait.from_degrees(
         frequency=start["frequency_hz"],
         amplitude=tank["amplitude_deg"][start["amplitude"]],
@@ -88,7 +88,7 @@ def try_robot(robot: Robot, paper: Mapping[str, Any]) -> Trial:
         gaits={name: swim(robot, named_gait(robot, name)) for name in robot.gaits},
         tank=sweep(robot, Gaits.grid(frequency=tank["frequency_hz"], amplitude=amplitudes, phase=phases)),
         turning=_turns(robot, paper, turn),
-        feasible=_turns(robot, paper, replace(turn, amplitude=half, bias=half)),
+        feasible=_turns(robot, paper, replace(turn, amplitude=half_of_limit, bias=half_of_limit)),
         start=swim(robot, at_start, from_rest=REST),
     )
 
@@ -132,8 +132,8 @@ def swim_bores(robot: Robot) -> Bores:
     """Swim the eight gaits with oil lines of other bores, which are not published."""
     results = {}
     for bore in BORES:
-        other = with_bore(robot, bore)
-        runs = _swims(other, [named_gait(other, name) for name in SPEEDS])
+        with_bores = with_bore(robot, bore)
+        runs = _swims(with_bores, [named_gait(with_bores, name) for name in SPEEDS])
         results[bore] = {
             name: (run.speed, run.swing, run.electrical_power) for name, run in zip(SPEEDS, runs, strict=True)
         }

@@ -63,9 +63,9 @@ def plot_map(
     figure = Figure(figsize=(WIDTH, 0.75 * WIDTH), layout="constrained")
     panels = figure.subplots(1, len(levels), sharex=True, sharey=True)
     norm = Normalize(0, np.nanmax(values))
-    for axes, part, (level, published) in zip(panels, values, levels.items(), strict=True):
-        axes.pcolormesh(frequency, phase, part, norm=norm, cmap=SEQUENCE, shading="nearest", ec="white", lw=0.4)
-        best = np.nanargmin(part, axis=0) if lowest else np.nanargmax(part, axis=0)
+    for axes, panel_values, (level, published) in zip(panels, values, levels.items(), strict=True):
+        axes.pcolormesh(frequency, phase, panel_values, norm=norm, cmap=SEQUENCE, shading="nearest", ec="white", lw=0.4)
+        best = np.nanargmin(panel_values, axis=0) if lowest else np.nanargmax(panel_values, axis=0)
         axes.plot(frequency, phase[best], "o", color="white", mec=INK, mew=0.7, ms=4)
         if published is not None and not lowest:
             axes.axhline(published, color=INK, lw=1.1, ls=(0, (4, 2)))
@@ -118,13 +118,13 @@ def plot_start(swims: Mapping[str, Swim]) -> Figure:
 def plot_against(published: ArrayLike, computed: Mapping[str, ArrayLike], *, within: float = 0.05) -> Figure:
     """Plot computed against published speeds."""
     figure, axes = _axes(0.8 * WIDTH)
-    truth = np.asarray(published, dtype=np.float64)
-    ends = np.array([0.9 * truth.min(), 1.05 * truth.max()])
+    speeds = np.asarray(published, dtype=np.float64)
+    ends = np.array([0.9 * speeds.min(), 1.05 * speeds.max()])
     band = f"within {100 * within:g} %"
     axes.fill_between(ends, (1 - within) * ends, (1 + within) * ends, color=GRID, lw=0, label=band)
     axes.plot(ends, ends, color=FAINT, lw=1)
     for k, (name, values) in enumerate(computed.items()):
-        axes.plot(truth, values, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name)
+        axes.plot(speeds, values, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name)
     axes.set(xlabel="published speed [m/s]", ylabel="computed speed [m/s]", xlim=tuple(ends))
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
@@ -165,12 +165,12 @@ def plot_descent(curves: Mapping[str, ArrayLike], label: str, *, lowest: float =
 def plot_changes(names: Sequence[str], bars: Mapping[str, Sequence[float]]) -> Figure:
     """Draw changes in percent as groups of bars."""
     figure, axes = _axes(0.2 * len(bars) * len(names) + 1.3)
-    rows, high = np.arange(len(names)), 0.8 / len(bars)
+    rows, thickness = np.arange(len(names)), 0.8 / len(bars)
     for k, (name, values) in enumerate(bars.items()):
-        at = rows + (k - (len(bars) - 1) / 2) * high
+        heights = rows + (k - (len(bars) - 1) / 2) * thickness
         color = (INK, *COLORS)[k]
-        axes.barh(at, values, 0.85 * high, color=color, label=name)
-        for y, value in zip(at, values, strict=True):
+        axes.barh(heights, values, 0.85 * thickness, color=color, label=name)
+        for y, value in zip(heights, values, strict=True):
             offset, side = (3, "left") if value >= 0 else (-3, "right")
             style: dict[str, Any] = {"va": "center", "ha": side, "color": INK, "fontsize": 8}
             axes.annotate(f"{value:+.1f}", (value, y), (offset, 0), textcoords="offset points", **style)
@@ -195,9 +195,9 @@ def plot_intervals(
     rows = np.arange(len(names))
     for k, (name, columns) in enumerate(identified.items()):
         value, lower, upper = ((np.asarray(column, dtype=np.float64) - low) / (high - low) for column in columns)
-        at = rows + 0.26 * (k - (len(identified) - 1) / 2)
-        axes.hlines(at, lower, upper, color=COLORS[k], lw=2.4, alpha=0.45)
-        axes.plot(value, at, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name, clip_on=False)
+        heights = rows + 0.26 * (k - (len(identified) - 1) / 2)
+        axes.hlines(heights, lower, upper, color=COLORS[k], lw=2.4, alpha=0.45)
+        axes.plot(value, heights, SHAPES[k], color=COLORS[k], ms=6, mec="white", mew=0.6, label=name, clip_on=False)
     axes.plot((np.asarray(published) - low) / (high - low), rows, "|", color=INK, ms=16, mew=2.4, label="published")
     _name_rows(axes, names)
     axes.set(xlabel="place between the bounds of Table III", xlim=(0, 1))

@@ -26,10 +26,10 @@ def plot_passive(record: Mapping[str, Any], width: float = WIDTH) -> Figure:
             points = [(float(name), best[name]["cost"]) for name in COSTS if best[name]]
             costs.plot(*np.transpose(points), marker=SHAPES[k], **style, **POINTS, label=f"{kind}, {label}")
             for speed in COSTS:
-                every = [one[kind][speed]["cost"] for one in record["family"][law].values() if one[kind][speed]]
-                if every:
-                    at = float(speed) + 0.012 * (j - 0.5) + 0.005 * (k - 0.5)
-                    costs.vlines(at, *np.percentile(every, (5, 95)), color=COLORS[j], lw=3, alpha=0.3)
+                family = [one[kind][speed]["cost"] for one in record["family"][law].values() if one[kind][speed]]
+                if family:
+                    x = float(speed) + 0.012 * (j - 0.5) + 0.005 * (k - 0.5)
+                    costs.vlines(x, *np.percentile(family, (5, 95)), color=COLORS[j], lw=3, alpha=0.3)
         tuned = record["mechanical"][law][PLACE]["tuned"]
         speeds = np.array([float(name) for name in tuned])
         spring, low, high = ([one[key] for one in tuned.values()] for key in ("stiffness", "low", "high"))

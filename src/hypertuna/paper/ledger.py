@@ -141,8 +141,8 @@ class Entry:
     @property
     def error(self) -> str:
         """The relative error as text; empty for percentages and angles, whose difference says more, and for bounds."""
-        judged = self.verdict != "undetermined" or self.why
-        if self.relative_error is None or self.unit in ("%", "deg") or self.bound or not judged:
+        decided = self.verdict != "undetermined" or self.why
+        if self.relative_error is None or self.unit in ("%", "deg") or self.bound or not decided:
             return ""
         return f"{100 * self.relative_error:+.1f} %"
 
@@ -165,7 +165,7 @@ class Entry:
 
     @property
     def seeds_text(self) -> str:
-        """How many of the seeds agree; empty without noise or a published number."""
+        """The number of seeds that agree, out of all; empty without noise or a published number."""
         return "" if self.seeds is None or self.seeds.passed is None else f"{self.seeds.passed} of {self.seeds.count}"
 
     @property
@@ -234,7 +234,7 @@ def _verdict(finding: Finding, fact: Mapping[str, Any], rule: Rule) -> str:
 
 
 def _open(finding: Finding, published: float, rule: Rule, holds: bool) -> bool:
-    """Return whether the family leaves the verdict open: it does not all agree, or part of it may where a robot fails.
+    """Return whether the family leaves the verdict open: some member disagrees, or may agree where the robot fails.
 
     A robot that fails at 2 or 3 Hz deviates, however wide the family is.
     """
@@ -251,7 +251,7 @@ def fast(key: str) -> bool:
 
 
 def _seeds(values: tuple[float, ...], published: float | None, rule: Rule) -> Seeds | None:
-    """Summarize a number over seeds."""
+    """Return median, range and number of agreeing values of a number over seeds; None without seeds."""
     if not values:
         return None
     low, high = np.percentile(values, (5, 95)).tolist()
@@ -260,5 +260,5 @@ def _seeds(values: tuple[float, ...], published: float | None, rule: Rule) -> Se
 
 
 def _rule(finding: Finding, fact: Mapping[str, Any]) -> Rule:
-    """Return the first rule that fits."""
+    """Return the first rule that fits the id and the kind of a finding."""
     return next(rule for rule in RULES if fnmatch(finding.id, rule.ids) and fnmatch(fact["kind"], rule.kind))

@@ -86,13 +86,13 @@ def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
 
 
 def _facts(ledger: Ledger) -> list[Fact]:
-    """Return the numbers in large letters."""
+    """Return the few numbers that the page shows in large letters."""
     summary = ledger.summary
     errors, counts = summary["speeds"], summary["classes"]["prediction"]
     rms = {model: f"{100 * error['rms_relative_error']:.3g} %" for model, error in errors.items()}
     (distance,) = [entry for entry in ledger.entries if (entry.id, entry.model) == ("range/battery", ARITHMETIC)]
     predictions = sum(counts.values())
-    others = len(ledger.entries) - predictions
+    unpredicted = len(ledger.entries) - predictions
     return [
         Fact(
             f"{summary['reproduced']} of {summary['predictions']}",
@@ -101,7 +101,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
             f"deviate, and {counts['undetermined']} are undetermined: {UNPUBLISHED}",
         ),
         Fact(
-            f"{others}",
+            f"{unpredicted}",
             f"other numbers are fitted, calibrated, chosen with the published one in view, inputs, at a bound, "
             f"or not judged: {summary['verdicts']['agrees'] - counts['agrees']} of them agree, which proves little",
         ),

@@ -52,17 +52,17 @@ def with_fin(robot: Robot, span: float, chord: float) -> Robot:
     knows the area alone.
     """
     document, last = robot.document(), len(robot.links.name) - 1
-    grown, strip = span * chord, document["water"]["strip"]
+    area_ratio, strip = span * chord, document["water"]["strip"]
     mass = document["links"]["mass_kg"][last]
-    document["body"]["mass_kg"] += mass * (grown - 1)
+    document["body"]["mass_kg"] += mass * (area_ratio - 1)
     for name in ("mass_kg", "lateral_area_m2", "wetted_area_m2"):
-        document["links"][name][last] *= grown
+        document["links"][name][last] *= area_ratio
     aspect = strip["edge_aspect"] * span / chord
-    added = plate_mass(aspect) / plate_mass(strip["edge_aspect"])
+    added_mass = plate_mass(aspect) / plate_mass(strip["edge_aspect"])
     steady = strip["drag_normal"][last]
     strip["drag_beating"][last] = (strip["drag_beating"][last] + steady) * chord ** (1 / 3) - steady
-    strip["added_mass_normal"][last] *= added / span  # of rho pi/4 h^2 of the link, by kappa c^2 b
-    strip["edge_added_mass"] *= added
+    strip["added_mass_normal"][last] *= added_mass / span  # of rho pi/4 h^2 of the link, by kappa c^2 b
+    strip["edge_added_mass"] *= added_mass
     strip["edge_lift"] *= helmbold(aspect) / helmbold(strip["edge_aspect"])
     strip |= {"edge_height_m": strip["edge_height_m"] * span, "edge_aspect": aspect}
     document.pop("spatial", None)
@@ -82,7 +82,7 @@ class Swum:
 
 @dataclass(frozen=True)
 class Best:
-    """A cheapest gait."""
+    """The cheapest gait at a speed, or the fastest one: its cost, speed, stiffness, frequency and amplitude."""
 
     cost: float  # J/(kg m)
     speed: float  # m/s
@@ -94,16 +94,16 @@ class Best:
 def swim_passive(
     robot: Robot, *, stiffness: Sequence[float] = STIFFNESS, relaxation: float = RELAXATION, link: int = ROOT
 ) -> Swum:
-    """Swim the settled beats of a robot with a passive hinge over stiffness, frequency and amplitude: mechanical."""
+    """Swim a robot with a passive hinge over stiffness, frequency and amplitude; return settled speeds and costs."""
     amplitudes = [(float(angle),) for angle in np.radians(AMPLITUDE)]
     gaits = Gaits.grid(frequency=list(FREQUENCY), amplitude=amplitudes, phase=[(0.0,)])
     shape = len(FREQUENCY), len(AMPLITUDE)
-    found = []
-    for one in stiffness:
-        beat = settle(passive_robot(robot, one, relaxation=relaxation, link=link), gaits)
+    rows = []
+    for spring in stiffness:
+        beat = settle(passive_robot(robot, spring, relaxation=relaxation, link=link), gaits)
         settled = (beat["status"] == 0) & (beat["speed"] > 0)
-        found.append([np.where(settled, beat[key], np.nan).reshape(shape) for key in ("speed", "cost_of_transport")])
-    speed, cost = np.moveaxis(np.array(found), 1, 0)
+        rows.append([np.where(settled, beat[key], np.nan).reshape(shape) for key in ("speed", "cost_of_transport")])
+    speed, cost = np.moveaxis(np.array(rows), 1, 0)
     return Swum(stiffness, FREQUENCY, AMPLITUDE, speed, cost)
 
 
@@ -113,57 +113,57 @@ def gait_of(best: Best) -> Gait:
 
 
 def cheapest(swum: Swum, target: float) -> list[Best | None]:
-    """Return the cheapest gait of each row at a speed [m/s], along power laws between neighbors."""
-    found: list[Best | None] = [None] * len(swum.rows)
-    size = np.meshgrid(swum.frequency, swum.size, indexing="ij")
+    """Return for each row the cheapest gait at a speed [m/s], by power laws between neighbors; None if not reached."""
+    best: list[Best | None] = [None] * len(swum.rows)
+    axes = np.meshgrid(swum.frequency, swum.size, indexing="ij")
     for axis in (1, 2):
         with np.errstate(invalid="ignore", divide="ignore"):
             speed, cost = (_ends(np.log(values), axis) for values in (swum.speed, swum.cost))
-            part = (np.log(target) - speed[0]) / (speed[1] - speed[0])
-        here = (part >= 0) & (part <= 1)
-        logs = np.where(here, cost[0] + np.where(here, part, 0.0) * (cost[1] - cost[0]), np.inf)
+            fraction = (np.log(target) - speed[0]) / (speed[1] - speed[0])
+        inside = (fraction >= 0) & (fraction <= 1)
+        logs = np.where(inside, cost[0] + np.where(inside, fraction, 0.0) * (cost[1] - cost[0]), np.inf)
         logs[np.isnan(logs)] = np.inf
-        for row, one in enumerate(logs):
-            k = np.unravel_index(int(one.argmin()), one.shape)
-            before = found[row]
-            if np.isfinite(one[k]) and (before is None or one[k] < np.log(before.cost)):
-                at = [_between(place, axis, k, float(part[(row, *k)])) for place in size]
-                found[row] = Best(float(np.exp(one[k])), target, swum.rows[row], *map(float, at))
-    return found
+        for row, costs in enumerate(logs):
+            k = np.unravel_index(int(costs.argmin()), costs.shape)
+            former = best[row]
+            if np.isfinite(costs[k]) and (former is None or costs[k] < np.log(former.cost)):
+                numbers = [_between(place, axis, k, float(fraction[(row, *k)])) for place in axes]
+                best[row] = Best(float(np.exp(costs[k])), target, swum.rows[row], *map(float, numbers))
+    return best
 
 
 def _ends(values: Array, axis: int) -> tuple[Array, Array]:
-    """Return values at both ends of the steps along an axis."""
+    """Return the values at the start and at the end of each step along an axis."""
     count = values.shape[axis]
     return np.take(values, range(count - 1), axis), np.take(values, range(1, count), axis)
 
 
-def _between(place: Array, axis: int, k: tuple[Any, ...], part: float) -> float:
-    """Return the place at a part of the step that begins at an index along an axis, on a logarithmic scale."""
-    low, high = (float(np.log(ends[k])) for ends in _ends(place, axis - 1))
-    return float(np.exp(low + part * (high - low)))
+def _between(values: Array, axis: int, k: tuple[Any, ...], fraction: float) -> float:
+    """Return the value at a fraction of the step that begins at index k along an axis, on a logarithmic scale."""
+    low, high = (float(np.log(ends[k])) for ends in _ends(values, axis - 1))
+    return float(np.exp(low + fraction * (high - low)))
 
 
 def fastest(swum: Swum) -> Best:
-    """Return the fastest gait."""
+    """Return the fastest of all gaits."""
     k = np.unravel_index(int(np.nanargmax(swum.speed)), swum.speed.shape)
-    row, one, size = (int(place) for place in k)
-    return Best(float(swum.cost[k]), float(swum.speed[k]), swum.rows[row], swum.frequency[one], swum.size[size])
+    row, hertz, size = (int(index) for index in k)
+    return Best(float(swum.cost[k]), float(swum.speed[k]), swum.rows[row], swum.frequency[hertz], swum.size[size])
 
 
 def best_of(swum: Swum, target: float) -> Best | None:
     """Return the cheapest gait of all rows at a speed [m/s]; None where no row reaches it."""
-    reached = [one for one in cheapest(swum, target) if one is not None]
-    return min(reached, key=lambda one: one.cost, default=None)
+    reached = [gait for gait in cheapest(swum, target) if gait is not None]
+    return min(reached, key=lambda gait: gait.cost, default=None)
 
 
 def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None:
-    """Return the least cost over the stiffness [J/(kg m)], that stiffness, and between which it costs 5 % more at most.
+    """Return the least cost [J/(kg m)], its stiffness, and the lowest and highest stiffness that cost at most 5 % more.
 
     The least is that of a parabola through the three lowest, over the logarithm of the stiffness.
     """
     rows = cheapest(swum, target)
-    cost = np.array([np.inf if one is None else one.cost for one in rows])
+    cost = np.array([np.inf if g is None else g.cost for g in rows])
     k = int(cost.argmin())
     if not np.isfinite(cost[k]):
         return None
@@ -173,6 +173,6 @@ def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None
         a, b, c = np.polyfit(logs[k - 1 : k + 2] - logs[k], cost[k - 1 : k + 2], 2)
         if a > 0:
             best, least = float(logs[k] - b / (2 * a)), float(c - b**2 / (4 * a))
-    near = logs[cost <= 1.05 * least]
-    low, high = (float(np.exp(end)) for end in (near.min(), near.max())) if near.size else (np.exp(best),) * 2
+    good = logs[cost <= 1.05 * least]
+    low, high = (float(np.exp(end)) for end in (good.min(), good.max())) if good.size else (np.exp(best),) * 2
     return least, float(np.exp(best)), low, high

@@ -87,8 +87,8 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     for chapter in CHAPTERS:
         results[chapter.name] = chapter.compute(trials, full, step)
         step()
-    found = [finding for chapter in CHAPTERS for finding in chapter.findings(results[chapter.name])]
-    findings = results[budget.CHAPTER.name].judged(found)
+    all_findings = [finding for chapter in CHAPTERS for finding in chapter.findings(results[chapter.name])]
+    findings = results[budget.CHAPTER.name].judged(all_findings)
     order = list(paper["values"])
     entries = tuple(judge(paper, finding) for finding in sorted(findings, key=lambda finding: order.index(finding.id)))
     made_by = provenance(robot)

@@ -43,7 +43,7 @@ class Stored:
 
     @cached_property
     def numbers(self) -> Numbers:
-        """By name, a value for each seed (seeds,); ones without a record, from which `finding` makes nothing."""
+        """Values by name (seeds,); arrays of ones without a record, from which `finding` makes no number."""
         if self.record is None:
             return defaultdict(lambda: np.ones(len(SEEDS)))
         return {name: np.array(values) for name, values in self.record["numbers"].items()}
@@ -73,26 +73,26 @@ def compute_seeds(study: str, robot: Robot) -> Stored:
         rows = list(pool.map(lambda seed: STUDIES[study].run(robot, seed), SEEDS))
     numbers = {name: [float(f"{row[name]:.{DIGITS}g}") for row in rows] for name in rows[0]}
     made_by = {key: provenance(robot)[key] for key in ("hypertuna_version", "isa", "robot", "robot_hash")}
-    facts = made_by | {
+    origin = made_by | {
         "taken_hash": taken_hash(robot),
         "command": f"python -m hypertuna.paper.seeds {study}",
         "seeds": list(SEEDS),
     }
-    record = {"study": study} | facts | {"numbers": numbers}
+    record = {"study": study} | origin | {"numbers": numbers}
     lines = [f" {json.dumps(name)}: {json.dumps(values)}" for name, values in numbers.items()]
-    head = json.dumps(record | {"numbers": None}, indent=0).removesuffix("null\n}")
-    write_atomically(_path(study, robot), (head + "{\n" + ",\n".join(lines) + "\n}\n}\n").encode())
+    opening = json.dumps(record | {"numbers": None}, indent=0).removesuffix("null\n}")
+    write_atomically(_path(study, robot), (opening + "{\n" + ",\n".join(lines) + "\n}\n}\n").encode())
     return Stored(study, robot, record)
 
 
 def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> dict[str, Stored]:
     """Return all studies by name; in full compute them again."""
-    found = {}
+    studies = {}
     for study, plan in STUDIES.items():
-        found[study] = (compute_seeds if full else read_seeds)(study, plan.robot())
+        studies[study] = (compute_seeds if full else read_seeds)(study, plan.robot())
         if full and step is not None:
             step()
-    return found
+    return studies
 
 
 def taken_hash(robot: Robot) -> str:

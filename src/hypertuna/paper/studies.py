@@ -31,7 +31,7 @@ class Diverged(Exception):
 
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:
-    """Swim the eight gaits, and large amplitude over frequency."""
+    """Return the numbers of the eight gaits, and of the gaits of large amplitude over frequency."""
     return _swum(robot, swim_gaits(robot), seed)
 
 
@@ -42,18 +42,18 @@ def swim_gaits(robot: Robot) -> dict[str, Gait]:
 
 
 def eight(robot: Robot, seed: int) -> dict[str, float]:
-    """Swim the eight gaits."""
+    """Return the numbers of the eight gaits."""
     return _swum(robot, {name: named_gait(robot, name) for name in SPEEDS}, seed)
 
 
 def _swum(robot: Robot, gaits: Mapping[str, Gait], seed: int) -> dict[str, float]:
-    """Swim gaits: the numbers of all."""
+    """Swim gaits, and return the numbers of all, by gait and quantity."""
     runs = {name: _swim(robot, gait, SWIM, seed) for name, gait in gaits.items()}
     return {key: number for name, run in runs.items() for key, number in swum(name, robot, run).items()}
 
 
 def swum(name: str, robot: Robot, run: TwinRun) -> dict[str, float]:
-    """Return the numbers of a gait: speed [m/s], power [W], lowest pressure [kPa] and swing of each joint [deg]."""
+    """Return a run's numbers by name: speed [m/s], power [W], lowest pressure [kPa], swing of each joint [deg]."""
     numbers = {f"{name} speed": run.speed, f"{name} power": run.electrical_power}
     numbers[f"{name} pressure"] = float(run.pressure_min.min()) / 1e3
     swings = zip(robot.joints, np.degrees(run.swing).tolist(), strict=True)
@@ -61,7 +61,7 @@ def swum(name: str, robot: Robot, run: TwinRun) -> dict[str, float]:
 
 
 def postures(robot: Robot, seed: int) -> dict[str, float]:
-    """Settle at the set angle of Fig. 8 by the bend sensor and by the true bend; the end of a run that does not [s]."""
+    """Return settling times at the angle of Fig. 8 [s] by bend sensor and by true bend; if never, the run's end."""
     numbers: dict[str, float] = {}
     facts = published()["posture"]
     angle = [math.radians(facts["angle_deg"]) if group.name == facts["joint"] else 0.0 for group in robot.joints]
@@ -75,7 +75,7 @@ def postures(robot: Robot, seed: int) -> dict[str, float]:
 
 
 def phases(robot: Robot, seed: int) -> dict[str, float]:
-    """Swim the tank tests over phases."""
+    """Return speed [m/s] and power [W] of the tank tests over amplitude, frequency and phase difference."""
     numbers: dict[str, float] = {}
     for level in LEVELS:
         for hertz in HERTZ:
@@ -87,35 +87,35 @@ def phases(robot: Robot, seed: int) -> dict[str, float]:
 
 
 def turns(robot: Robot, seed: int) -> dict[str, float]:
-    """Turn at the phases of the turning test: radius of the nose's path [BL] and speed [m/s]."""
+    """Return radius of the nose's path [BL] and speed [m/s] of turns at the phases of the turning test."""
     numbers: dict[str, float] = {}
     gait = named_gait(robot, "turning")
     for phase in published()["turning"]["phase_deg"]:
-        other = Gait(gait.frequency, gait.amplitude, (0.0, math.radians(phase)), gait.bias)
-        run = _swim(robot, other, ROUND, seed)
-        late = run.time >= ROUND / 2
-        path = run.data["x"][late] + 1j * run.data["y"][late]
+        shifted = Gait(gait.frequency, gait.amplitude, (0.0, math.radians(phase)), gait.bias)
+        run = _swim(robot, shifted, ROUND, seed)
+        second_half = run.time >= ROUND / 2
+        path = run.data["x"][second_half] + 1j * run.data["y"][second_half]
         numbers |= {f"{phase:g} deg radius": fit_circle(path).radius / robot.body.length}
         numbers |= {f"{phase:g} deg speed": run.speed}
     return numbers
 
 
 def lakes(robot: Robot, seed: int) -> dict[str, float]:
-    """Swim straight in still, shallow water: speed over ground [m/s] and power of the servos [W] of the last half."""
+    """Return ground speed [m/s] and servo power [W] of straight swims in shallow water, over the last half."""
     numbers: dict[str, float] = {}
     for name in LAKE_GAITS:
         run = twin_at_sea(robot, named_gait(robot, name), duration=LAKE, depth=SHALLOW, seed=seed)
         _check(run)
         beats = round(LAKE / 2 * run.gait.frequency) / run.gait.frequency
         first = int(np.searchsorted(run.time, run.time[-1] - beats))
-        way = run.position[-1, :2] - run.position[first, :2]
-        numbers[f"{name} speed"] = float(np.hypot(*way) / (run.time[-1] - run.time[first]))
+        path = run.position[-1, :2] - run.position[first, :2]
+        numbers[f"{name} speed"] = float(np.hypot(*path) / (run.time[-1] - run.time[first]))
         numbers[f"{name} power"] = float(run.data["power"][first:].mean())
     return numbers
 
 
 def dives(robot: Robot, seed: int) -> dict[str, float]:
-    """Dive and float as in Fig. 15: rates [cm/s] and pitches [deg]."""
+    """Return rates [cm/s] and pitches [deg] of diving and floating as in Fig. 15."""
     facts = published()["diving"]
     result = dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]), seed=seed)
     _check(result.run)
@@ -166,7 +166,7 @@ def phase_name(level: str, hertz: float, phase: float) -> str:
 
 
 def _swim(robot: Robot, gait: Gait, seconds: float, seed: int) -> TwinRun:
-    """Swim from the speed of the lagging joints on."""
+    """Return a run that starts at the speed of the settled swim, in which the joints lag."""
     run = twin(robot, gait, duration=seconds, start="swimming", seed=seed)
     _check(run)
     return run

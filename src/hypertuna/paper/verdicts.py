@@ -46,8 +46,8 @@ def write_verdicts(ledger: Ledger) -> Path:
     """Store the verdicts of a ledger, an entry in each line."""
     record = verdicts_of(ledger)
     lines = ",\n".join(f"  {json.dumps(entry)}" for entry in record.pop("entries"))
-    head = json.dumps(record, indent=1, ensure_ascii=False).removesuffix("\n}")
-    content = f'{head},\n "entries": [\n{lines}\n ]\n}}\n'
+    opening = json.dumps(record, indent=1, ensure_ascii=False).removesuffix("\n}")
+    content = f'{opening},\n "entries": [\n{lines}\n ]\n}}\n'
     return write_atomically(shipped("data/published") / "verdicts.json", content.encode())
 
 

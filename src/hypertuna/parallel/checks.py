@@ -30,9 +30,9 @@ def checksum(facts: Mapping[str, Any]) -> str:
 
 
 def is_sound(layout: Layout, total: int) -> bool:
-    """Whether the parts of a layout are of their types and agree."""
+    """Return whether the parts of a layout have the right types and agree with each other."""
     maps = (*vars(layout).values(), *layout.variables.values())
-    if not all(isinstance(one, dict) for one in maps) or not layout.sizes:
+    if not all(isinstance(mapping, dict) for mapping in maps) or not layout.sizes:
         return False
     names = (*layout.sizes, *layout.variables, *layout.coordinates, *layout.table)
     attributes = (layout.facts, *layout.variables.values(), *(about for _, _, about in layout.coordinates.values()))
@@ -52,7 +52,7 @@ def is_sound(layout: Layout, total: int) -> bool:
 
 
 def _is_plain(value: Any) -> bool:
-    """Whether a value is one that NetCDF holds: a number, a text, or a list of either."""
+    """Return whether NetCDF can hold a value: a number, a text, or a list of either."""
     if isinstance(value, list):
         kinds = {str if isinstance(part, str) else float if isinstance(part, int | float) else None for part in value}
         return len(kinds) < 2 and None not in kinds
@@ -62,52 +62,52 @@ def _is_plain(value: Any) -> bool:
 def read_columns(
     path: Path, names: Iterable[str] | None, count: int, entries: int | None
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Read columns of a shard, by default all: each of `count` rows in one whole piece; and its attributes.
+    """Return columns of a shard, by default all, each of `count` rows in one whole piece; and its attributes.
 
     A row has so many `entries`, if it is known. Zarr would take any shape, and zeros for a piece that is missing. The
     checksum of each piece is in the archive. The file is opened once, so that what is checked is what is read.
     """
     with opened(path, "shard") as file, archived(file, KINDS["shard"].largest, stored=True) as archive:
-        there = {one.filename: one for one in archive.infolist()}
-        if sum(one.file_size for one in there.values()) > os.fstat(file.fileno()).st_size:
+        members = {member.filename: member for member in archive.infolist()}
+        if sum(member.file_size for member in members.values()) > os.fstat(file.fileno()).st_size:
             raise ValueError("its pieces lie on each other")
-        if any(one.file_size > MB for name, one in there.items() if name.endswith(ABOUT)):
+        if any(member.file_size > MB for name, member in members.items() if name.endswith(ABOUT)):
             raise ValueError("its metadata is too large")
-        found = sorted(name.removesuffix(f"/{ABOUT}") for name in there if name.endswith(f"/{ABOUT}"))
-        names = found if names is None else names
-        columns = {name: _column(archive, there, name, count, entries) for name in names}
+        stored = sorted(name.removesuffix(f"/{ABOUT}") for name in members if name.endswith(f"/{ABOUT}"))
+        names = stored if names is None else names
+        columns = {name: _column(archive, members, name, count, entries) for name in names}
         return columns, dict(parse_json(unpacked(archive, ABOUT))["attributes"])
 
 
 def _column(
-    archive: zipfile.ZipFile, there: Mapping[str, zipfile.ZipInfo], name: str, count: int, entries: int | None
+    archive: zipfile.ZipFile, members: Mapping[str, zipfile.ZipInfo], name: str, count: int, entries: int | None
 ) -> Array:
-    """Read a column, after a check that it has one piece, of the size that its shape and type need."""
+    """Return a column, checked to have one piece, of the size that its shape and type need."""
     import zarr
     from zarr.buffer.cpu import Buffer
 
     text = unpacked(archive, f"{name}/{ABOUT}")
-    about = parse_json(text)
-    shape, kind = about["shape"], about["data_type"]
-    place = "/".join(["c", *("0" for _ in shape)])
-    piece = there[f"{name}/{place}"]
-    rows = len(shape) in (1, 2) and all(type(size) is int and size > 0 for size in shape) and shape[0] == count
-    if not rows or (entries is not None and math.prod(shape[1:]) != entries):
+    metadata = parse_json(text)
+    shape, dtype = metadata["shape"], metadata["data_type"]
+    chunk = "/".join(["c", *("0" for _ in shape)])
+    piece = members[f"{name}/{chunk}"]
+    fits = len(shape) in (1, 2) and all(type(size) is int and size > 0 for size in shape) and shape[0] == count
+    if not fits or (entries is not None and math.prod(shape[1:]) != entries):
         raise ValueError(f"the shape of {name} is another")
-    if about["chunk_grid"] != {"name": "regular", "configuration": {"chunk_shape": shape}}:
+    if metadata["chunk_grid"] != {"name": "regular", "configuration": {"chunk_shape": shape}}:
         raise ValueError(f"{name} is not in one piece")
-    codecs = [codec["name"] for codec in about["codecs"]]
-    if len(codecs) != 1 or CODECS.get(codecs[0]) not in ("", kind):
+    codecs = [codec["name"] for codec in metadata["codecs"]]
+    if len(codecs) != 1 or CODECS.get(codecs[0]) not in ("", dtype):
         raise ValueError(f"{name} is compressed")
-    values = math.prod(shape)
+    total = math.prod(shape)
     if codecs == ["bytes"]:
-        whole = piece.file_size == values * np.dtype(kind).itemsize
+        complete = piece.file_size == total * np.dtype(dtype).itemsize
     else:
         with archive.open(piece) as content:
-            whole = int.from_bytes(content.read(4), "little") == values <= TEXTS
-    if not whole:
+            complete = int.from_bytes(content.read(4), "little") == total <= TEXTS
+    if not complete:
         raise ValueError(f"the size of {name} is not that of its shape")
-    parts = {ABOUT: text, place: unpacked(archive, piece)}
+    parts = {ABOUT: text, chunk: unpacked(archive, piece)}
     store = {key: Buffer.from_bytes(part) for key, part in parts.items()}
     column: Any = zarr.open_array(zarr.storage.MemoryStore(store), mode="r")
     return np.asarray(column[...])

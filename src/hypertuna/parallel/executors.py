@@ -51,11 +51,11 @@ def map_shards(
         yield from map(work, shards)
         return
     task = _Task(work, version(), _core.isa())
-    left, waiting, losses = iter(shards), deque[tuple[S, Future[R]]](), 0
+    remaining, waiting, losses = iter(shards), deque[tuple[S, Future[R]]](), 0
     with _Pool(executor) as pool:
         try:
             while True:
-                for shard in islice(left, in_flight - len(waiting)):
+                for shard in islice(remaining, in_flight - len(waiting)):
                     waiting.append((shard, pool.submit(task, shard)))
                 if not waiting:
                     return
@@ -74,8 +74,8 @@ def map_shards(
                 waiting.popleft()
                 if losses:
                     losses = 0
-                    for k, (other, one) in enumerate(waiting):
-                        if one.done() and _is_lost(one):
+                    for k, (other, pending) in enumerate(waiting):
+                        if pending.done() and _is_lost(pending):
                             waiting[k] = other, pool.submit(task, other)
                 yield result
         finally:
@@ -92,9 +92,9 @@ class _Task(Generic[S, R]):
     isa: str
 
     def __call__(self, shard: S) -> R:
-        for key, here, wanted in (("hypertuna", version(), self.version), ("HYPERTUNA_ISA", _core.isa(), self.isa)):
-            if here != wanted:
-                rule = f"must be {wanted} on every worker, as on the machine that started the work"
+        for key, here, sent in (("hypertuna", version(), self.version), ("HYPERTUNA_ISA", _core.isa(), self.isa)):
+            if here != sent:
+                rule = f"must be {sent} on every worker, as on the machine that started the work"
                 fix = "install the same version everywhere" if key == "hypertuna" else "set it to the same everywhere"
                 raise InputError(rule, key=key, value=here, fix=fix)
         return self.work(shard)
@@ -106,7 +106,7 @@ class _Pool:
     def __init__(self, executor: Executors) -> None:
         self._stack = contextlib.ExitStack()
         self._make = None if isinstance(executor, Executor) else executor
-        self._pool = self._open() if self._make else executor
+        self._pool = self._open_pool() if self._make else executor
 
     def __enter__(self) -> _Pool:
         return self
@@ -115,17 +115,17 @@ class _Pool:
         self._stack.close()
 
     def submit(self, task: Callable[[S], R], shard: S) -> Future[R]:
-        """Submit a shard."""
+        """Submit a shard to the executor, made anew if it broke; return the future of its result."""
         try:
             return self._pool.submit(task, shard)  # type: ignore[union-attr]  # an executor, see __init__
         except BrokenExecutor:
             if self._make is None:
                 fix = "run again to resume, or pass a function that makes the executor"
                 raise InputError("lost a process and takes no more work", key="executor", fix=fix) from None
-            self._pool = self._open()
+            self._pool = self._open_pool()
             return self._pool.submit(task, shard)
 
-    def _open(self) -> Executor:
+    def _open_pool(self) -> Executor:
         assert self._make is not None
         pool = self._stack.enter_context(self._make())
         self._stack.callback(_end_processes, pool)
@@ -157,13 +157,13 @@ def _too_many_losses(shard: object) -> InputError:
 
 @contextlib.contextmanager
 def cluster(address: str) -> Iterator[Executor]:
-    """Connect to a Dask scheduler by its address, or the path of its scheduler file."""
+    """Yield an executor of a Dask scheduler, given by its address or the path of its scheduler file."""
     need("cluster", "distributed", by="--cluster")
     import distributed
 
     client: Any = None
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError, NotImplementedError):  # no answer, or no address
-        client = cast(Any, distributed.Client)(_checked(address), timeout=TIMEOUT, set_as_default=False)
+        client = cast(Any, distributed.Client)(_scheduler_address(address), timeout=TIMEOUT, set_as_default=False)
     if client is None:
         fix = "give the address that `dask scheduler` prints, such as tcp://node1:8786, or its scheduler file"
         raise InputError("must be a Dask scheduler that answers", key="--cluster", value=address, fix=fix)
@@ -171,11 +171,11 @@ def cluster(address: str) -> Iterator[Executor]:
         yield client.get_executor(pure=False)
 
 
-def _checked(place: str) -> str:
-    """Return the address, or that in a scheduler file, if it can be one: a client of another hangs at its end."""
+def _scheduler_address(given: str) -> str:
+    """Return a scheduler's address, given or in a scheduler file; ValueError for one at which a client would hang."""
     from distributed.comm.addressing import get_address_host_port, resolve_address
 
-    address: str = parse_json(read_bytes(place, "scheduler"))["address"] if Path(place).is_file() else place
+    address: str = parse_json(read_bytes(given, "scheduler"))["address"] if Path(given).is_file() else given
     _, port = cast(Any, get_address_host_port)(cast(Any, resolve_address)(address))
     if not 0 < port < 2**16:
         raise ValueError

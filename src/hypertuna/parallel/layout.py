@@ -26,17 +26,17 @@ class Layout:
     table: Mapping[str, str]  # columns of a CSV file after the coordinates: variable and head
 
     def dataset(self, columns: Mapping[str, Array]) -> xr.Dataset:
-        """Label columns, each with an entry per item."""
+        """Return columns, each with an entry per item, as a labeled dataset."""
         dims, shape = tuple(self.sizes), tuple(self.sizes.values())
-        parts = {name: (dims, values.reshape(shape), self.variables[name]) for name, values in columns.items()}
-        places = {name: (dim, np.array(values), about) for name, (dim, values, about) in self.coordinates.items()}
-        return dataset(parts, places, dict(self.facts))
+        variables = {name: (dims, values.reshape(shape), self.variables[name]) for name, values in columns.items()}
+        labels = {name: (dim, np.array(values), about) for name, (dim, values, about) in self.coordinates.items()}
+        return dataset(variables, labels, dict(self.facts))
 
     @property
     def heads(self) -> dict[str, str]:
         """Columns of a CSV file, as `variable_columns` takes them."""
-        places = (name for name, (_, _, about) in self.coordinates.items() if "same_as" not in about)
-        return {name: name for name in places} | dict(self.table)
+        names = (name for name, (_, _, attributes) in self.coordinates.items() if "same_as" not in attributes)
+        return {name: name for name in names} | dict(self.table)
 
 
 NO_LAYOUT = Layout({}, {}, {}, {}, {})

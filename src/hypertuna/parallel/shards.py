@@ -63,26 +63,26 @@ class Shards:
         return -(-self.total // self.size)
 
     def range(self, shard: int) -> tuple[int, int]:
-        """First item of a shard, and one beyond its last."""
+        """Return the first item of a shard, and the one after its last."""
         return shard * self.size, min((shard + 1) * self.size, self.total)
 
     def path(self, shard: int) -> Path:
-        """File of a shard."""
+        """Return the path of a shard's file."""
         return self.folder / f"shard-{shard:06}.zarr.zip"
 
     def missing(self, part: tuple[int, int] = (1, 1)) -> list[int]:
-        """Shards without a file; of part I of N parts every N-th, from the I-th."""
+        """Return the shards without a file; of part I of N parts every N-th, from the I-th."""
         return [shard for shard in range(part[0] - 1, len(self), part[1]) if not self.path(shard).exists()]
 
     def write(self, shard: int, columns: Columns) -> int:
         """Write a shard; return its bytes."""
         import zarr
 
-        about = {"manifest": self.digest, "shard": shard, "range": list(self.range(shard))}
+        attributes = {"manifest": self.digest, "shard": shard, "range": list(self.range(shard))}
         with scratch() as folder:
             file = folder / "shard.zip"
             with zarr.storage.ZipStore(file, mode="w") as store:
-                group = zarr.create_group(store, attributes=about)
+                group = zarr.create_group(store, attributes=attributes)
                 for name, values in columns.items():
                     stored = values.astype(TEXT) if values.dtype.kind in "UO" else values
                     group.create_array(name, data=stored, chunks=values.shape, compressors=None, config=WHOLE)
@@ -91,24 +91,24 @@ class Shards:
         return len(content)
 
     def read(self, shard: int, names: Iterable[str] | None = None) -> dict[str, Array]:
-        """Read and check a shard, or some of its columns."""
+        """Return the columns of a shard, or some of them, checked."""
         path, first, last = self.path(shard), *self.range(shard)
         again = f"remove it, then {AGAIN}"
         sizes = self.layout.sizes.values()
         try:
             entries = math.prod(sizes) // self.total if sizes else None
-            columns, about = read_columns(path, names, last - first, entries)
+            columns, attributes = read_columns(path, names, last - first, entries)
             columns |= {name: values.astype(object) for name, values in columns.items() if values.dtype == TEXT}
         except InputError as error:
             raise InputError(error.rule, file=str(path), value=error.value, fix=again) from None
         except damage() as error:
             raise InputError(f"is damaged ({error})", file=str(path), fix=again) from None
-        if about.get("manifest") != self.digest:
+        if attributes.get("manifest") != self.digest:
             raise InputError(
                 "must be a shard of the manifest in its folder", file=str(path), value="of another", fix=again
             )
-        if about.get("shard") != shard:
-            value = f"shard {about.get('shard')}"
+        if attributes.get("shard") != shard:
+            value = f"shard {attributes.get('shard')}"
             raise InputError(f"must be shard {shard}", file=str(path), value=value, fix=again)
         return columns
 
@@ -141,16 +141,16 @@ def open_shards(folder: str | Path) -> Shards:
             raise ValueError
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError("must be a manifest of shards", file=str(path), fix=fix) from None
-    digest, new = manifest.pop("sha256", None), "start over in another folder"
+    digest, restart = manifest.pop("sha256", None), "start over in another folder"
     if digest is None:
-        raise InputError("must be a manifest with a checksum, which earlier versions lack", file=str(path), fix=new)
+        raise InputError("must be a manifest with a checksum, which earlier versions lack", file=str(path), fix=restart)
     if digest != checksum(manifest):
-        raise InputError("is damaged", file=str(path), fix=new)
+        raise InputError("is damaged", file=str(path), fix=restart)
     try:
         shards = Shards(Path(folder), layout=Layout(**manifest.pop("layout")), **manifest, digest=digest)
-        counts = all(type(count) is int and count > 0 for count in (shards.total, shards.size))
-        texts = isinstance(shards.header, dict) and isinstance(shards.command, str)
-        if not (counts and texts and len(shards) <= MOST and is_sound(shards.layout, shards.total)):
+        counts_fit = all(type(count) is int and count > 0 for count in (shards.total, shards.size))
+        texts_fit = isinstance(shards.header, dict) and isinstance(shards.command, str)
+        if not (counts_fit and texts_fit and len(shards) <= MOST and is_sound(shards.layout, shards.total)):
             raise ValueError
         return shards
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
@@ -177,23 +177,23 @@ def make_shards(
     command: str,
     progress: Callable[[int, int], None] | None = None,
 ) -> int:
-    """Make the missing shards of a part, each by whoever computes it; return the number of shards made."""
+    """Compute and write the missing shards of part I of N parts; return the number of shards made."""
     if not 1 <= part[0] <= part[1]:
         raise InputError("must be I and N, I from 1 to N", key="part", value=f"{part}", fix="give (3, 100), say")
-    shards = _started(folder, cases, size, command)
-    todo = shards.missing(part)
-    share = len(range(part[0] - 1, len(shards), part[1]))
+    shards = _opened(folder, cases, size, command)
+    missing = shards.missing(part)
+    part_size = len(range(part[0] - 1, len(shards), part[1]))
     # Workers need no labels, and may run in another folder.
     shards = replace(shards, layout=NO_LAYOUT, folder=shards.folder.absolute())
-    making, made = _Making(shards, cases.work), 0
-    for made, _ in enumerate(map_shards(making, todo, executor, in_flight=IN_FLIGHT), 1):
+    task, made = _ShardTask(shards, cases.work), 0
+    for made, _ in enumerate(map_shards(task, missing, executor, in_flight=IN_FLIGHT), 1):
         if progress is not None:
-            progress(share - len(todo) + made, share)
+            progress(part_size - len(missing) + made, part_size)
     return made
 
 
-def _started(folder: str | Path, cases: Cases, size: int | None, command: str) -> Shards:
-    """Make a folder of shards, or go on with one of the same header."""
+def _opened(folder: str | Path, cases: Cases, size: int | None, command: str) -> Shards:
+    """Return a folder of shards: a new one, or the present one if its header is the same."""
     need("cluster", "zarr", by="a folder of shards")
     shards = Shards(Path(folder), cases.header, cases.total, shard_size(cases.total, size), cases.layout, command)
     path = shards.folder / MANIFEST
@@ -205,18 +205,18 @@ def _started(folder: str | Path, cases: Cases, size: int | None, command: str) -
         facts = json.loads(json.dumps({**facts, "layout": vars(cases.layout)}, default=np.ndarray.tolist))
         text = json.dumps({"mark": MARK, "sha256": checksum(facts), **facts}, indent=1)
         write_atomically(path, text.encode())
-    there = open_shards(folder)  # of whoever was first
-    sizes = {"items": shards.total, "shard size": there.size if size is None else shards.size}
-    old = {**there.header, "items": there.total, "shard size": there.size}
+    present = open_shards(folder)  # of whoever was first
+    sizes = {"items": shards.total, "shard size": present.size if size is None else shards.size}
+    old = {**present.header, "items": present.total, "shard size": present.size}
     check_same_header(
         str(path), old, {**cases.header, **sizes}, "give another folder, or remove this one to start over"
     )
-    return there
+    return present
 
 
 @dataclass(frozen=True)
-class _Making:
-    """Compute a shard and write it."""
+class _ShardTask:
+    """A task of an executor: compute a shard and write it."""
 
     shards: Shards
     work: Callable[[int, int], Columns]  # columns of the items from first to last
@@ -248,11 +248,11 @@ def merge_shards(folder: str | Path) -> xr.Dataset:
     shards = open_shards(folder)
     _check_values(shards, len(shards.layout.variables))
     check_complete(shards)
-    return _merged(shards, lambda *_: None)
+    return _merged_dataset(shards, lambda *_: None)
 
 
-def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
-    """Merge all shards in memory."""
+def _merged_dataset(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
+    """Return the dataset of all shards, merged in memory."""
     parts = []
     for shard in range(len(shards)):
         parts.append(shards.read(shard, shards.layout.variables))
@@ -264,16 +264,16 @@ def _merged(shards: Shards, progress: Callable[[int, int], None]) -> xr.Dataset:
 
 def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[int, int], None]) -> None:
     """Check all shards and merge them into a file, NetCDF variable by variable: memory holds one of them."""
-    table = path is not None and str(path).lower().endswith(".csv")
-    _check_values(shards, len(shards.layout.variables) if table else int(path is not None))
+    is_csv = path is not None and str(path).lower().endswith(".csv")
+    _check_values(shards, len(shards.layout.variables) if is_csv else int(path is not None))
     check_complete(shards)
     if path is None:
         for shard in range(len(shards)):
             shards.read(shard)
             progress(shard + 1, len(shards))
         return
-    if table:
-        data = _merged(shards, progress).assign_attrs(command=shards.command)
+    if is_csv:
+        data = _merged_dataset(shards, progress).assign_attrs(command=shards.command)
         columns_csv(data.attrs, variable_columns(data, shards.layout.heads), digits=None).write(path)
         return
     names = list(shards.layout.variables)
@@ -290,7 +290,7 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
 
 
 def _check_values(shards: Shards, variables: int) -> None:
-    """Check how many values are merged at once, by the manifest: as many of each variable."""
+    """Check by the manifest how many values are merged at once, for a number of variables."""
     values = math.prod(shards.layout.sizes.values()) * variables
     if values > MERGED:
         rule = f"must have at most {MERGED} values to merge at once"
@@ -300,12 +300,12 @@ def _check_values(shards: Shards, variables: int) -> None:
 
 def check_complete(shards: Shards) -> None:
     """Check that all shards are there, and none that is not of this work."""
-    known = {shards.path(shard).name for shard in range(len(shards))}
-    if foreign := sorted(file.name for file in shards.folder.glob("shard-*") if file.name not in known):
+    expected = {shards.path(shard).name for shard in range(len(shards))}
+    if foreign := sorted(file.name for file in shards.folder.glob("shard-*") if file.name not in expected):
         fix = "remove it" if len(foreign) == 1 else f"remove it and {len(foreign) - 1} more"
         raise InputError("must be a shard of the manifest in its folder", file=str(shards.folder / foreign[0]), fix=fix)
     if missing := shards.missing():
-        listed = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
-        lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({listed})"
+        numbers = ", ".join(map(str, missing[:LISTED])) + f" and {len(missing) - LISTED} more" * (len(missing) > LISTED)
+        lacking = f"{len(missing)} {'are' if missing[1:] else 'is'} missing ({numbers})"
         rule = f"must have all {len(shards)} shards, but {lacking}"
         raise InputError(rule, file=str(shards.folder), fix=AGAIN)

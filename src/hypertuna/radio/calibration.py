@@ -37,7 +37,7 @@ Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Calibration of a sensor or servo."""
+    """Result of calibrating a sensor or servo: parameters to set on the robot, and residuals."""
 
     sensor: str  # name, such as bend_0
     parameters: dict[str, float]  # values to set on the robot [SI]
@@ -73,8 +73,8 @@ def parse_sensor(text: str) -> tuple[str, int]:
 def zero_and_scale(sensor: str) -> tuple[str, str]:
     """Return the parameters of a sensor with a straight line: bend_zero_0, bend_scale_0."""
     kind, number = parse_sensor(sensor)
-    end = "" if kind in SINGLE else f"_{number}"
-    return f"{kind}_zero{end}", f"{kind}_scale{end}"
+    suffix = "" if kind in SINGLE else f"_{number}"
+    return f"{kind}_zero{suffix}", f"{kind}_scale{suffix}"
 
 
 def read_pairs(path: str | Path) -> list[Pair]:
@@ -87,7 +87,7 @@ def read_pairs(path: str | Path) -> list[Pair]:
 
 
 def _pair(_: int, cells: dict[str, str]) -> Pair:
-    """Return the pair of a row."""
+    """Return sensor, counts and reference [SI] of a row."""
     kind, _ = parse_sensor(cells["sensor"])
     if kind in AXES:
         fix = f"calibrate it live: --sensor {kind} --connect ..."
@@ -108,10 +108,10 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
         if len(np.unique(reference)) < 2:
             rule, value = "must be measured at two or more references", f"measured at one, in {len(table)} rows"
             raise InputError(rule, key=sensor, value=value, fix="add a reference")
-        spread = counts - counts.mean()
-        if not np.any(np.abs(spread) > 0):
+        deviation = counts - counts.mean()
+        if not np.any(np.abs(deviation) > 0):
             raise InputError("must change with the reference", key=sensor, value="stuck", fix="check its wires")
-        scale = float(spread @ (reference - reference.mean()) / (spread @ spread))
+        scale = float(deviation @ (reference - reference.mean()) / (deviation @ deviation))
         if scale == 0:
             raise InputError("must change with the reference", key=sensor, value="only noise", fix="check its wires")
         zero = float(counts.mean() - reference.mean() / scale)

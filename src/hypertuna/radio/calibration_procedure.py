@@ -1,4 +1,4 @@
-"""Procedure of a calibration: what the operator of a connected robot is asked, what is sampled meanwhile and stored."""
+"""Calibration of a connected robot: questions to its operator, samples of its sensors, parameters stored on board."""
 
 import math
 import time
@@ -37,16 +37,16 @@ Calibrated = tuple[tuple[Calibration, ...], Known]
 
 
 class Operator(Protocol):
-    """The person at the robot. While a question is open, the robot is listened to: no old reading is left over."""
+    """The person at the robot. While a question is open, messages are received, so that no old one is left over."""
 
     def ask(self, robot: Client, question: str) -> str:
-        """Ask, and return the answer."""
+        """Ask the operator a question, and return the answer."""
 
     def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
-        """Ask for a number in a unit; `key` is for the error."""
+        """Ask the operator for a number in a unit, and return it; `key` is for the error."""
 
     def tell(self, text: str, *, end: str = "\n") -> None:
-        """Show a text."""
+        """Show the operator a text."""
 
 
 def calibrate_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
@@ -54,62 +54,62 @@ def calibrate_live(robot: Client, operator: Operator, sensor: str, references: S
     if sensor == "servo":
         return _servos_live(robot, operator)
     kind, _ = parse_sensor(sensor)
-    live = {"accelerometer": _accelerometer_live, "gyroscope": _gyroscope_live, "compass": _compass_live}
-    if kind in live:
-        return live[kind](robot, operator)
+    procedures = {"accelerometer": _accelerometer_live, "gyroscope": _gyroscope_live, "compass": _compass_live}
+    if kind in procedures:
+        return procedures[kind](robot, operator)
     return (_servo_live if kind == "servo" else _sensor_live)(robot, operator, sensor, references)
 
 
 def store(robot: Client, calibrations: tuple[Calibration, ...], known: Known) -> None:
     """Send all parameters of calibrations, or restore those that the robot had before."""
-    kept: list[str] = []
+    stored: list[str] = []
     try:
-        for name, value in ((name, value) for one in calibrations for name, value in one.parameters.items()):
+        for name, value in ((name, value) for fit in calibrations for name, value in fit.parameters.items()):
             set_parameter(robot, name, value)
-            kept.append(name)
+            stored.append(name)
     except InputError as error:
         try:
-            for name in kept:
+            for name in stored:
                 set_parameter(robot, name, known[name])
         except InputError:
-            fix = f"{error.fix}; the robot may have new values of {', '.join(kept)}: calibrate again"
+            fix = f"{error.fix}; the robot may have new values of {', '.join(stored)}: calibrate again"
             raise InputError(error.rule, key=error.key, value=error.value, fix=fix) from None
         raise
 
 
 def known_parameters(robot: Client, names: Sequence[str]) -> Known:
-    """Read parameters of the robot."""
+    """Return parameters of the robot by name, as they are on board [SI]."""
     return {name: read_parameter(robot, name) for name in names}
 
 
 def _sensor_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
-    """Ask for one reference after another, and average the readings at each; a lone voltage gives the scale alone."""
+    """Calibrate a sensor by its mean readings at references that the operator sets; one voltage gives a scale alone."""
     kind, index = parse_sensor(sensor)
     if kind == "depth" and not references:
         return (_zero_depth(robot, operator),), {}
     unit, factor = KINDS[kind]
     names = zero_and_scale(sensor)
-    known = known_parameters(robot, names)
-    zero, scale = known.values()
+    on_board = known_parameters(robot, names)
+    zero, scale = on_board.values()
     pairs: list[Pair] = []
     for value in references:
         operator.ask(robot, f"bring {sensor} to {value:g} {unit}, hold it, and press Enter")
-        read = average(robot, kind, index)
-        counts = read if kind == "depth" else read / scale + zero
+        reading = average(robot, kind, index)
+        counts = reading if kind == "depth" else reading / scale + zero
         operator.tell(f"  it shows {scale * (counts - zero) * factor:.4g} {unit}")
         pairs.append((sensor, counts, value / factor))
     if len(pairs) > 1:
-        return calibrate(pairs), known
+        return calibrate(pairs), on_board
     _, counts, value = pairs[0]
     if counts <= zero:
         raise InputError(
             "must read more counts than its zero", key=sensor, value=f"{counts:.0f} counts", fix="check its divider"
         )
-    return (Calibration(sensor, {names[1]: value / (counts - zero)}, 0.0, 1),), known
+    return (Calibration(sensor, {names[1]: value / (counts - zero)}, 0.0, 1),), on_board
 
 
 def _zero_depth(robot: Client, operator: Operator) -> Calibration:
-    """Take the present depth as that of the surface."""
+    """Make the robot take its present depth as that of the surface."""
     operator.ask(robot, "keep the depth sensor in air or at the surface, and press Enter")
     robot.command(PREFLIGHT_CALIBRATION, 0, 0, 1, name="zero of the depth")
     depth = request(robot, "LOCAL_POSITION_NED").z
@@ -119,47 +119,47 @@ def _zero_depth(robot: Client, operator: Operator) -> Calibration:
 # --- IMU
 
 
-def _axes(name: str) -> list[str]:
-    """Return the parameters of three axes: field_zero_0 to field_scale_2."""
+def _axis_parameters(name: str) -> list[str]:
+    """Return the names of the parameters of three axes: field_zero_0 to field_scale_2."""
     return [f"{name}_{part}_{k}" for part in ("zero", "scale") for k in range(3)]
 
 
-def _parts(known: Known) -> tuple[Array, Array]:
-    """Return zeros and scales of parameters of three axes."""
-    values = list(known.values())
+def _zeros_and_scales(on_board: Known) -> tuple[Array, Array]:
+    """Return zeros and scales, (3,) each, from the parameters of three axes."""
+    values = list(on_board.values())
     return np.array(values[:3]), np.array(values[3:])
 
 
 def _accelerometer_live(robot: Client, operator: Operator) -> Calibrated:
-    known = known_parameters(robot, _axes("accel"))
+    on_board = known_parameters(robot, _axis_parameters("accel"))
     means: dict[Position, Array] = {}
     with streaming(robot, "RAW_IMU"):
         for k, position in enumerate(POSITIONS, 1):
             operator.ask(robot, f"{k} of {len(POSITIONS)}: hold the robot {position.text}, and press Enter")
             means[position] = sample_imu(robot, SAMPLING)["acceleration"].mean(axis=0)
-    return (calibrate_accelerometer(means),), known
+    return (calibrate_accelerometer(means),), on_board
 
 
 def _gyroscope_live(robot: Client, operator: Operator) -> Calibrated:
-    known = known_parameters(robot, _axes("rate"))
+    on_board = known_parameters(robot, _axis_parameters("rate"))
     operator.ask(robot, "put the robot on a table, let it rest, and press Enter")
     with streaming(robot, "RAW_IMU"):
         counts = sample_imu(robot, REST)["rate"]
-    return (calibrate_gyroscope(counts, _parts(known)[1]),), known
+    return (calibrate_gyroscope(counts, _zeros_and_scales(on_board)[1]),), on_board
 
 
 def _compass_live(robot: Client, operator: Operator) -> Calibrated:
-    """Sample while the robot is turned, until all directions are covered."""
-    known = known_parameters(robot, _axes("field"))
-    zero, scale = _parts(known_parameters(robot, _axes("accel")))
+    """Calibrate the compass by samples of a robot that is turned, until all directions are covered."""
+    on_board = known_parameters(robot, _axis_parameters("field"))
+    zero, scale = _zeros_and_scales(known_parameters(robot, _axis_parameters("accel")))
     operator.ask(
         robot, "keep away from iron, press Enter, and turn the robot slowly in all directions until you read `enough`"
     )
     parts: list[Samples] = []
-    end = time.monotonic() + TURNING_MAX
+    deadline = time.monotonic() + TURNING_MAX
     faces = 0
     with streaming(robot, "RAW_IMU"):
-        while time.monotonic() < end:
+        while time.monotonic() < deadline:
             parts.append(sample_imu(robot, 1.0))
             field = np.concatenate([part["field"] for part in parts])
             sphere = fit_sphere(field, 1.0) if len(field) >= SAMPLES_MIN else None
@@ -169,7 +169,7 @@ def _compass_live(robot: Client, operator: Operator) -> Calibrated:
                 break
     operator.tell("enough" if faces == len(FACES) else "")
     acceleration = scale * (np.concatenate([part["acceleration"] for part in parts]) - zero)
-    return (calibrate_compass(field, acceleration),), known
+    return (calibrate_compass(field, acceleration),), on_board
 
 
 def calibrate_log(path: str | Path) -> Calibration:
@@ -183,25 +183,25 @@ def calibrate_log(path: str | Path) -> Calibration:
 
 def calibrate_readings(robot: Client, field: Array, acceleration: Array) -> Calibrated:
     """Calibrate the compass from readings (samples, 3) of field and acceleration by the calibration on board."""
-    known = known_parameters(robot, _axes("field"))
-    zero, scale = _parts(known)
-    whole = np.isfinite(field).all(axis=1) & np.isfinite(acceleration).all(axis=1)
-    counts = field[whole].astype(float) / scale + zero
-    return (calibrate_compass(counts, acceleration[whole].astype(float)),), known
+    on_board = known_parameters(robot, _axis_parameters("field"))
+    zero, scale = _zeros_and_scales(on_board)
+    finite = np.isfinite(field).all(axis=1) & np.isfinite(acceleration).all(axis=1)
+    counts = field[finite].astype(float) / scale + zero
+    return (calibrate_compass(counts, acceleration[finite].astype(float)),), on_board
 
 
 # --- servos
 
 
 def _servo_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
-    """Hold the servo at neutral, ask for its angle unless it is given, and subtract it from the trim."""
+    """Calibrate a servo's trim by its angle at neutral, given or read by the operator."""
     if references:
-        return _trimmed(robot, {sensor: references[0]})
-    return _servos(robot, operator, [sensor])
+        return _trim_calibrations(robot, {sensor: references[0]})
+    return _trims_at_neutral(robot, operator, [sensor])
 
 
 def _servos_live(robot: Client, operator: Operator) -> Calibrated:
-    """Hold all servos at neutral, and ask for the angle of one after another."""
+    """Calibrate the trims of all servos by their angles at neutral, which the operator reads."""
     names = []
     for number in range(10):
         try:
@@ -209,11 +209,11 @@ def _servos_live(robot: Client, operator: Operator) -> Calibrated:
         except InputError:
             break
         names.append(f"servo_{number}")
-    return _servos(robot, operator, names)
+    return _trims_at_neutral(robot, operator, names)
 
 
-def _servos(robot: Client, operator: Operator, sensors: Sequence[str]) -> Calibrated:
-    """Arm, ask for the angles of servos at neutral, and disarm."""
+def _trims_at_neutral(robot: Client, operator: Operator, sensors: Sequence[str]) -> Calibrated:
+    """Return the trims of servos by their angles at neutral, which the operator reads while the robot is armed."""
     operator.ask(robot, "keep clear: Enter arms the robot, and its tail rests at neutral")
     robot.arm()
     try:
@@ -223,13 +223,13 @@ def _servos(robot: Client, operator: Operator, sensors: Sequence[str]) -> Calibr
         }
     finally:
         robot.arm(False)
-    return _trimmed(robot, angles)
+    return _trim_calibrations(robot, angles)
 
 
-def _trimmed(robot: Client, angles: dict[str, float]) -> Calibrated:
-    """Subtract angles [deg] from the servos' trims."""
+def _trim_calibrations(robot: Client, angles: dict[str, float]) -> Calibrated:
+    """Return the calibrations of servos whose angles at neutral [deg] are subtracted from their trims."""
     names = {sensor: f"servo_trim_{parse_sensor(sensor)[1]}" for sensor in angles}
-    known = known_parameters(robot, list(names.values()))
+    on_board = known_parameters(robot, list(names.values()))
     factor = read_parameter(robot, "pulse_per_rad")
-    trims = {names[sensor]: known[names[sensor]] - math.radians(angle) * factor for sensor, angle in angles.items()}
-    return tuple(Calibration(sensor, {names[sensor]: trims[names[sensor]]}, 0.0, 1) for sensor in angles), known
+    trims = {names[sensor]: on_board[names[sensor]] - math.radians(angle) * factor for sensor, angle in angles.items()}
+    return tuple(Calibration(sensor, {names[sensor]: trims[names[sensor]]}, 0.0, 1) for sensor in angles), on_board

@@ -16,7 +16,7 @@ PREARM_BIT = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK: whether it may be armed
 
 @dataclass(frozen=True)
 class Readiness:
-    """Whether a robot may be armed."""
+    """Whether a robot may be armed, its faults and its readings."""
 
     ready: bool
     reasons: tuple[str, ...]  # why not, in the robot's words
@@ -43,22 +43,22 @@ class Readiness:
 
 
 def check_ready(robot: Client) -> Readiness:
-    """Ask a disarmed robot whether it may be armed."""
-    before = len(robot.texts)
+    """Return whether a disarmed robot may be armed, its faults and its readings."""
+    texts_before = len(robot.texts)
     robot.command(RUN_PREARM_CHECKS, name="check")
     robot.wait(of_kind("STATUSTEXT"), PATIENCE)
-    pilot, status, motion, place = (
+    pilot, status, motion, position = (
         request(robot, name) for name in ("PILOT", "SYS_STATUS", "ATTITUDE", "LOCAL_POSITION_NED")
     )
     ready = bool(status.onboard_control_sensors_health & PREARM_BIT)
     rows = [row for k, row in enumerate(_core.fault_table()) if pilot.fault >> k & 1]
-    volts = status.voltage_battery
+    millivolts = status.voltage_battery
     return Readiness(
         ready,
-        () if ready else tuple(robot.texts[before:]),
+        () if ready else tuple(robot.texts[texts_before:]),
         tuple((name, sentence, forbids) for name, sentence, _, _, forbids, *_ in rows),
-        math.nan if volts == VOLTAGE_SILENT else volts / 1000,
-        place.z,
+        math.nan if millivolts == VOLTAGE_SILENT else millivolts / 1000,
+        position.z,
         motion.yaw % math.tau,
         motion.roll,
         motion.pitch,
@@ -66,7 +66,7 @@ def check_ready(robot: Client) -> Readiness:
 
 
 def request(robot: Client, name: str) -> Any:
-    """Request one message, and return it."""
+    """Return the next message of a name, which is requested from the robot."""
     for _ in range(TRIES):
         robot.command(REQUEST_MESSAGE, getattr(dialect(), f"MAVLINK_MSG_ID_{name}"), name=f"request of {name}")
         if (message := robot.wait(of_kind(name), PATIENCE)) is not None:

@@ -30,11 +30,11 @@ Listener = Callable[[Any], None]
 
 def address(text: str) -> tuple[str, int]:
     """Parse an address of `--connect` to pymavlink's spelling and a baud rate [1/s]."""
-    kind, _, rest = text.partition(":")
-    host, _, number = rest.rpartition(":")
+    kind, _, remainder = text.partition(":")
+    host, _, number = remainder.rpartition(":")
     fix = "write udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600"
-    if kind == "serial" and rest:
-        return (host, int(number)) if number.isdecimal() and host else (rest, BAUD)
+    if kind == "serial" and remainder:
+        return (host, int(number)) if number.isdecimal() and host else (remainder, BAUD)
     if kind in ("udp", "udpin", "udpout", "tcp") and number.isdecimal() and 0 < int(number) < 65536:
         if kind in ("udpout", "tcp") and not host:
             raise InputError("must name host and port", key="--connect", value=shown(text), fix=fix)
@@ -44,18 +44,18 @@ def address(text: str) -> tuple[str, int]:
 
 def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, listener: Listener | None = None) -> Client:
     """Connect to a robot and wait `patience` [s] for its heartbeat; `listener` gets every message."""
-    place, baud = address(text)
+    target, baud = address(text)
     try:
-        line = mavutil().mavlink_connection(
-            place, baud=baud, source_system=SYSTEM, source_component=COMPONENT, retries=1
+        link = mavutil().mavlink_connection(
+            target, baud=baud, source_system=SYSTEM, source_component=COMPONENT, retries=1
         )
     except OSError as error:
         value, fix = f"{shown(text)} ({error.strerror or error})", "check device, host and port"
         raise InputError("must be an address that can be opened", key="--connect", value=value, fix=fix) from None
-    line.handle_eof = line.handle_disconnect = _hung_up
+    link.handle_eof = link.handle_disconnect = _hung_up
     if key is not None:
-        line.setup_signing(key, sign_outgoing=True)
-    client = Client(line, listener)
+        link.setup_signing(key, sign_outgoing=True)
+    client = Client(link, listener)
     try:
         heartbeat = client.wait(of_kind("HEARTBEAT"), patience)
         if heartbeat is None:
@@ -103,21 +103,21 @@ class Client(Closing):
 
     def poll(self, timeout: float = 0.0) -> Iterator[Any]:
         """Yield the robot's messages received; wait up to `timeout` [s] for the first."""
-        end = time.monotonic() + timeout
+        deadline = time.monotonic() + timeout
         while True:
             now = time.monotonic()
             if now - self._beat >= HEARTBEAT:
                 self._beat = now
                 self.send(make_message("heartbeat", GROUND, NO_AUTOPILOT, 0, 0, 0, 3))
             with _connected():
-                left = max(0.0, min(end - now, POLL))
-                message = self._line.recv_match(blocking=timeout > 0, timeout=left)
+                timeout_left = max(0.0, min(deadline - now, POLL))
+                message = self._line.recv_match(blocking=timeout > 0, timeout=timeout_left)
             if self.idle is not None:
                 self.idle()
             if message is not None and self._accept(message):
                 yield message
-                end = now  # the others without waiting
-            if message is None and time.monotonic() >= end:
+                deadline = now  # the others without waiting
+            if message is None and time.monotonic() >= deadline:
                 return
 
     def send(self, message: Any) -> None:
@@ -144,9 +144,9 @@ class Client(Closing):
 
     def wait(self, wanted: Callable[[Any], bool], timeout: float) -> Any:
         """Wait up to `timeout` [s] for a message; None if it is not received."""
-        end = time.monotonic() + timeout
-        while (left := end - time.monotonic()) > 0:
-            for message in self.poll(left):
+        deadline = time.monotonic() + timeout
+        while (timeout_left := deadline - time.monotonic()) > 0:
+            for message in self.poll(timeout_left):
                 if wanted(message):
                     return message
         return None
@@ -183,8 +183,8 @@ class Client(Closing):
             answer = self.ask(message, of_kind("COMMAND_ACK", command=what), name)
         if answer.result != 0:
             refusals = [sentence for _, sentence in _core.refusal_table()]
-            known = 0 < answer.result_param2 < len(refusals)
-            reason = refusals[answer.result_param2] if known else f"MAV_RESULT {answer.result}"
+            has_reason = 0 < answer.result_param2 < len(refusals)
+            reason = refusals[answer.result_param2] if has_reason else f"MAV_RESULT {answer.result}"
             raise InputError("must be accepted by the robot", key=name, value="refused", fix=reason)
 
     def arm(self, on: bool = True) -> None:
@@ -198,17 +198,17 @@ class Client(Closing):
             raise InputError(
                 "must have 32 random bytes", key="key", value=value, fix="make one: openssl rand -out key 32"
             )
-        self._set_key(key)
+        self._send_key(key)
         self._line.setup_signing(key, sign_outgoing=True)
         self._check_signed(True)
 
     def end_signing(self) -> None:
         """Delete the robot's key: it accepts unsigned messages."""
-        self._set_key(bytes(32))
+        self._send_key(bytes(32))
         self._line.disable_signing()
         self._check_signed(False)
 
-    def _set_key(self, key: bytes) -> None:
+    def _send_key(self, key: bytes) -> None:
         self.send(self.message("setup_signing", key, int((time.time() - EPOCH) * 1e5)))
 
     def _check_signed(self, signed: bool) -> None:
@@ -229,8 +229,8 @@ class Client(Closing):
             raise InputError(rule, key="gait", value=f"of {len(gait.amplitude)}", fix="drive a robot that has one")
 
         def row(values: Iterable[float], count: int = _core.BOARD_JOINTS) -> list[int]:
-            whole = [round(math.degrees(float(value)) * 100) for value in values]
-            return whole + [0] * (count - len(whole))
+            centidegrees = [round(math.degrees(float(value)) * 100) for value in values]
+            return centidegrees + [0] * (count - len(centidegrees))
 
         rows = (row(gait.amplitude), row(lags(gait)), row(gait.bias), row(fins, len(fins)))
         message = make_message("gait_set", round(gait.frequency * 1000), *rows, self.system, 1)

@@ -36,11 +36,11 @@ def dialect() -> Any:
     need_radio()
     os.environ["MAVLINK20"] = "1"  # protocol version of mavutil
     source = dialect_file()
-    made_of = source.read_bytes() + (source.parent / "generate.py").read_bytes() + version("pymavlink").encode()
-    key = hashlib.sha256(made_of).hexdigest()[:16]
+    ingredients = source.read_bytes() + (source.parent / "generate.py").read_bytes() + version("pymavlink").encode()
+    key = hashlib.sha256(ingredients).hexdigest()[:16]
     path = _cache() / f"mavlink_{key}.py"
     if not path.exists():
-        _make(source, path)
+        _generate(source, path)
     spec = importlib.util.spec_from_file_location(NAME, path)
     assert spec is not None
     assert spec.loader is not None
@@ -67,13 +67,13 @@ def mavutil() -> Any:
 
 
 def _cache() -> Path:
-    """Return the cache folder."""
+    """Return the user's cache folder of generated dialects."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "hypertuna"
 
 
-def _make(source: Path, path: Path) -> None:
-    """Generate the module atomically."""
+def _generate(source: Path, path: Path) -> None:
+    """Write the dialect's module, whole or not at all."""
     with scratch() as folder:
         module = folder / "dialect.py"
         command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(module)]

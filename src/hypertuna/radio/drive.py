@@ -92,17 +92,17 @@ def gamepad(content: bytes) -> list[tuple[str, float]]:
     for k in range(0, len(content) - EVENT.size + 1, EVENT.size):
         _, value, kind, number = EVENT.unpack_from(content, k)
         if kind & AXIS and number in AXES:
-            part = value / 32767
-            part = 0.0 if abs(part) < DEAD_ZONE else part
+            deflection = value / 32767
+            deflection = 0.0 if abs(deflection) < DEAD_ZONE else deflection
             name = AXES[number]
-            events.append((name, max(-1.0, min(1.0, -part if name in ("ahead", "climb") else part))))
+            events.append((name, max(-1.0, min(1.0, -deflection if name in ("ahead", "climb") else deflection))))
         elif kind == BUTTON and value and number < 2:
             events.append((("arm", "stop")[number], 1.0))
     return events
 
 
 def moved(stick: Stick, event: tuple[str, float]) -> Stick:
-    """Return the stick after an event of a gamepad, or "gone" for an unplugged one."""
+    """Return the stick after an event of a gamepad; the event "gone" is that of an unplugged one."""
     name, value = event
     if name in ("stop", "gone"):
         return Stick(order="stop")
@@ -115,32 +115,32 @@ def view(
     last: Mapping[str, Any], texts: Sequence[str], stick: Stick, gaits: Sequence[str], age: float
 ) -> RenderableType:
     """Lay out the robot's state: `last` message of each kind, `age` of the last message [s]."""
-    heart = last.get("HEARTBEAT")
-    armed = heart is not None and bool(heart.base_mode & 128)
+    heartbeat = last.get("HEARTBEAT")
+    armed = heartbeat is not None and bool(heartbeat.base_mode & 128)
     state = {"link": f"{age:.1f} s ago" if age < 60 else "lost", "armed": "yes" if armed else "no"}
     side = "starboard" if stick.turn > 0 else "port"
     turn = f"{abs(stick.turn):.0%} to {side}" if stick.turn else "straight"
     panels = {
-        "robot": state | _known(last, {"HEARTBEAT": _state, "SYS_STATUS": _battery, "PILOT": _pilot}),
-        "motion": _known(last, {"LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude}),
-        "tail": _known(last, {"GAIT": _gait, "HYDRAULICS": _hydraulics}),
+        "robot": state | _rows_of(last, {"HEARTBEAT": _state_rows, "SYS_STATUS": _battery_rows, "PILOT": _pilot_rows}),
+        "motion": _rows_of(last, {"LOCAL_POSITION_NED": _position_rows, "ATTITUDE": _attitude_rows}),
+        "tail": _rows_of(last, {"GAIT": _gait_rows, "HYDRAULICS": _hydraulics_rows}),
         "stick": {"ahead": f"{stick.ahead:.0%}", "turn": turn, "climb": f"{stick.climb:+.0%}"},
     }
     tables = [Panel(_table(rows or {"": "no data yet"}), title=title) for title, rows in panels.items()]
     # The texts are on top: a low terminal cuts off the end.
     messages = Text("\n".join(texts[-3:]) or " ", style="yellow")
     return Group(
-        messages, Columns(tables), _line(KEYS), _line([(str(k + 1), name) for k, name in enumerate(gaits[:9])])
+        messages, Columns(tables), _key_line(KEYS), _key_line([(str(k + 1), name) for k, name in enumerate(gaits[:9])])
     )
 
 
-def _line(rows: Sequence[tuple[str, str]]) -> Columns:
-    """Lay out keys and meanings side by side."""
+def _key_line(rows: Sequence[tuple[str, str]]) -> Columns:
+    """Return keys and their meanings, laid out side by side."""
     return Columns([Text.assemble((key, "bold"), f" {meaning}") for key, meaning in rows], padding=(0, 2))
 
 
 def _table(rows: Mapping[str, str]) -> Table:
-    """Lay out names and values."""
+    """Return a table of names and values."""
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
     table.add_column()
@@ -149,53 +149,53 @@ def _table(rows: Mapping[str, str]) -> Table:
     return table
 
 
-def _known(last: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], dict[str, str]]]) -> dict[str, str]:
-    """Return the rows of the messages of these kinds that have come."""
+def _rows_of(last: Mapping[str, Any], kinds: Mapping[str, Callable[[Any], dict[str, str]]]) -> dict[str, str]:
+    """Return the rows, label to text, of the received messages of these kinds."""
     return {name: text for kind, rows in kinds.items() if kind in last for name, text in rows(last[kind]).items()}
 
 
-def _state(heart: Any) -> dict[str, str]:
+def _state_rows(heartbeat: Any) -> dict[str, str]:
     states = dialect().enums["HYPERTUNA_STATE"]
-    if heart.custom_mode not in states:
+    if heartbeat.custom_mode not in states:
         return {}
-    return {"state": states[heart.custom_mode].name.removeprefix("HYPERTUNA_STATE_").lower()}
+    return {"state": states[heartbeat.custom_mode].name.removeprefix("HYPERTUNA_STATE_").lower()}
 
 
-def _battery(status: Any) -> dict[str, str]:
+def _battery_rows(status: Any) -> dict[str, str]:
     return {"battery": f"{status.voltage_battery / 1000:.2f} V, {status.battery_remaining} %"}
 
 
-def _pilot(pilot: Any) -> dict[str, str]:
-    return {"faults": _names("HYPERTUNA_FAULT", pilot.fault), "pilot": _names("HYPERTUNA_REASON", pilot.reason)}
+def _pilot_rows(pilot: Any) -> dict[str, str]:
+    return {"faults": _flags("HYPERTUNA_FAULT", pilot.fault), "pilot": _flags("HYPERTUNA_REASON", pilot.reason)}
 
 
-def _position(m: Any) -> dict[str, str]:
-    place = {"north": f"{m.x:.1f} m", "east": f"{m.y:.1f} m", "depth": f"{m.z:.2f} m"}
-    return place | {"speed": f"{math.hypot(m.vx, m.vy):.2f} m/s"}
+def _position_rows(position: Any) -> dict[str, str]:
+    rows = {"north": f"{position.x:.1f} m", "east": f"{position.y:.1f} m", "depth": f"{position.z:.2f} m"}
+    return rows | {"speed": f"{math.hypot(position.vx, position.vy):.2f} m/s"}
 
 
-def _attitude(attitude: Any) -> dict[str, str]:
+def _attitude_rows(attitude: Any) -> dict[str, str]:
     heading, pitch, roll = (math.degrees(angle) for angle in (attitude.yaw, attitude.pitch, attitude.roll))
     return {"heading": f"{heading % 360:.0f} deg", "pitch": f"{pitch:.1f} deg", "roll": f"{roll:.1f} deg"}
 
 
-def _gait(gait: Any) -> dict[str, str]:
-    angles = {name: f"{_numbers(getattr(gait, name), 100, '.1f')} deg" for name in ("amplitude", "bias")}
+def _gait_rows(gait: Any) -> dict[str, str]:
+    angles = {name: f"{_texts(getattr(gait, name), 100, '.1f')} deg" for name in ("amplitude", "bias")}
     return {"frequency": f"{gait.frequency / 1000:.2f} Hz"} | angles
 
 
-def _hydraulics(m: Any) -> dict[str, str]:
-    readings = {"bend": f"{_numbers(m.bend, 100, '.1f')} deg", "pressure": f"{_numbers(m.pressure, 10, '.0f')} kPa"}
-    return readings | {"condition": _names("HYPERTUNA_CONDITION", m.condition)}
+def _hydraulics_rows(m: Any) -> dict[str, str]:
+    readings = {"bend": f"{_texts(m.bend, 100, '.1f')} deg", "pressure": f"{_texts(m.pressure, 10, '.0f')} kPa"}
+    return readings | {"condition": _flags("HYPERTUNA_CONDITION", m.condition)}
 
 
-def _names(enum: str, flags: int) -> str:
+def _flags(enum: str, flags: int) -> str:
     """Return the names of the flags that are set."""
     entries = dialect().enums[enum]
     names = [entries[1 << k].name for k in range(32) if flags >> k & 1 and 1 << k in entries]
     return ", ".join(name.removeprefix(f"{enum}_").lower() for name in names) or "none"
 
 
-def _numbers(counts: Sequence[int], step: float, form: str) -> str:
-    """Return readings with their unit's step, or "silent"."""
+def _texts(counts: Sequence[int], step: float, form: str) -> str:
+    """Return counts as texts of readings, count / step, or "silent"."""
     return ", ".join("silent" if count == SILENT else f"{count / step:{form}}" for count in counts)

@@ -57,7 +57,7 @@ POSITIONS = (
 
 @dataclass(frozen=True)
 class Sphere:
-    """An axis-aligned ellipsoid of counts as a sphere of readings."""
+    """Zero and scale that turn an axis-aligned ellipsoid of counts into a sphere of readings."""
 
     zero: Array  # (3,) [counts]
     scale: Array  # (3,) [SI per count]
@@ -66,44 +66,44 @@ class Sphere:
 
     def readings(self, counts: Array) -> Array:
         """Return the readings (n, 3) [SI] of counts (n, 3)."""
-        read: Array = self.scale * (counts - self.zero)
-        return read
+        values: Array = self.scale * (counts - self.zero)
+        return values
 
 
 def fit_sphere(counts: Array, field: float) -> Sphere | None:
     """Fit zero and scale of three axes to counts (n, 3) in a field [SI]; None if the samples do not determine them."""
-    middle = (counts.max(axis=0) + counts.min(axis=0)) / 2
-    half = np.ptp(counts, axis=0) / 2
-    if not (half > 0).all():
+    midpoint = (counts.max(axis=0) + counts.min(axis=0)) / 2
+    half_range = np.ptp(counts, axis=0) / 2
+    if not (half_range > 0).all():
         return None
-    unit = (counts - middle) / half
-    rows = np.hstack([unit**2, unit])
-    parts, _, rank, _ = np.linalg.lstsq(rows, np.ones(len(rows)), rcond=1e-6)
-    if rank < 6 or not (parts[:3] > 0).all():
+    scaled = (counts - midpoint) / half_range
+    rows = np.hstack([scaled**2, scaled])
+    coefficients, _, rank, _ = np.linalg.lstsq(rows, np.ones(len(rows)), rcond=1e-6)
+    if rank < 6 or not (coefficients[:3] > 0).all():
         return None
     # a x^2 + d x = 1 on each axis: center -d / 2 a, and the sum of a x^2 about it is 1 + sum d^2 / 4 a.
-    center = -parts[3:] / (2 * parts[:3])
-    size = np.sqrt(parts[:3] / (1 + parts[:3] @ center**2))
+    center = -coefficients[3:] / (2 * coefficients[:3])
+    size = np.sqrt(coefficients[:3] / (1 + coefficients[:3] @ center**2))
 
     def residuals(p: Array) -> Array:
-        short: Array = np.linalg.norm(p[3:] * (unit - p[:3]), axis=1) - 1
-        return short
+        error: Array = np.linalg.norm(p[3:] * (scaled - p[:3]), axis=1) - 1
+        return error
 
     fit = least_squares(residuals, np.concatenate([center, size]), loss="soft_l1", f_scale=0.02)
     center, size = fit.x[:3], np.abs(fit.x[3:])
-    free = len(unit) - 6
-    left = residuals(fit.x)
+    freedom = len(scaled) - 6
+    errors = residuals(fit.x)
     try:
-        covariance = np.linalg.inv(fit.jac.T @ fit.jac) * (left @ left) / max(1, free)
+        covariance = np.linalg.inv(fit.jac.T @ fit.jac) * (errors @ errors) / max(1, freedom)
     except np.linalg.LinAlgError:
         return None
     error = float(np.max(np.sqrt(np.diag(covariance)[:3]) * size))
-    rms = math.sqrt(float(left @ left) / max(1, free))
-    return Sphere(middle + half * center, field * size / half, field * rms, field * error)
+    rms = math.sqrt(float(errors @ errors) / max(1, freedom))
+    return Sphere(midpoint + half_range * center, field * size / half_range, field * rms, field * error)
 
 
 def covered(directions: Array) -> int:
-    """Count the faces of a dodecahedron that vectors (n, 3) from its center pass through."""
+    """Return how many faces of a dodecahedron are passed by vectors (n, 3) from its center."""
     return len(set(np.argmax(directions @ FACES.T, axis=1)))
 
 
@@ -114,30 +114,30 @@ def calibrate_compass(counts: Array, acceleration: Array | None = None) -> Calib
     of the two sensors differ.
     """
     sphere = _fit("compass", counts, 1.0, "turn it nose up, nose down, on both sides and on its back, far from iron")
-    read = sphere.readings(counts)
-    if (faces := covered(read)) < COVERED_MIN:
+    readings = sphere.readings(counts)
+    if (faces := covered(readings)) < COVERED_MIN:
         fix = "keep turning it nose up, nose down, on both sides and on its back, in several headings"
         raise InputError("must be turned in all directions", key="compass", value=f"turned in {_share(faces)}", fix=fix)
     notes = [f"{_share(faces)} are covered"]
     if acceleration is not None:
-        notes.append(_dip(read, acceleration))
-    return _calibration("compass", "field", sphere, len(counts), notes)
+        notes.append(_dip_sentence(readings, acceleration))
+    return _sphere_calibration("compass", "field", sphere, len(counts), notes)
 
 
 def _share(faces: int) -> str:
     return f"{faces} of {len(FACES)} directions"
 
 
-def _dip(field: Array, acceleration: Array) -> str:
+def _dip_sentence(field: Array, acceleration: Array) -> str:
     """Check the angle between field and gravity in samples without jerks, and return its sentence."""
-    size = np.linalg.norm(acceleration, axis=1)
-    calm = np.abs(size - _core.GRAVITY) < 0.1 * _core.GRAVITY
+    norm = np.linalg.norm(acceleration, axis=1)
+    calm = np.abs(norm - _core.GRAVITY) < 0.1 * _core.GRAVITY
     if np.count_nonzero(calm) < SAMPLES_MIN:
         fix = "turn it more slowly, and calibrate the accelerometer first"
         value = f"calm in only {np.count_nonzero(calm)} of {len(calm)} samples"
         raise InputError("must be turned without jerks", key="compass", value=value, fix=fix)
-    up = np.sum(field[calm] * acceleration[calm], axis=1) / size[calm] / np.linalg.norm(field[calm], axis=1)
-    dip = -np.arcsin(np.clip(up, -1, 1))
+    sine = np.sum(field[calm] * acceleration[calm], axis=1) / norm[calm] / np.linalg.norm(field[calm], axis=1)
+    dip = -np.arcsin(np.clip(sine, -1, 1))
     if (spread := float(np.std(dip))) > DIP_SPREAD_MAX:
         rule, value = "must read the field at a constant angle to gravity", f"off by {math.degrees(spread):.0f} deg rms"
         fix = "check that compass and accelerometer have the same axes, and how the IMU is mounted"
@@ -149,27 +149,27 @@ def calibrate_accelerometer(means: Mapping[Position, Array]) -> Calibration:
     """Fit the accelerometer to its mean counts (3,) in each of POSITIONS."""
     counts = np.array([means[position] for position in POSITIONS])
     sphere = _fit("accelerometer", counts, _core.GRAVITY, "hold it still in each position, and check the IMU's wires")
-    for position, read in zip(POSITIONS, sphere.readings(counts), strict=True):
-        if position.up is not None and read @ np.array(position.up) < ALONG_MIN * _core.GRAVITY:
-            seen = ", ".join(f"{AXES[k]} {value / _core.GRAVITY:.1f}" for k, value in enumerate(read))
+    for position, reading in zip(POSITIONS, sphere.readings(counts), strict=True):
+        if position.up is not None and reading @ np.array(position.up) < ALONG_MIN * _core.GRAVITY:
+            measured = ", ".join(f"{AXES[k]} {value / _core.GRAVITY:.1f}" for k, value in enumerate(reading))
             fix = "hold it as asked, or mount the IMU with x to the tail, y to starboard and z up"
-            rule = f"must read gravity along {_axis(position.up)} when the robot is held {position.text}"
-            raise InputError(rule, key="accelerometer", value=f"{seen} g", fix=fix)
-    return _calibration("accelerometer", "accel", sphere, len(counts), [])
+            rule = f"must read gravity along {_axis_text(position.up)} when the robot is held {position.text}"
+            raise InputError(rule, key="accelerometer", value=f"{measured} g", fix=fix)
+    return _sphere_calibration("accelerometer", "accel", sphere, len(counts), [])
 
 
-def _axis(up: Sequence[int]) -> str:
+def _axis_text(up: Sequence[int]) -> str:
     k = int(np.argmax(np.abs(up)))
     return f"{'+' if up[k] > 0 else '-'}{AXES[k]}"
 
 
 def calibrate_gyroscope(counts: Array, scale: Array) -> Calibration:
     """Return the zeros of a gyroscope that rests, from counts (n, 3) and its scale (3,) [rad/s per count]."""
-    _enough("gyroscope", counts)
-    read = counts * scale
-    spread = float(np.max(np.std(read, axis=0)))
-    half = len(read) // 2
-    creep = float(np.max(np.abs(read[:half].mean(axis=0) - read[half:].mean(axis=0))))
+    _check_count("gyroscope", counts)
+    readings = counts * scale
+    spread = float(np.max(np.std(readings, axis=0)))
+    half = len(readings) // 2
+    creep = float(np.max(np.abs(readings[:half].mean(axis=0) - readings[half:].mean(axis=0))))
     if spread > STILL_MAX or creep > CREEP_MAX:
         value = f"turning by {max(spread, creep):.3g} rad/s"
         raise InputError("must be at rest", key="gyroscope", value=value, fix="put the robot on a table, and let go")
@@ -177,16 +177,16 @@ def calibrate_gyroscope(counts: Array, scale: Array) -> Calibration:
     return Calibration("gyroscope", {f"rate_zero_{k}": float(zero[k]) for k in range(3)}, spread, len(counts))
 
 
-def _enough(sensor: str, counts: Array) -> None:
+def _check_count(sensor: str, counts: Array) -> None:
     if len(counts) < SAMPLES_MIN:
         value, fix = f"limited to {len(counts)}", "move closer to the robot, and wait longer"
         raise InputError(f"must have at least {SAMPLES_MIN} samples", key=sensor, value=value, fix=fix)
 
 
 def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
-    """Fit a sphere, or say why it is not good enough."""
+    """Return the sphere of counts (n, 3) in a field [SI]; an InputError if it is not determined well enough."""
     if sensor == "compass":
-        _enough(sensor, counts)
+        _check_count(sensor, counts)
     sphere = fit_sphere(counts, field)
     if sphere is None or sphere.scale.max() > RATIO_MAX * sphere.scale.min():
         value = "undetermined (the samples lie in a plane, or the sensor is faulty)"
@@ -200,7 +200,7 @@ def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
     return sphere
 
 
-def _calibration(sensor: str, name: str, sphere: Sphere, points: int, notes: Sequence[str]) -> Calibration:
+def _sphere_calibration(sensor: str, name: str, sphere: Sphere, points: int, notes: Sequence[str]) -> Calibration:
     parameters = {f"{name}_zero_{k}": float(sphere.zero[k]) for k in range(3)}
     parameters |= {f"{name}_scale_{k}": float(sphere.scale[k]) for k in range(3)}
     return Calibration(sensor, parameters, sphere.rms, points, tuple(notes))

@@ -24,7 +24,7 @@ FLUSH = 2.0  # s of a log that a crash may cost
 
 
 class RadioLogWriter(McapWriter):
-    """Write messages to a log as they are received."""
+    """A log in an MCAP file, to which messages are written as they are received."""
 
     def __init__(self, path: str | Path, robot: str) -> None:
         check_new(path)
@@ -87,14 +87,14 @@ def read_radio_log(path: str | Path) -> RadioLog:
         raise InputError("must have the metadata of a radio log", file=str(path), fix=fix)
     topics = {topic.removeprefix(TOPIC): topic for topic in messages.times if topic.startswith(TOPIC)}
     stamps = {name: np.array(messages.times[topic], dtype=np.int64) for name, topic in topics.items()}
-    first = min((int(times[0]) for times in stamps.values()), default=0)
+    first_stamp = min((int(times[0]) for times in stamps.values()), default=0)
     try:
         robot = str(parse_json(messages.metadata[LINK]).get("robot", ""))
         fields = {name: _columns(messages.contents[topic]) for name, topic in topics.items()}
     except MALFORMED:
         rule = "must have messages in hypertuna's format"
         raise InputError(rule, file=str(path), key="topics", fix="record the log again") from None
-    seconds = {name: (times - first) / NANO for name, times in stamps.items()}
+    seconds = {name: (times - first_stamp) / NANO for name, times in stamps.items()}
     return RadioLog(robot, seconds, fields, not messages.fault, str(path))
 
 

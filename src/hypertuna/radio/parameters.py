@@ -43,7 +43,7 @@ def read_parameter(robot: Client, name: str) -> float:
 
 def set_parameter(robot: Client, name: str, value: float) -> float:
     """Set a parameter [SI], which the robot stores; return the value on board [SI]."""
-    texts = len(robot.texts)
+    text_count = len(robot.texts)
     answer = _ask(robot, name, "param_set", value, 9)
     if answer.get_type() == "PARAM_ERROR":  # a text of an earlier refusal may still be on its way
         fix = f"no such parameter: {SEE}"
@@ -51,14 +51,14 @@ def set_parameter(robot: Client, name: str, value: float) -> float:
     if math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
         return float(answer.param_value)
     robot.wait(of_kind("PARAM_ERROR"), PATIENCE / 2)
-    reason = robot.texts[-1] if len(robot.texts) > texts else "not accepted"
+    reason = robot.texts[-1] if len(robot.texts) > text_count else "not accepted"
     raise InputError("must be accepted by the robot", key=name, value=f"{value:g}", fix=reason)
 
 
 def _ask(robot: Client, name: str, request: str, *values: float) -> Any:
-    """Ask about a parameter by its name, which must fit into a message: a truncated one could be another's."""
+    """Return the robot's answer on a parameter, whose name must fit into a message: a cut one could be another's."""
     if not name.isascii() or not 0 < len(name) <= NAME_LENGTH_MAX:
         raise InputError("must be a parameter of the robot", key=shown(name), fix=SEE)
-    value, unknown = of_kind("PARAM_VALUE"), of_kind("PARAM_ERROR", error=UNKNOWN)
+    is_value, is_unknown = of_kind("PARAM_VALUE"), of_kind("PARAM_ERROR", error=UNKNOWN)
     message = robot.message(request, name.upper().encode(), *values)
-    return robot.ask(message, lambda m: (value(m) or unknown(m)) and m.param_id.lower() == name.lower(), name)
+    return robot.ask(message, lambda m: (is_value(m) or is_unknown(m)) and m.param_id.lower() == name.lower(), name)

@@ -57,14 +57,14 @@ def check_disarmed(robot: Client) -> None:
 
 
 def average(robot: Client, kind: str, index: int) -> float:
-    """Average a sensor over SAMPLING seconds: its reading [SI], of the depth sensor its counts."""
+    """Return a sensor's mean over SAMPLING seconds: of its reading [SI], of the depth sensor's counts."""
     name, step = MESSAGES[kind]
     with streaming(robot, name):
-        return float(np.mean([step * _number(message, kind, index) for message in messages(robot, name, SAMPLING)]))
+        return float(np.mean([step * _count(message, kind, index) for message in messages(robot, name, SAMPLING)]))
 
 
-def _number(message: Any, kind: str, index: int) -> float:
-    """Return a sensor's number in a message; a sensor that does not answer is an error."""
+def _count(message: Any, kind: str, index: int) -> float:
+    """Return a sensor's count in a message; a sensor that does not answer is an error."""
     if kind == "voltage":
         count, silent = float(message.voltage_battery), VOLTAGE_SILENT
     elif kind == "depth":
@@ -80,11 +80,11 @@ def _number(message: Any, kind: str, index: int) -> float:
 def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
     """Yield the messages of a name that arrive within `seconds`, at least one."""
     begin = last = time.monotonic()
-    found = False
-    while (now := time.monotonic()) < begin + seconds or not found:
+    received = False
+    while (now := time.monotonic()) < begin + seconds or not received:
         for message in robot.poll(0.2):
             if message.get_type() == name:
-                found, last = True, now
+                received, last = True, now
                 yield message
         if now > last + WAIT:
             raise InputError("must arrive from the robot", key=name, value="missing", fix="move closer, and try again")
@@ -92,14 +92,14 @@ def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
 
 def imu_counts(message: Any) -> dict[str, tuple[int, int, int]] | None:
     """Return the counts in a RAW_IMU by part; None where a part did not answer."""
-    counts = {part: tuple(getattr(message, f"{axis}{end}") for axis in "xyz") for part, end in PARTS.items()}
-    return None if any(SILENT in three for three in counts.values()) else counts
+    counts = {part: tuple(getattr(message, f"{axis}{suffix}") for axis in "xyz") for part, suffix in PARTS.items()}
+    return None if any(SILENT in axes for axes in counts.values()) else counts
 
 
 def sample_imu(robot: Client, seconds: float) -> Samples:
     """Return the counts (n, 3) of each part of the IMU during `seconds`; RAW_IMU must be streaming."""
-    found = [imu_counts(message) for message in messages(robot, "RAW_IMU", seconds)]
-    whole = [counts for counts in found if counts is not None]
-    if not whole:
+    samples = [imu_counts(message) for message in messages(robot, "RAW_IMU", seconds)]
+    complete = [counts for counts in samples if counts is not None]
+    if not complete:
         raise InputError("must answer", key="IMU", value="silent", fix="check its wires, its baud rate and its frames")
-    return {part: np.array([counts[part] for counts in whole], dtype=float) for part in PARTS}
+    return {part: np.array([counts[part] for counts in complete], dtype=float) for part in PARTS}

@@ -32,8 +32,8 @@ def write_fit(
         Fact(f"{LABELS[key][2] * value:.2g} {LABELS[key][1]}", f"rms error of {LABELS[key][0]} in {runs}")
         for key, value in errors.rms.items()
     ]
-    known = sum(d.constrained for d in fit.uncertainty.directions)
-    facts.append(Fact(f"{known} of {len(fit.free)}", "directions that the runs constrain"))
+    constrained = sum(d.constrained for d in fit.uncertainty.directions)
+    facts.append(Fact(f"{constrained} of {len(fit.free)}", "directions that the runs constrain"))
     files = fit.robot.fit.trials if fit.robot.fit else ""
     lede = f"{len(fit.free)} coefficients of {fit.robot.name}, {best} water law, fitted to {files}."
     sections = fit_sections(fit, sampled=sampled, command=command, laws=fits if len(fits) > 1 else {}, best=best)
@@ -78,7 +78,7 @@ def fit_sections(
         missing=sum(not d.constrained for d in fit.uncertainty.directions),
         measured=measured,
         tracked=tracked is not None,
-        noise=", ".join(f"{one.factor * one.per_si * level:.2g} {one.shown} ({one.label})" for one, level in levels),
+        noise=", ".join(f"{q.factor * q.per_si * level:.2g} {q.shown} ({q.label})" for q, level in levels),
         sampled=sampled,
         aicc=aicc,
         bic=bic,
@@ -89,8 +89,8 @@ def _plot_tracked(fit: Fit) -> Figure | None:
     """Plot replays with the fitted robot over the tracks, of training and of validation; None without any."""
     by_name: dict[str, Recording] = {}
     for recording in (recording for trials in fit.trials for recording in trials.recordings):
-        before = by_name.get(recording.name)
-        tracks = (*(before.tracks if before else ()), *recording.tracks)
+        earlier = by_name.get(recording.name)
+        tracks = (*(earlier.tracks if earlier else ()), *recording.tracks)
         by_name[recording.name] = replace(recording, tracks=tracks)
     recordings = [with_fitted_clock(fit.robot, recording) for recording in by_name.values()]
     replayed = [(recording, replay_recording(fit.robot, recording)) for recording in recordings]
@@ -102,12 +102,12 @@ def _plot_tracked(fit: Fit) -> Figure | None:
 
 
 def _run_table(fit: Fit) -> Table:
-    """List the errors of every run, the worst first: by its largest error, each in units of the rms of the training."""
+    """Return a table of the errors of every run, the worst first by its largest error over the training's rms."""
     keys = fit.quantities
     rms = {key: fit.train.rms.get(key) or 1.0 for key in keys}
     ranked = []
-    for name, part in fit.parts.items():
-        for run in part.runs:
+    for name, errors in fit.parts.items():
+        for run in errors.runs:
             error = {key: run.get(key, run.get(f"{key}_rms", np.nan)) for key in keys}
             badness = max((abs(e) / rms[key] for key, e in error.items() if np.isfinite(e)), default=np.inf)
             cells = [LABELS[key][2] * error[key] for key in keys]
@@ -118,14 +118,14 @@ def _run_table(fit: Fit) -> Table:
 
 
 def _provenance_table(fit: Fit, command: str) -> Table:
-    """Tabulate what made the fit."""
-    made = provenance(fit.described)
+    """Return a table of what made the fit: command, robots, model, settings, version."""
+    origin = provenance(fit.described)
     facts = {
         "command": f"`{command}`" if command else "called from Python",
-        "robot as described": f"{made['robot']}, {made['robot_file'] or 'no file'}, sha256 {made['robot_hash']}",
+        "robot as described": f"{origin['robot']}, {origin['robot_file'] or 'no file'}, sha256 {origin['robot_hash']}",
         "fitted robot": f"sha256 {fit.robot.hash}",
-        "model": f"{made['water']} water, {made['joints']} joints, {made['areas']} areas",
+        "model": f"{origin['water']} water, {origin['joints']} joints, {origin['areas']} areas",
         "loss, seed, starts": f"{fit.loss}, {fit.seed}, {len(fit.costs)}",
-        "made by": f"hypertuna {made['hypertuna_version']} ({made['isa']}), {datetime.date.today().isoformat()}",
+        "made by": f"hypertuna {origin['hypertuna_version']} ({origin['isa']}), {datetime.date.today().isoformat()}",
     }
     return Table(["what", ""], list(facts.items()))

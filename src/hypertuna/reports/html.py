@@ -26,7 +26,7 @@ COLUMN = 502  # px, of two on a wide page
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its two sentences."""
+    """A figure of a page, with its caption and a sentence on how it was made."""
 
     name: str  # of its file and of the parts inside: letters, digits and hyphens, unique on the page
     figure: Figure | str | bytes  # at most `WIDTH` wide; an ``<svg>`` element; or the content of a PNG file
@@ -66,12 +66,12 @@ class Table:
 
     @property
     def numeric(self) -> tuple[bool, ...]:
-        """Whether each column is aligned to the right: all cells are empty or begin with a number, not the first."""
+        """Whether each column is aligned to the right: not the first, others if all cells are empty or numbers."""
         return tuple(k > 0 and all(_numeric(row[k]) for row in self.rows) for k in range(len(self.columns)))
 
 
 def table_of(table: display.Table, shows: str = "", made: str = "") -> Table:
-    """Return a table of a card as one of a page, with its two sentences."""
+    """Return a table of a card as one of a page, with its caption and a sentence on how it was made."""
     return Table(*table.plain, shows, made)
 
 
@@ -243,18 +243,18 @@ def _narrow(section: Section) -> bool:
 
 
 def _heights(part: Part) -> list[float]:
-    """Estimate the heights of what a part cannot be broken into, in one column [px]."""
+    """Return estimated heights [px], in one column, of the pieces of a part that are not broken."""
     if isinstance(part, str):
         return [26 * (len(block) // 56 + 1) + 14 for block in part.split("\n\n")]
     caption = 20 * (len(part.shows + part.made) // 75 + 1) + 28
     if isinstance(part, Table):
         return [36 * (len(part.rows) + 1) + caption]
-    box = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', part.svg)
-    return [(COLUMN * float(box[2]) / float(box[1]) if box else COLUMN) + caption]
+    view_box = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', part.svg)
+    return [(COLUMN * float(view_box[2]) / float(view_box[1]) if view_box else COLUMN) + caption]
 
 
 def _spans(parts: Sequence[Part]) -> list[tuple[Part, bool]]:
-    """Pair every part with whether it spans both columns: wide tables do, and parts that stand alone between them."""
+    """Return every part with whether it spans both columns: wide tables do, and parts alone between them."""
     spans = [True, *(isinstance(part, Table) and _wide(part) for part in parts), True]
     return [(part, spans[k] or (spans[k - 1] and spans[k + 1])) for k, part in enumerate(parts, start=1)]
 
@@ -280,7 +280,7 @@ def _themed() -> dict[str, str]:
 
 
 def _cell(value: str | float) -> str:
-    """Format a cell."""
+    """Return a cell as text, a number to three digits."""
     return value if isinstance(value, str) else f"{value:.3g}"
 
 

@@ -41,34 +41,34 @@ def report(results: Any, path: str | Path, *, title: str = "") -> Path:
     InputError
         If there is no result, one is none that notebooks show as a card, or the file cannot be written.
     """
-    listed = isinstance(results, Sequence) and not isinstance(results, str | Displayed)
-    every = list(results) if listed else [results]
-    if not every:
+    is_list = isinstance(results, Sequence) and not isinstance(results, str | Displayed)
+    items = list(results) if is_list else [results]
+    if not items:
         raise InputError("must hold at least one result", key="results", value="empty", fix="give a swim, or a fit")
     sections: list[Section] = []
-    for k, result in enumerate(every):
+    for k, result in enumerate(items):
         if not isinstance(result, Displayed):
             rule, fix = "must be a result or a list of them", "give what hypertuna.swim or hypertuna.identify returns"
             raise InputError(rule, key="results", value=shown(result), fix=fix)
-        known = {section.title for section in sections}
-        sections += [_unique(section, k, known) for section in _sections(result)]
-    robots = {robot.name: robot.description for result in every if (robot := _robot(result))}
+        titles = {section.title for section in sections}
+        sections += [_unique(section, k, titles) for section in _sections(result)]
+    robots = {robot.name: robot.description for result in items if (robot := _robot(result))}
     lede = "\n\n".join(f"{text}." for text in dict.fromkeys(robots.values()))
     return write_page(title or " and ".join(robots) or "Results", sections, path, lede=lede)
 
 
 def _robot(result: Displayed) -> Robot | None:
-    """Return the robot of a result; None of one without, or with its name alone."""
+    """Return the robot of a result; None where it has none, or its name alone."""
     robot = getattr(result, "robot", None)
     return robot if isinstance(robot, Robot) else None
 
 
-def _unique(section: Section, k: int, known: Container[str]) -> Section:
-    """Give the pictures of result k unique names, and its section a title that is not known yet."""
+def _unique(section: Section, k: int, titles: Container[str]) -> Section:
+    """Return a section of result k with unique names of pictures, and a title that is not among `titles`."""
     parts = [
         replace(part, name=f"result-{k}-{part.name}") if isinstance(part, Picture) else part for part in section.parts
     ]
-    return Section(f"{section.title} ({k + 1})" if section.title in known else section.title, parts)
+    return Section(f"{section.title} ({k + 1})" if section.title in titles else section.title, parts)
 
 
 def _sections(result: Displayed) -> list[Section]:

@@ -108,8 +108,8 @@ def studio(
         with hypertuna or of another than the given one, or an argument is out of range.
     """
     robot, played = robot_and_log(robot, log)
-    known = None if gait is None else gait_of(robot, gait)
-    return Studio(robot, known, HEIGHTS.check(height, "height", "give the height of the frame in pixels"), played)
+    start_gait = None if gait is None else gait_of(robot, gait)
+    return Studio(robot, start_gait, HEIGHTS.check(height, "height", "give the height of the frame in pixels"), played)
 
 
 def robot_and_log(robot: Robot | str | Path, log: str | Path | None = None) -> tuple[Robot, Path | None]:
@@ -136,19 +136,19 @@ def robot_and_log(robot: Robot | str | Path, log: str | Path | None = None) -> t
 
 def studio_command(robot: Robot, gait: Gait) -> str:
     """Return the command that opens the studio at a robot and a gait; empty where no file holds the robot."""
-    name = next((name for name in (robot.name, robot.file) if name and _is(name, robot)), None)
+    name = next((name for name in (robot.name, robot.file) if name and _holds(name, robot)), None)
     if name is None:
         return ""
-    own, model = load(name).model, robot.model
+    stored, model = load(name).model, robot.model
     words = ["hypertuna studio", shlex.quote(name), f"--frequency {gait.frequency:.10g}"]
     for kind in KINDS if any(gait.bias) else NEEDED:
         words.append(f"--{kind} {','.join(f'{angle:.10g}' for angle in np.degrees(getattr(gait, kind)).round(9))}")
-    words += [f"--{key} {getattr(model, key)}" for key in MODEL if getattr(model, key) != getattr(own, key)]
+    words += [f"--{key} {getattr(model, key)}" for key in MODEL if getattr(model, key) != getattr(stored, key)]
     return " ".join(words)
 
 
-def _is(name: str, robot: Robot) -> bool:
-    """Return whether a name or a file is a robot's, by whichever of its models."""
+def _holds(name: str, robot: Robot) -> bool:
+    """Return whether a name or a file is that of a robot, with any of its models."""
     with contextlib.suppress(InputError):
         return load(name).using(**{key: getattr(robot.model, key) for key in MODEL}).hash == robot.hash
     return False
@@ -160,9 +160,9 @@ def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = 
     `ledger` is the address, as seen from the page, of the ledger's rows, each with the anchor number-ID; empty where
     the page stands in a frame of the ledger, None where there is no ledger. `log` is the file of a mission's log.
     """
-    before, tag, content, end, after = _parts()
+    before, tag, content, end, after = _page_parts()
     image = base64.b64encode(gzip.compress(sampled_image(robot), mtime=0)).decode()
-    others = [one for one in json.loads(content)["robots"] if one["name"] != robot.name]
+    others = [entry for entry in json.loads(content)["robots"] if entry["name"] != robot.name]
     start: dict[str, Any] = {"robot": robot.name}
     if gait is not None:
         start["gait"] = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
@@ -181,13 +181,13 @@ def _log_part(log: Path | None) -> str:
     return f'\n<script type="text/plain" id="log" data-name="{html.escape(log.name)}">{content}</script>'
 
 
-def _parts() -> tuple[str, str, str, str, str]:
+def _page_parts() -> tuple[str, str, str, str, str]:
     """Return the page that ships with the package, cut where its robots stand."""
     page = shipped_page()
-    found = _ROBOTS.search(page)
-    if found is None:
+    match = _ROBOTS.search(page)
+    if match is None:
         raise InputError("has no place for robots", file=f"data/studio/{PAGE}", fix="build it anew: make studio")
-    return page[: found.start()], found[1], found[2], found[3], page[found.end() :]
+    return page[: match.start()], match[1], match[2], match[3], page[match.end() :]
 
 
 def shipped_page() -> str:

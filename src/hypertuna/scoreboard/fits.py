@@ -1,4 +1,4 @@
-"""One drag area fitted to one speed of a swimmer, and what it then predicts of the others."""
+"""One drag area fitted to one speed of a swimmer, and the other speeds predicted with it."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Other(NamedTuple):
 def other_speeds(robot: Robot, runs: Sequence[Run]) -> list[Other]:
     """Fit the drag area to each speed of a robot in turn, and predict its other speeds; empty with a single speed."""
     runs = [run for run in runs if run.thrust is None]
-    found = []
-    for one in runs if len(runs) > 1 else ():
-        fitted = fitted_robot(robot, one)
-        for run in (run for run in runs if run is not one):
+    others = []
+    for fitted_run in runs if len(runs) > 1 else ():
+        fitted = fitted_robot(robot, fitted_run)
+        for run in (run for run in runs if run is not fitted_run):
             speed = math.nan if fitted is None else predict(fitted, run).speed
-            error = math.hypot(one.speed_error or 0.0, run.speed_error or 0.0)
-            found.append(Other(one.name, run.name, speed / run.speed, error))
-    return found
+            error = math.hypot(fitted_run.speed_error or 0.0, run.speed_error or 0.0)
+            others.append(Other(fitted_run.name, run.name, speed / run.speed, error))
+    return others
 
 
 def fitted_robot(robot: Robot, run: Run) -> Robot | None:

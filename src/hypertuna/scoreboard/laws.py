@@ -21,7 +21,7 @@ LAMINAR = 1e4  # swimming number below which the boundary layer is laminar
 
 
 def swimming_number(frequency: ArrayLike, excursion: ArrayLike, length: ArrayLike) -> Array:
-    """Return the swimming number Sw = 2 pi f A L / nu, A the whole excursion of the tail tip [m]."""
+    """Return the swimming number Sw = 2 pi f A L / nu [1], A the whole excursion of the tail tip [m]."""
     number: Array = 2 * math.pi * np.asarray(frequency) * np.asarray(excursion) * np.asarray(length) / VISCOSITY
     return number
 
@@ -31,8 +31,8 @@ def gazzola(swimming: ArrayLike) -> Array:
 
     The turbulent branch is a Strouhal number of 1 / (2 pi 0.4) = 0.40 with the whole excursion.
     """
-    number = np.asarray(swimming, dtype=np.float64)
-    reynolds: Array = np.where(number < LAMINAR, 0.03 * number ** (4 / 3), 0.4 * number)
+    sw = np.asarray(swimming, dtype=np.float64)
+    reynolds: Array = np.where(sw < LAMINAR, 0.03 * sw ** (4 / 3), 0.4 * sw)
     return reynolds
 
 
@@ -47,7 +47,7 @@ class Shoal:
 
     @property
     def swimming(self) -> Array:
-        """Swimming numbers."""
+        """Swimming numbers Sw, (fish,) [1]."""
         return swimming_number(self.frequency, self.excursion, self.length)
 
     @property
@@ -72,7 +72,7 @@ class Shoal:
 
 
 def random_shoal(count: int = FISH, seed: int = SEED) -> Shoal:
-    """Swim the default gaits of random fish of `hypertuna robot new`.
+    """Return the settled swims of random fish of `hypertuna robot new` at their default gaits.
 
     They have 2 to 8 links, are 0.1 to 1.5 m long, and weigh 10 to 40 kg/m^3 times the cube of their length.
     """
@@ -84,8 +84,8 @@ def random_shoal(count: int = FISH, seed: int = SEED) -> Shoal:
     for k in range(count):
         fish = parse(new_robot(f"random-{k}", links=int(links[k]), length=float(length[k]), mass=float(mass[k])))
         gait = named_gait(fish, "cruise")
-        swum = settle(fish, Gaits.of([gait]))
-        speed = float(swum["speed"][0]) if swum["status"][0] == 0 else math.nan
-        rows.append((gait.frequency, speed, float(swum["tail_excursion"][0])))
+        beat = settle(fish, Gaits.of([gait]))
+        speed = float(beat["speed"][0]) if beat["status"][0] == 0 else math.nan
+        rows.append((gait.frequency, speed, float(beat["tail_excursion"][0])))
     frequency, speeds, excursion = np.array(rows).T
     return Shoal(length, frequency, speeds, excursion)

@@ -1,4 +1,4 @@
-"""Figures: predicted over published speeds, and the line that swimmers keep to."""
+"""Figures: predicted over published speeds, and Gazzola's line of Reynolds over swimming numbers."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def plot_scoreboard(board: Scoreboard, *, width: float = WIDTH) -> Figure:
     _draw_speeds(left, board)
     _draw_law(right, board)
     names = dict.fromkeys(score.swimmer for score in board.speeds)
-    key = textwrap.wrap(
+    legend = textwrap.wrap(
         "   ".join(f"{k} {name}".replace(" ", "\N{NO-BREAK SPACE}") for k, name in enumerate(names, 1)),
         round(20 * width),
     )
-    figure.supxlabel("\n".join(key), fontsize=6.5, color=FAINT, x=0.01, ha="left")
+    figure.supxlabel("\n".join(legend), fontsize=6.5, color=FAINT, x=0.01, ha="left")
     return figure
 
 
@@ -39,10 +39,10 @@ def _draw_speeds(axes: Axes, board: Scoreboard) -> None:
         np.array([getattr(score, name) for score in speeds]) for name in ("published", "predicted", "own")
     )
     low, high = np.array([score.band or (np.nan, np.nan) for score in speeds]).reshape(-1, 2).T
-    ends = np.concatenate([part[part > 0] for part in (published, predicted, low, high, own)] or [np.ones(1)])
-    reach = np.array([0.7 * ends.min(initial=1.0), 1.4 * ends.max(initial=1.0)])
-    axes.fill_between(reach, reach / FAR, reach * FAR, color=EDGE, alpha=0.18, lw=0, label=f"factor of {FAR:g}")
-    axes.plot(reach, reach, color=INK, lw=0.9, label="equal")
+    positive = np.concatenate([values[values > 0] for values in (published, predicted, low, high, own)] or [np.ones(1)])
+    limits = np.array([0.7 * positive.min(initial=1.0), 1.4 * positive.max(initial=1.0)])
+    axes.fill_between(limits, limits / FAR, limits * FAR, color=EDGE, alpha=0.18, lw=0, label=f"factor of {FAR:g}")
+    axes.plot(limits, limits, color=INK, lw=0.9, label="equal")
     axes.vlines(published, low, high, color=COLORS[1], lw=1.2, alpha=0.6, label="90 % band")
     axes.plot(published, predicted, ls="", marker=SHAPES[0], color=COLORS[1], label="length, mass, nose", **POINTS)
     axes.plot(published, own, ls="", marker=SHAPES[3], color=COLORS[0], mfc="none", ms=4, label="own sections")
@@ -50,7 +50,7 @@ def _draw_speeds(axes: Axes, board: Scoreboard) -> None:
         first = next(score for score in speeds if score.swimmer == name)
         place = (first.published, first.predicted)
         axes.annotate(f"{number}", place, xytext=(4, -6), textcoords="offset points", fontsize=6.5, color=FAINT)
-    axes.set(xscale="log", yscale="log", xlim=reach, ylim=reach, title="Speed [m/s]")
+    axes.set(xscale="log", yscale="log", xlim=limits, ylim=limits, title="Speed [m/s]")
     axes.set(xlabel="published", ylabel="predicted")
     axes.legend(loc="upper left", **TIGHT)
 
@@ -69,8 +69,8 @@ def _draw_law(axes: Axes, board: Scoreboard) -> None:
     for shoal, label, style in shoals:
         axes.plot(shoal.swimming, shoal.reynolds, ls="", label=label, **style)
     numbers = np.concatenate([shoal.swimming[np.isfinite(shoal.swimming)] for shoal, *_ in shoals])
-    line = np.geomspace(0.7 * numbers.min(), 1.4 * numbers.max(), 200)
-    axes.plot(line, gazzola(line), color=INK, lw=0.9, label="Gazzola et al. 2014")
+    swimming = np.geomspace(0.7 * numbers.min(), 1.4 * numbers.max(), 200)
+    axes.plot(swimming, gazzola(swimming), color=INK, lw=0.9, label="Gazzola et al. 2014")
     axes.set(xscale="log", yscale="log", title="The line of all swimmers")
     axes.set(xlabel="swimming number 2πfAL/ν", ylabel="Reynolds number UL/ν")
     axes.legend(loc="lower right", **TIGHT)

@@ -1,4 +1,4 @@
-"""Predict a published swimmer: the robot that `hypertuna robot new` writes for it, its gaits, its settled speeds."""
+"""Prediction of a published swimmer: its robot by `hypertuna robot new`, its gaits and its settled speeds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SCALES = 24  # of the default wave, tried at once
 
 @dataclass(frozen=True)
 class Predicted:
-    """A run as predicted; NaN for what is not known."""
+    """Prediction of a run; NaN for what is not known."""
 
     gait: Gait | None  # None where no amplitude reaches the excursion
     speed: float = math.nan  # m/s
@@ -47,35 +47,35 @@ def own_robot(swimmer: Swimmer) -> Robot | None:
     """Return the first robot with the published lengths, sections and fin of a swimmer; None where it has none."""
     body, fin = swimmer.body, swimmer.fin
     chord = fin.area / fin.span if fin.area and fin.span else fin.chord
-    own = {"height": body.height, "width": body.width, "fin_span": fin.span, "fin_chord": chord}
-    if not swimmer.lengths and not any(own.values()):
+    measures = {"height": body.height, "width": body.width, "fin_span": fin.span, "fin_chord": chord}
+    if not swimmer.lengths and not any(measures.values()):
         return None
-    whole = {"lengths": swimmer.lengths} if swimmer.lengths else {"links": swimmer.link_count, "length": body.length}
-    sizes: Any = own | whole | {"mass": body.mass, "nose": swimmer.nose}
+    extent = {"lengths": swimmer.lengths} if swimmer.lengths else {"links": swimmer.link_count, "length": body.length}
+    sizes: Any = measures | extent | {"mass": body.mass, "nose": swimmer.nose}
     return parse(new_robot(swimmer.name, joints=swimmer.joints, **sizes))
 
 
 def predict_runs(robot: Robot, runs: Sequence[Run]) -> list[Predicted]:
-    """Predict the runs of a robot, each speed with the band that the estimates leave."""
-    found = [predict(robot, run) for run in runs]
-    swum = {k: one.gait for k, one in enumerate(found) if one.gait is not None and math.isfinite(one.speed)}
-    if swum and (band := speed_band(robot, Gaits.of([*swum.values()]))) is not None:
-        for k, low, high in zip(swum, band.low.tolist(), band.high.tolist(), strict=True):
-            found[k] = replace(found[k], band=(low, high))
-    return found
+    """Return the predictions of a robot's runs, each speed with the band of the robot's estimates."""
+    predictions = [predict(robot, run) for run in runs]
+    gaits = {k: p.gait for k, p in enumerate(predictions) if p.gait is not None and math.isfinite(p.speed)}
+    if gaits and (bands := speed_band(robot, Gaits.of([*gaits.values()]))) is not None:
+        for k, low, high in zip(gaits, bands.low.tolist(), bands.high.tolist(), strict=True):
+            predictions[k] = replace(predictions[k], band=(low, high))
+    return predictions
 
 
 def predict(robot: Robot, run: Run) -> Predicted:
-    """Predict a run of a robot: its settled speed, or the thrust of a fish held fixed."""
+    """Return the prediction of a robot's run: its settled speed, or the thrust of a fish held fixed."""
     gait = run_gait(robot, run)
     if gait is None:
         return Predicted(None)
     if run.thrust is not None:
         return held(robot, gait)
-    swum = settle(robot, Gaits.of([gait]))
-    if swum["status"][0] != 0:
+    beat = settle(robot, Gaits.of([gait]))
+    if beat["status"][0] != 0:
         return Predicted(gait)
-    speed, power, excursion = (float(swum[name][0]) for name in ("speed", "mechanical_power", "tail_excursion"))
+    speed, power, excursion = (float(beat[name][0]) for name in ("speed", "mechanical_power", "tail_excursion"))
     return Predicted(gait, speed, power=power, excursion=excursion)
 
 
@@ -92,26 +92,26 @@ def run_gait(robot: Robot, run: Run) -> Gait | None:
 
 
 def _scaled_to(robot: Robot, wave: Gait, excursion: float, *, held: bool) -> Gait | None:
-    """Scale the amplitudes of a wave so that the tail tip has an excursion [m]; None if that is out of reach."""
+    """Return a wave scaled so that the tail tip has an excursion [m]; None if no amplitude reaches it."""
     low, high = 0.02, STEEPEST / max(wave.amplitude)
     for _ in range(3):  # each narrows the interval by 23
         scales = np.geomspace(low, high, SCALES)
         gaits = [replace(wave, amplitude=tuple(scale * a for a in wave.amplitude)) for scale in scales.tolist()]
-        reached = held_excursion(robot, gaits) if held else settle(robot, Gaits.of(gaits))["tail_excursion"]
-        beyond = np.flatnonzero(reached >= excursion)
-        if not len(beyond) or beyond[0] == 0:
+        excursions = held_excursion(robot, gaits) if held else settle(robot, Gaits.of(gaits))["tail_excursion"]
+        too_large = np.flatnonzero(excursions >= excursion)
+        if not len(too_large) or too_large[0] == 0:
             return None
-        low, high = scales[beyond[0] - 1], scales[beyond[0]]
+        low, high = scales[too_large[0] - 1], scales[too_large[0]]
     return replace(wave, amplitude=tuple(math.sqrt(low * high) * a for a in wave.amplitude))
 
 
 def held(robot: Robot, gait: Gait) -> Predicted:
-    """Predict the mean thrust and power of a gait whose head is held still in still water.
+    """Return the mean thrust and power of a gait whose head is held still in still water.
 
     Over a beat the momentum of body and entrained water does not change, so that the mean force of the water is that
     of the core's equations of swimming at twist zero.
     """
-    joints = _beat(robot, gait)
+    joints = _joint_motion(robot, gait)
     state = _core.dynamics(core_model(robot), joints, np.zeros((len(joints), 3)))
     power = float(state["loss"].mean())  # all that the joints do, since the energy returns
     excursion = float(held_excursion(robot, [gait])[0])
@@ -120,13 +120,13 @@ def held(robot: Robot, gait: Gait) -> Predicted:
 
 def held_excursion(robot: Robot, gaits: list[Gait]) -> Array:
     """Return the excursions [m] of the tail tip, peak to peak (gaits,), of a robot whose head is held still."""
-    angles = np.stack([_beat(robot, gait)[:, :, 0] for gait in gaits]).cumsum(axis=2)
-    across = (np.sin(angles) * robot.links.length).sum(axis=2)
-    result: Array = np.ptp(across, axis=1)
+    angles = np.stack([_joint_motion(robot, gait)[:, :, 0] for gait in gaits]).cumsum(axis=2)
+    tip = (np.sin(angles) * robot.links.length).sum(axis=2)
+    result: Array = np.ptp(tip, axis=1)
     return result
 
 
-def _beat(robot: Robot, gait: Gait, steps: int = DEFAULT_STEPS) -> Array:
+def _joint_motion(robot: Robot, gait: Gait, steps: int = DEFAULT_STEPS) -> Array:
     """Return angle, rate and acceleration of every joint over a beat (steps, links, 3)."""
     clock: Array = 2 * np.pi / steps * np.arange(steps, dtype=np.float64)
     return _core.joint_motion(core_model(robot), **vars(gait), clock=clock)

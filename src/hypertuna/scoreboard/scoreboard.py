@@ -48,36 +48,36 @@ def score_swimmers(
     scores: list[Score] = []
     others: dict[str, list[Other]] = {}
     for k, swimmer in enumerate(chosen):
-        found, several = _score(swimmer)
-        scores += found
-        others |= {swimmer.name: several} if several else {}
+        swimmer_scores, other_speeds_found = _score(swimmer)
+        scores += swimmer_scores
+        others |= {swimmer.name: other_speeds_found} if other_speeds_found else {}
         if progress is not None:
             progress(k + 1, len(chosen))
     return Scoreboard(tuple(scores), others, random_shoal())
 
 
 def _score(swimmer: Swimmer) -> tuple[list[Score], list[Other]]:
-    """Score the runs of a swimmer, and predict its speeds from one another; a note says why there is no prediction."""
-    runs, note, several = swimmer.runs, "", list[Other]()
+    """Return the scores of a swimmer's runs, and its speeds predicted from one another; a note says why one lacks."""
+    runs, note, cross_predictions = swimmer.runs, "", list[Other]()
     by_first = by_own = [Predicted(None)] * len(runs)
     try:
         first, own = first_robot(swimmer), own_robot(swimmer)
         by_first = predict_runs(first, runs)
         by_own = by_own if own is None else predict_runs(own, runs)
-        several = other_speeds(own or first, runs)
+        cross_predictions = other_speeds(own or first, runs)
     except InputError as error:
         note = str(error)
     scores: list[Score] = []
-    for run, one, other in zip(runs, by_first, by_own, strict=True):
-        scores += _of_run(swimmer, run, one, other, note or OUT_OF_REACH * (one.gait is None))
-    return scores, several
+    for run, by_robot, by_sections in zip(runs, by_first, by_own, strict=True):
+        scores += _scores_of_run(swimmer, run, by_robot, by_sections, note or OUT_OF_REACH * (by_robot.gait is None))
+    return scores, cross_predictions
 
 
-def _of_run(swimmer: Swimmer, run: Run, first: Predicted, own: Predicted, note: str) -> Iterator[Score]:
+def _scores_of_run(swimmer: Swimmer, run: Run, first: Predicted, own: Predicted, note: str) -> Iterator[Score]:
     """Yield the scores of a run: its speed, or the thrust of a fish held fixed; and its power if it is published."""
-    known = {"thrust": run.thrust} if run.thrust is not None else {"speed": run.speed}
-    known |= {f"{run.power_kind} power": run.power} if run.power is not None else {}
-    for quantity, published in known.items():
+    published_values = {"thrust": run.thrust} if run.thrust is not None else {"speed": run.speed}
+    published_values |= {f"{run.power_kind} power": run.power} if run.power is not None else {}
+    for quantity, published in published_values.items():
         kind = quantity.split()[-1]
         low, high = first.band if kind == "speed" else (math.nan, math.nan)
         yield Score(

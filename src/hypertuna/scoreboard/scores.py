@@ -63,8 +63,8 @@ class Score:
         if not self.assumed:
             return self.low, self.high
         ends = zip((self.low, self.high), EXCURSIONS, strict=True)
-        reach = [math.hypot(math.log(end / self.predicted), math.log(factor)) for end, factor in ends]
-        return self.predicted * math.exp(-reach[0]), self.predicted * math.exp(reach[1])
+        widths = [math.hypot(math.log(end / self.predicted), math.log(factor)) for end, factor in ends]
+        return self.predicted * math.exp(-widths[0]), self.predicted * math.exp(widths[1])
 
     @property
     def inside(self) -> bool | None:
@@ -104,19 +104,19 @@ class Statistics:
 
 
 def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
-    """Summarize the speeds among scores: by the defaults, or with `own` sections where these are published."""
+    """Return statistics of the predicted speeds: by the defaults, or with `own` sections where these are published."""
     ratios = ratios_of(scores, own=own)
     logs = swimmer_logs(ratios)
     values = np.array([*logs.values()])
-    size = np.abs(values)
+    magnitudes = np.abs(values)
     return Statistics(
         swimmers=len(logs),
         missing=len(ratios) - len(logs),
         rms_log=_rms(values),
         mean_ratio=math.exp(values.mean()) if len(logs) else math.nan,
-        within_near=int((size <= math.log(NEAR)).sum()),
-        within_far=int((size <= math.log(FAR)).sum()),
-        factor=math.exp(np.quantile(size, 0.9, method="inverted_cdf")) if len(logs) else math.nan,
+        within_near=int((magnitudes <= math.log(NEAR)).sum()),
+        within_far=int((magnitudes <= math.log(FAR)).sum()),
+        factor=math.exp(np.quantile(magnitudes, 0.9, method="inverted_cdf")) if len(logs) else math.nan,
     )
 
 
@@ -138,7 +138,7 @@ def coverage(scores: Sequence[Score], *, estimates_alone: bool = False) -> tuple
 
 
 def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
-    """Return the mean natural logarithm of each swimmer's ratios, but of those with one that is not positive."""
+    """Return the mean natural logarithm of each swimmer's ratios, without swimmers of which one is not positive."""
     return {name: float(np.mean(np.log(part))) for name, part in ratios.items() if all(ratio > 0 for ratio in part)}
 
 
@@ -150,8 +150,8 @@ def leave_one_out(logs: Mapping[str, float]) -> Array:
     values = np.array([*logs.values()])
     if len(values) < 2:
         return np.full(len(values), math.nan)
-    left: Array = values - (values.sum() - values) / (len(values) - 1)
-    return left
+    differences: Array = values - (values.sum() - values) / (len(values) - 1)
+    return differences
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
         return tuple(score for score in self.scores if score.quantity == "speed")
 
     def swum(self, speed: str) -> Shoal:
-        """Return the runs of the swimmers as those of a shoal.
+        """Return the runs of the swimmers as a `Shoal`.
 
         Parameters
         ----------
@@ -183,24 +183,24 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
         return Shoal(*(np.array([getattr(score, name) for score in self.speeds]) for name in columns))
 
     def summary(self) -> dict[str, Quantity]:
-        """Return what the scores say of the predictions, and which laws random fish obey.
+        """Return statistics of the predictions by name, and of the laws that random fish obey.
 
         Returns
         -------
         dict of Quantity
         """
-        found, own, fish = statistics(self.scores), statistics(self.scores, own=True), self.shoal
-        left = leave_one_out(swimmer_logs(ratios_of(self.scores)))
+        predicted, own, fish = statistics(self.scores), statistics(self.scores, own=True), self.shoal
+        left_out = leave_one_out(swimmer_logs(ratios_of(self.scores)))
         (inside, band_ratio), (alone, alone_ratio) = (coverage(self.scores, estimates_alone=a) for a in (False, True))
         others = [other for part in self.others.values() for other in part]
         rows: dict[str, tuple[Any, str | None]] = {
-            "swimmers": (found.swimmers + found.missing, "swimmers with a speed"),
-            "missing": (found.missing, "of these without a prediction"),
-            "rms_log": (found.rms_log, "rms of the logarithm of predicted over published"),
-            "mean_ratio": (found.mean_ratio, "geometric mean of predicted over published"),
-            "within_1_3": (found.within_near, f"swimmers within a factor of {NEAR:g}"),
-            "within_2": (found.within_far, f"swimmers within a factor of {FAR:g}"),
-            "factor_of_nine_in_ten": (found.factor, "factor that holds for nine of ten"),
+            "swimmers": (predicted.swimmers + predicted.missing, "swimmers with a speed"),
+            "missing": (predicted.missing, "of these without a prediction"),
+            "rms_log": (predicted.rms_log, "rms of the logarithm of predicted over published"),
+            "mean_ratio": (predicted.mean_ratio, "geometric mean of predicted over published"),
+            "within_1_3": (predicted.within_near, f"swimmers within a factor of {NEAR:g}"),
+            "within_2": (predicted.within_far, f"swimmers within a factor of {FAR:g}"),
+            "factor_of_nine_in_ten": (predicted.factor, "factor that holds for nine of ten"),
             "inside_band": (inside, "published speeds inside the 90 % band"),
             "band_ratio": (band_ratio, "median of the band, upper over lower end"),
             "inside_estimates": (alone, "inside the band of the robot's estimates alone"),
@@ -208,7 +208,7 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
             "own_swimmers": (own.swimmers, "swimmers with sections of their own"),
             "own_rms_log": (own.rms_log, "rms of their logarithm with these"),
             "own_mean_ratio": (own.mean_ratio, "geometric mean with these"),
-            "left_out_rms_log": (_rms(left), "rms if the mean of the others corrected each"),
+            "left_out_rms_log": (_rms(left_out), "rms if the mean of the others corrected each"),
             "several_speeds": (len(self.others), "swimmers with several speeds"),
             "other_speeds": (len(others), "their other speeds, a drag area fitted to one"),
             "other_speeds_hold": (sum(other.holds for other in others), "of these within 10 % and the published error"),
@@ -249,7 +249,7 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
         ]
         facts = {"hypertuna_version": version(), "isa": _core.isa()}
         others = {name: [other._asdict() for other in part] for name, part in self.others.items()}
-        numbers = {key: one.value for key, one in self.summary().items()}
+        numbers = {key: quantity.value for key, quantity in self.summary().items()}
         return facts | numbers | {"scores": rows, "others": others}
 
 
@@ -269,8 +269,8 @@ def _rms(values: Array) -> float:
 
 def _median(values: Array) -> float:
     """Return the median of the values that are known."""
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else math.nan
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else math.nan
 
 
 def _cell(value: Any) -> Any:

@@ -76,8 +76,8 @@ class Run(Part, table="runs"):
         """Check that a run has a speed or, held fixed, a thrust."""
         fix = "give thrust_n of a fish held fixed, with speed_m_s = 0, else a speed above 0 alone"
         yield Check((self.thrust is None) == (self.speed > 0), "speed", "must be above 0, or be 0 beside thrust_n", fix)
-        both = (self.power is None) == (self.power_kind is None)
-        yield Check(both, "power_kind", "must stand beside power_w", "give power_w and its kind, or neither")
+        paired = (self.power is None) == (self.power_kind is None)
+        yield Check(paired, "power_kind", "must stand beside power_w", "give power_w and its kind, or neither")
 
     @property
     def published(self) -> float:
@@ -102,15 +102,15 @@ class Swimmer(Part):
         """Check the number of links and angles, the lengths, names, and that every number has a source."""
         yield Check(self.link_count in LINKS, "links", LINKS.rule, "a head, and one link behind each joint")
         total = math.fsum(self.lengths) if self.lengths else self.body.length
-        same, rule = math.isclose(total, self.body.length, rel_tol=0.01), "must add up to body.length_m within 1 %"
-        yield Check(same, "links.length_m", rule, "correct one of the two", f"{total:g} m in all")
+        adds_up, rule = math.isclose(total, self.body.length, rel_tol=0.01), "must add up to body.length_m within 1 %"
+        yield Check(adds_up, "links.length_m", rule, "correct one of the two", f"{total:g} m in all")
         groups = len(self.joints) or self.link_count - 1
         yield from unique(tuple(run.name for run in self.runs), "runs[{}].name")
         for k, run in enumerate(self.runs):
             for name, angles in (("amplitude_deg", run.amplitude), ("phase_deg", run.phase)):
                 rule, value = f"must be {groups} long, one value per joint group", f"{len(angles or ())} long"
-                right = angles is None or len(angles) == groups
-                yield Check(right, f"runs[{k}].{name}", rule, f"give {groups} values", value)
+                fits = angles is None or len(angles) == groups
+                yield Check(fits, f"runs[{k}].{name}", rule, f"give {groups} values", value)
         yield from self._source_checks()
 
     def _source_checks(self) -> Iterator[Check]:
@@ -146,7 +146,7 @@ class Swimmer(Part):
 
 
 def _keys(value: Any, place: str = "") -> Iterator[str]:
-    """Yield the keys of all values of a document, without the indices of lists."""
+    """Yield the dotted keys of all values of a document, without the indices of lists."""
     if isinstance(value, Mapping):
         for name, part in value.items():
             yield from _keys(part, f"{place}.{name}".lstrip("."))

@@ -49,13 +49,13 @@ def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
 
 
 def circuit_rows(run: TwinRun) -> list[dict[str, Any]]:
-    """Return the pressures of each oil circuit."""
+    """Return a row for each oil circuit with its largest, smallest and highest pressure [kPa]."""
     pressures = {"max": run.pressure_max, "min": run.pressure_min, "highest": run.pressure_highest}
     return _rows(run.circuits, **{f"pressure_{name}_kpa": values / 1e3 for name, values in pressures.items()})
 
 
 def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
-    """Return a row of the columns for each name."""
+    """Return a row for each name, with its value of each column."""
     return [{"name": name} | {key: values[k] for key, values in columns.items()} for k, name in enumerate(names)]
 
 
@@ -112,7 +112,7 @@ def _losses(run: TwinRun) -> Iterator[Part]:
 
 
 def _beats(run: TwinRun) -> str:
-    """Name the beats that means are over."""
+    """Return a phrase that names the beats over which means are taken."""
     return f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
 
 
@@ -132,10 +132,10 @@ def sea_card(run: SeaRun) -> Card:
     title = f"Twin of {run.robot.name} at sea: {gait_text(run.gait)}"
     if run.status == "diverged":
         return Card(title, [run.divergence])
-    way = float(np.hypot(*(run.position[-1, :2] - run.position[0, :2])))
+    distance = float(np.hypot(*(run.position[-1, :2] - run.position[0, :2])))
     facts = {
         "duration": number(run.duration, "s"),
-        "from the start": number(way, "m"),
+        "from the start": number(distance, "m"),
         "depth at the end": number(float(run.depth[-1]), "m"),
         "mean speed ahead": number(float(run.speed.mean()), "m/s"),
         "mean electrical power": number(float(run.data["power"].mean()), "W"),
@@ -146,7 +146,7 @@ def sea_card(run: SeaRun) -> Card:
 
 @cards.of(Losses)
 def losses_card(losses: Losses) -> Card:
-    """Show where the power goes."""
+    """Show where the power of a run goes, by place and loss."""
     facts = {"power of the cells": number(losses.power, "W")}
     facts |= {place: number(losses.at(place), "W") for place in PLACES}
     rows = [
@@ -169,34 +169,34 @@ def _track_svg(run: SeaRun) -> str:
 
 
 def posture_rows(test: PostureTest) -> list[dict[str, Any]]:
-    """Return how each joint group did at each frequency, as a whole and beat by beat."""
+    """Return a row for each joint group and frequency: the settled result, and arrays by beat."""
     rows = []
-    for one, far, easier in test.cases:
+    for held, reach, easier in test.cases:
         row: dict[str, Any] = {
-            "frequency_hz": one.frequency,
-            "joint": one.name,
-            "angle_set_deg": np.degrees(one.angle_set),
-            "settling_s": one.settling,
-            "settling_measured_s": one.settling_measured,
-            "error_deg": np.degrees(one.error[-1]),
-            "error_measured_deg": np.degrees(one.error_measured[-1]),
-            "limits": list(one.limits),
+            "frequency_hz": held.frequency,
+            "joint": held.name,
+            "angle_set_deg": np.degrees(held.angle_set),
+            "settling_s": held.settling,
+            "settling_measured_s": held.settling_measured,
+            "error_deg": np.degrees(held.error[-1]),
+            "error_measured_deg": np.degrees(held.error_measured[-1]),
+            "limits": list(held.limits),
         }
-        if far is not None:
-            row |= {"amplitude_max_deg": np.degrees(far.amplitude_max), "stopped_by": list(far.limits)}
+        if reach is not None:
+            row |= {"amplitude_max_deg": np.degrees(reach.amplitude_max), "stopped_by": list(reach.limits)}
         if easier is not None:
             row |= {"reachable_angle_deg": np.degrees(easier.angle_set), "reachable_settling_s": easier.settling}
-        left, right = np.degrees(one.peaks).T
-        row |= {"beat_end_s": one.time, "peak_left_deg": left, "peak_right_deg": right}
-        row["beat_error_deg"] = np.degrees(one.error)
-        row["beat_error_measured_deg"] = np.degrees(one.error_measured)
+        left, right = np.degrees(held.peaks).T
+        row |= {"beat_end_s": held.time, "peak_left_deg": left, "peak_right_deg": right}
+        row["beat_error_deg"] = np.degrees(held.error)
+        row["beat_error_measured_deg"] = np.degrees(held.error_measured)
         rows.append(row)
     return rows
 
 
 @tables.of(PostureTest)
 def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
-    """Return the whole of each joint group at each frequency, as columns."""
+    """Return the results of each joint group at each frequency as columns, without the arrays by beat."""
     rows = posture_rows(test)
     names = [name for name, value in rows[0].items() if not isinstance(value, list | np.ndarray)]
     return {name: [np.nan if row[name] is None else row[name] for row in rows] for name in names}
@@ -217,33 +217,33 @@ def limit_sentences(result: PostureTest) -> list[str]:
 
 def posture_table(test: PostureTest) -> Table:
     """Lay out a row for each frequency and joint."""
-    heads = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
-    heads += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
-    heads += ["within reach\nsettles"] if test.eased else []
+    header = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
+    header += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
+    header += ["within reach\nsettles"] if test.eased else []
     rows = []
-    for one, far, easier in test.cases:
-        cells = [f"{one.frequency:g}", one.name, f"{np.degrees(one.angle_set):.4g}", _settles(one)]
-        cells += [f"{np.degrees(one.error[-1]):.2f}", spelled_limits(one.limits)]
-        cells += [f"{np.degrees(far.amplitude_max):.1f}", spelled_limits(far.limits)] if far else []
+    for held, reach, easier in test.cases:
+        cells = [f"{held.frequency:g}", held.name, f"{np.degrees(held.angle_set):.4g}", _settles(held)]
+        cells += [f"{np.degrees(held.error[-1]):.2f}", spelled_limits(held.limits)]
+        cells += [f"{np.degrees(reach.amplitude_max):.1f}", spelled_limits(reach.limits)] if reach else []
         within = f"{_settles(easier)} s at {np.degrees(easier.angle_set):.1f} deg" if easier else ""
         rows.append([*cells, *([within] if test.eased else [])])
-    return Table(heads, rows, left=(1, 5, 7, 8))
+    return Table(header, rows, left=(1, 5, 7, 8))
 
 
-def _settles(one: Held) -> str:
-    """Write a settling time [s], or the end of the run that was too short."""
-    return f"> {one.time[-1]:.1f}" if one.settling is None else f"{one.settling:.2f}"
+def _settles(held: Held) -> str:
+    """Write a settling time [s], or that it is longer than the run."""
+    return f"> {held.time[-1]:.1f}" if held.settling is None else f"{held.settling:.2f}"
 
 
 @cards.of(PostureTest)
 def posture_card(test: PostureTest) -> Card:
     """Show a test, a row for each frequency and joint."""
     parts: list[Part] = [posture_table(test), *((text, "dim") for text in limit_sentences(test))]
-    late = ", ".join(f"{one.name} at {one.frequency:g} Hz" for one in test.held if one.settling is None)
+    unsettled = ", ".join(f"{held.name} at {held.frequency:g} Hz" for held in test.held if held.settling is None)
     within = f"within {math.degrees(CLOSE):g} deg"
-    slowest = max((one.settling for one in test.held if one.settling is not None), default=0.0)
-    if late:
-        parts.append((f"Not {within} at the end: {late}.", "bold red"))
+    slowest = max((held.settling for held in test.held if held.settling is not None), default=0.0)
+    if unsettled:
+        parts.append((f"Not {within} at the end: {unsettled}.", "bold red"))
     else:
         parts.append((f"Every peak bend is {within} after {slowest:.2f} s, and stays.", "green"))
     title = f"{test.robot.name}, posture control in {test.medium}, {test.duration:g} s from rest"
@@ -269,7 +269,7 @@ def dive_card(dive: Dive) -> Card:
 
 
 def last_beats(run: TwinRun | SeaRun) -> str:
-    """Return the body over the last beats of a run as an animated SVG, with a line that says which."""
+    """Return an animated SVG of the body over a run's last beats, with a caption that names the time."""
     time, frequency = run.time, run.gait.frequency
     if len(time) < 2 or (time[1] - time[0]) * frequency * COARSE > 1:
         return captioned("", f"The body is not drawn: the record has fewer than {COARSE} rows a beat.")
@@ -279,13 +279,13 @@ def last_beats(run: TwinRun | SeaRun) -> str:
     columns = np.column_stack([_pose(run), run.data["angle"]])
     rows = np.stack([np.interp(instants, time, column) for column in columns.T], axis=1)
     pose, bends = rows[:, :3], rows[:, 3:]
-    lines = body_points(run.robot, pose, bends @ group_shares(run.robot).T)
-    shapes = bodies(run.robot, followed(lines, pose[:, 2]))
-    step = water_step(run.robot, lines[:, 0], pose[:, 2]) / (seconds * frequency)
+    midlines = body_points(run.robot, pose, bends @ group_shares(run.robot).T)
+    shapes = bodies(run.robot, followed(midlines, pose[:, 2]))
+    step = water_step(run.robot, midlines[:, 0], pose[:, 2]) / (seconds * frequency)
     film = film_svg(shapes, step, 1 / frequency, seconds, f"{run.robot.name} from above")
     span = f"{number(begin)} to {number(time[-1], 's')}"
-    hinge = "; its passive hinge is drawn straight" if run.robot.hinges else ""
-    return captioned(film, f"The last {seconds * frequency:.2g} beats from above, {span}, in real time{hinge}.")
+    note = "; its passive hinge is drawn straight" if run.robot.hinges else ""
+    return captioned(film, f"The last {seconds * frequency:.2g} beats from above, {span}, in real time{note}.")
 
 
 def _pose(run: TwinRun | SeaRun) -> Array:

@@ -45,13 +45,13 @@ class Leg:
 
     @property
     def right(self) -> bool:
-        """Whether fins down take the robot down, and fins up take it up."""
+        """Whether the depth changes as the fins point: down with fins down, up with fins up."""
         return self.depth_rate * self.fins < 0 and abs(self.depth_rate) > RESTING * abs(self.speed)
 
 
 @dataclass(frozen=True)
 class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
-    """A dive and its run."""
+    """A dive with the fins down, then up: its run, and what its two legs show."""
 
     run: SeaRun
     switch: float  # time at which the fins turn from down to up [s]
@@ -59,10 +59,10 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
-        """Down and up; only those that the run completed."""
-        ends = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
+        """The completed legs: down, then up."""
+        spans = ((0.0, self.switch, -self.angle), (self.switch, self.run.duration, self.angle))
         length = self.run.time[-1] + self.run.tick if len(self.run.time) else 0.0
-        return tuple(self._leg(*end) for end in ends if length > end[1] - self.run.tick)
+        return tuple(self._leg(*span) for span in spans if length > span[1] - self.run.tick)
 
     @property
     def symmetry(self) -> float:
@@ -75,8 +75,8 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
         if self.run.status == "diverged":
             return (self.run.divergence,)
         sentences = []
-        for leg, way in zip(self.legs, ("dives", "floats"), strict=True):
-            rate = f"{way} at {100 * abs(leg.depth_rate):.3g} cm/s"
+        for leg, verb in zip(self.legs, ("dives", "floats"), strict=True):
+            rate = f"{verb} at {100 * abs(leg.depth_rate):.3g} cm/s"
             result = rate if leg.right else f"does not: its depth changes by {100 * leg.depth_rate:+z.1f} cm/s"
             pitch = "steady" if leg.steady else f"not steady, it ranges over {math.degrees(leg.pitch_range):.2g} deg"
             sentences.append(f"With its fins at {math.degrees(leg.fins):+z.3g} deg it {result}; its pitch is {pitch}.")
@@ -90,20 +90,20 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
         return tuple(sentences)
 
     def _leg(self, start: float, end: float, fins: float) -> Leg:
-        """Measure a leg."""
+        """Measure depth rate, pitch and speed of a leg over its last half."""
         run, depth = self.run, self.run.depth
         first, middle, last = np.searchsorted(run.time, np.array([start, (start + end) / 2, end - run.tick]) - 1e-9)
         last = min(last, len(run.time) - 1)  # a duration may end within a tick
-        late, half = slice(middle, last + 1), 0.5 / run.gait.frequency
-        inner = (run.time >= run.time[middle] + half) & (run.time <= run.time[last] - half)
-        pitch = run.averaged(run.pitch)[inner] if inner.any() else run.pitch[late]
+        second_half, half_beat = slice(middle, last + 1), 0.5 / run.gait.frequency
+        whole_beats = (run.time >= run.time[middle] + half_beat) & (run.time <= run.time[last] - half_beat)
+        pitch = run.averaged(run.pitch)[whole_beats] if whole_beats.any() else run.pitch[second_half]
         return Leg(
             fins=fins,
             depth_rate=float((depth[last] - depth[middle]) / (run.time[last] - run.time[middle])),
-            pitch=float(run.pitch[late].mean()),
+            pitch=float(run.pitch[second_half].mean()),
             pitch_range=float(np.ptp(pitch)),
-            roll_max=float(abs(run.roll[late]).max()),
-            speed=float(run.speed[late].mean()),
+            roll_max=float(abs(run.roll[second_half]).max()),
+            speed=float(run.speed[second_half].mean()),
             depth=(float(depth[first]), float(depth[last])),
         )
 

@@ -37,8 +37,8 @@ def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any])
     models = list(_models(robot))
     body, source = body_facts(robot, models, _numbers, _steps)
     text = {"made_by": f"hypertuna {version()}"} | robot_facts(robot, models) | {"body": body, "source": source.text}
-    written = json.dumps(text | dict(facts), ensure_ascii=False, separators=(",", ":"))
-    return pack(_columns(robot, models) | dict(added), written)
+    json_text = json.dumps(text | dict(facts), ensure_ascii=False, separators=(",", ":"))
+    return pack(_columns(robot, models) | dict(added), json_text)
 
 
 def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def _spring_columns(robot: Robot) -> dict[str, list[float]]:
 
 
 def _numbers(robot: Robot) -> dict[str, Array]:
-    """Return all numbers of a robot's image by column, each a row, and those of its text."""
+    """Return all numbers of a robot's image and of its text by name, each as a flat array."""
     columns = _columns(robot, _models(robot))
     rows = {name: np.asarray(value, dtype=np.float64).ravel() for name, value in columns.items()}
     return rows | {f"text.{name}": np.array([value]) for name, value in numbers_of_text(body_text(robot))}
@@ -87,26 +87,26 @@ def pack(columns: Mapping[str, Any], text: str) -> bytes:
     shapes = [(len(array), *array.shape[1:], *(1,) * (2 - array.ndim)) for array in arrays.values()]
     entries = b"".join(struct.pack("<3I", *shape, len(name)) for shape, name in zip(shapes, names, strict=True))
     numbers = np.concatenate([array.ravel() for array in arrays.values()])
-    written = text.encode()
-    sizes = struct.pack("<4I", len(arrays), sum(map(len, names)), len(written), len(numbers))
-    head = entries + b"".join(names) + written
-    body = sizes + head + bytes(-len(head) % 8) + numbers.tobytes()
+    encoded = text.encode()
+    sizes = struct.pack("<4I", len(arrays), sum(map(len, names)), len(encoded), len(numbers))
+    tables = entries + b"".join(names) + encoded
+    body = sizes + tables + bytes(-len(tables) % 8) + numbers.tobytes()
     return MAGIC + struct.pack("<2I", VERSION, zlib.crc32(body)) + body
 
 
 def _law(robot: Robot) -> int:
-    """Place of a robot's water law in the core's list."""
+    """Return the index of a robot's water law in the core's list."""
     return list(dict(_core.water_laws())).index(robot.model.water)
 
 
 def _models(robot: Robot) -> Iterator[Robot]:
     """Yield the robot with each of its water laws and kinds of joints, its own choice first."""
     yield robot
-    own = (robot.model.water, robot.model.joints)
+    chosen = (robot.model.water, robot.model.joints)
     waters = [water for water in LAWS if getattr(robot.water, water) is not None]
-    kinds = ["ideal"] if any(group.bandwidth is None for group in robot.joints) else ["bandwidth", "ideal"]
-    for water, joints in itertools.product(waters, kinds):
-        if (water, joints) != own:
+    joint_models = ["ideal"] if any(group.bandwidth is None for group in robot.joints) else ["bandwidth", "ideal"]
+    for water, joints in itertools.product(waters, joint_models):
+        if (water, joints) != chosen:
             # what `using` does, without the checks of a file: a body is tried with many factors
             choice = robot.model.model_copy(update={"water": water, "joints": joints})
             yield robot.model_copy(update={"model": choice})

@@ -79,16 +79,16 @@ def body_facts(
 
 
 def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> dict[str, Any]:
-    """Return a document of a robot's file with the values of its knobs times factors."""
+    """Return the document of a robot's file with the values that its knobs change, scaled by factors."""
     changed = copy.deepcopy(dict(document))
     for knob in knobs:
         factor = factors.get(knob.name, 1.0)
         for key, power in knob.powers.items():
-            table, last = table_of(changed, key)
-            table[last] *= factor**power
+            table, name = table_of(changed, key)
+            table[name] *= factor**power
         for key, size in knob.sums.items():
-            table, last = table_of(changed, key)
-            table[last] += size * (factor - 1)
+            table, name = table_of(changed, key)
+            table[name] += size * (factor - 1)
     return changed
 
 
@@ -96,7 +96,7 @@ def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mappin
 
 
 def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
-    """Yield what may be changed of a robot: lengths and masses of links, the last link's height, springs."""
+    """Yield the knobs of a robot: lengths and masses of links, the last link's height, springs, silicones."""
     names, last = robot.links.name, len(robot.links.name) - 1
     for kind, symbol, key in (("length", "m", "length_m"), ("mass", "kg", "mass_kg")):
         for i, name in enumerate(names):
@@ -111,9 +111,9 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     spring = followers("stiffness", 0, alias=True)
     for d, (key, hinge) in enumerate(zip(robot.hinge_keys, robot.hinges, strict=True)):
         powers = {f"{key}{place.removeprefix('hinge')}": power for place, power in spring.items()}
-        one = len(robot.hinges) == 1
-        name, which = ("hinge", "") if one else (f"hinge-{d}", f" before {names[hinge.link]}")
-        label = f"stiffness of the hinge{which}"
+        alone = len(robot.hinges) == 1
+        name, suffix = ("hinge", "") if alone else (f"hinge-{d}", f" before {names[hinge.link]}")
+        label = f"stiffness of the hinge{suffix}"
         yield Knob(name, label, "N m/rad", hinge.stiffness, powers, part=("stiffness", d))
     unit = robot.drive_unit
     if unit is not None and not why_no_twin(robot) and has_oil(robot):
@@ -148,15 +148,15 @@ def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[st
 
 
 def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
-    """Return the place in the description of the image's numbers that are values of it, by column."""
+    """Return by name of an image's number the key of the description that it is a value of."""
     text = f"text.links.{link}"
     springs = {f"spring.{name}": f"hinge.{name}" for name in SPRING}
     heights = ("height", "width") if robot.spatial is None else ("height",)  # widths follow heights
     return {
         **{
             f"models.{k}.{name}": place
-            for k, one in enumerate(models)
-            for name, place in (column_places(one) | springs).items()
+            for k, model in enumerate(models)
+            for name, place in (column_places(model) | springs).items()
         },
         **{f"plant.link.{name}": f"spatial.{attribute}" for name, attribute in LINKS.items()},
         **{f"plant.link.{axis}": f"spatial.inertia_{axis}" for axis in ("roll", "pitch")},
@@ -185,39 +185,39 @@ def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
 
 
 def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> Laws:
-    """Find powers and values of numbers at the steps of a knob; none where the twin needs other steps of its own."""
+    """Return the laws of numbers from their values at a knob's steps; none where the twin then needs shorter steps."""
     knob.range, laws = (knob.steps[0], knob.steps[-1]), Laws()
     try:
-        found = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
+        by_step = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
     except InputError:  # no robot, or none whose pumps reach all bends
         return laws
-    for name, before in present.items():
+    for name, now in present.items():
         if name.startswith(KEPT):
             continue
-        rows = np.array([one[name] for one in found])  # (steps, n)
-        straight = _all_close(rows, np.outer(knob.steps, before))
-        for k in np.flatnonzero(~_all_close(rows, before)):
-            laws[name, int(k)] = (1,) if straight[k] else (tuple(rows[:, k].tolist()),)
+        rows = np.array([one[name] for one in by_step])  # (steps, n)
+        proportional = _all_close(rows, np.outer(knob.steps, now))
+        for k in np.flatnonzero(~_all_close(rows, now)):
+            laws[name, int(k)] = (1,) if proportional[k] else (tuple(rows[:, k].tolist()),)
     return Laws() if ("run.steps", 0) in laws else laws
 
 
 def _twin_follows(knobs: list[Knob], document: Mapping[str, Any], steps: Callable[[Robot], int], now: int) -> bool:
-    """Return whether the twin keeps its steps with all factors changed at once, drawn and at their ranges' ends."""
-    chance = np.random.default_rng(1)
-    drawn = [
-        {knob.name: float(chance.choice(knob.steps) if knob.steps else chance.uniform(*knob.range)) for knob in knobs}
+    """Return whether the twin keeps its inner steps under all factors at once: drawn at random, and at both ends."""
+    rng = np.random.default_rng(1)
+    random_sets = [
+        {knob.name: float(rng.choice(knob.steps) if knob.steps else rng.uniform(*knob.range)) for knob in knobs}
         for _ in range(2)
     ]
-    ends = [{knob.name: knob.range[end] for knob in knobs} for end in (0, 1)]
-    changed = (_changed(document, knobs, factors) for factors in (*drawn, *ends))
+    extremes = [{knob.name: knob.range[end] for knob in knobs} for end in (0, 1)]
+    changed = (_changed(document, knobs, factors) for factors in (*random_sets, *extremes))
     try:  # what is no robot, all taken together, is refused when its file is read
-        return all(steps(one) == now for one in changed if one is not None)
+        return all(steps(robot) == now for robot in changed if robot is not None)
     except InputError:  # it swims, but has no twin
         return False
 
 
 def _all_close(rows: Array, others: Array) -> NDArray[np.bool_]:
-    """Whether the numbers of each column (n,) differ by no more than rounding, in all rows."""
+    """Return whether each column of numbers (n,) differs in no row by more than rounding."""
     return np.asarray(np.isclose(rows, others, rtol=SAME, atol=0.0, equal_nan=True).all(axis=0))
 
 
@@ -225,7 +225,7 @@ def _all_close(rows: Array, others: Array) -> NDArray[np.bool_]:
 
 
 def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
-    """Return a knob for the image's text; a power is one number, a term of a sum two."""
+    """Return a knob as it stands in the image's text, with the values it changes and their powers or terms of sums."""
     keys = [{"key": key, "at": source.at(key), "power": power} for key, power in knob.powers.items()]
     keys += [{"key": key, "at": source.at(key), "sum": size} for key, size in knob.sums.items()]
     facts = {name.removeprefix("text."): law for (name, _), law in knob.laws.items() if name.startswith("text.")}
@@ -238,7 +238,7 @@ def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
 
 
 def _grouped(knob: Knob, twin: bool) -> dict[str, list[list[Any]]]:
-    """Return the laws by column: place and law; `models.*.` are all models that have the column."""
+    """Return a knob's laws by column, each with its index; `models.*.` stands for all models that have the column."""
     laws: dict[str, dict[int, list[Any]]] = {}
     for (name, k), law in knob.laws.items():
         if name.startswith("models.") or (twin and not name.startswith("text.")):

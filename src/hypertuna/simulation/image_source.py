@@ -36,29 +36,29 @@ class Source:
 
 
 def source_of(robot: Robot) -> Source:
-    """Return the text of a robot's file; of a robot without a file, or changed since, a text of what it is now."""
+    """Return a robot's file as text with the places of its numbers; without a file, or a changed robot, a new text."""
     try:
         text = read_text(robot_path(robot.file), "toml") if robot.file else ""
-        same = bool(text) and parse(parse_toml(text)).hash == robot.hash
+        unchanged = bool(text) and parse(parse_toml(text)).hash == robot.hash
     except (OSError, ValueError, InputError):
-        same = False
-    if not same:
+        unchanged = False
+    if not unchanged:
         text = robot_text(robot)
     return Source(text, checked_places(text))
 
 
 def checked_places(text: str) -> dict[str, int]:
-    """Return the places of numbers by key: those where another number is read as the key's value."""
+    """Return the places of numbers in a text by key: those where another number would be read as the key's value."""
     places = dict(_places(text))
     parts, end = [], 0
-    for number, at in enumerate(places.values()):
-        parts += [text[end:at], str(number)]
-        end = at + len(cast(re.Match[str], TOKEN.match(text, at))[0])
+    for number, start in enumerate(places.values()):
+        parts += [text[end:start], str(number)]
+        end = start + len(cast(re.Match[str], TOKEN.match(text, start))[0])
     try:
-        found = dict(_numbers(parse_toml("".join([*parts, text[end:]]))))
+        values_read = dict(_numbers(parse_toml("".join([*parts, text[end:]]))))
     except InputError:  # a layout that is not understood
         return {}
-    return {key: at for number, (key, at) in enumerate(places.items()) if found.get(key) == number}
+    return {key: start for number, (key, start) in enumerate(places.items()) if values_read.get(key) == number}
 
 
 def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
@@ -111,5 +111,5 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
 def _indexed(names: list[str], counts: dict[str, int]) -> Iterator[str]:
     """Yield the parts of a table's name, with the index of each list of tables."""
     for n, name in enumerate(names, 1):
-        whole = ".".join(names[:n])
-        yield f"{name}[{counts[whole]}]" if whole in counts else name
+        full_name = ".".join(names[:n])
+        yield f"{name}[{counts[full_name]}]" if full_name in counts else name

@@ -32,7 +32,7 @@ MEASURES = {  # ids in data/published besides speed/GAIT: quantity and gait
 
 
 def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
-    """Return what the text of an image says of a robot that swims by `models`."""
+    """Return a robot's part of an image's text; `models` are its choices of water law and joints."""
     return {
         "robot": robot.name,
         "description": robot.description,
@@ -52,7 +52,7 @@ def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
 
 
 def body_text(robot: Robot) -> dict[str, Any]:
-    """Return what the text says of the body: what changes where its lengths, masses and areas do."""
+    """Return the part of the text that changes with lengths, masses and areas of the body."""
     return {
         "length": robot.body.length,
         "mass": robot.body.mass,
@@ -72,7 +72,7 @@ def numbers_of_text(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:
-    """Return the links, nose to tail; without [spatial], height is the mean one and width follows from it."""
+    """Return a table for each link; without [spatial], height is the mean one and width follows from it."""
     links, spatial = robot.links, robot.spatial
     heights = [area / length for area, length in zip(links.lateral_area, links.length, strict=True)]
     widths = [ASPECT * height for height in heights]
@@ -94,7 +94,7 @@ def _tail(robot: Robot) -> dict[str, Any]:
 
 
 def _joint(group: JointGroup) -> dict[str, Any]:
-    """Return a joint group; None for what its file does not say."""
+    """Return a table for a joint group; None for keys that its file leaves out."""
     keys = ("name", "links", "share", "bandwidth", "phase_offset", "amplitude_max", "bend_max")
     return {key: getattr(group, key) for key in keys} | {"drive": group.drive.actuation}
 
@@ -106,7 +106,7 @@ def _limits(robot: Robot) -> dict[str, Any] | None:
 
 
 def _ranges(robot: Robot) -> dict[str, Any]:
-    """Return the lowest and highest value of each knob: the limits, the robot's gaits, and room to turn.
+    """Return the range of each number of a gait that a page offers: limits, the robot's gaits, and room to turn.
 
     A bias may be as large as an amplitude, and a lag half a turn to either side; the first joint group has the clock.
     """
@@ -114,20 +114,20 @@ def _ranges(robot: Robot) -> dict[str, Any]:
     hertz = [gait.frequency for gait in gaits] + list(limits.frequency if limits else ())
     ranges: dict[str, Any] = {"frequency": _span(hertz or FREQUENCIES)} | {kind: [] for kind in KINDS}
     for g, group in enumerate(robot.joints):
-        known = {kind: [getattr(gait, kind)[g] for gait in gaits] for kind in KINDS}
+        of_gaits = {kind: [getattr(gait, kind)[g] for gait in gaits] for kind in KINDS}
         for kind in KINDS if limits else ():
-            known[kind] += getattr(limits, kind)[g]
-        largest = max([*known["amplitude"], group.amplitude_max or 0.0]) or BEND
+            of_gaits[kind] += getattr(limits, kind)[g]
+        largest = max([*of_gaits["amplitude"], group.amplitude_max or 0.0]) or BEND
         ranges["amplitude"].append((0.0, largest))
-        ranges["phase"].append(_span([*known["phase"], *((-math.pi, math.pi) if g else (0.0,))]))
-        ranges["bias"].append(_span([*known["bias"], -largest, largest]))
+        ranges["phase"].append(_span([*of_gaits["phase"], *((-math.pi, math.pi) if g else (0.0,))]))
+        ranges["bias"].append(_span([*of_gaits["bias"], -largest, largest]))
     return ranges
 
 
 def _span(values: Iterable[float]) -> tuple[float, float]:
     """Return the lowest and highest of some values."""
-    known = sorted(values)
-    return known[0], known[-1]
+    ordered = sorted(values)
+    return ordered[0], ordered[-1]
 
 
 def _twin(robot: Robot) -> dict[str, Any] | None:
@@ -154,7 +154,7 @@ def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
 
 @cache
 def _shipped() -> Robot:
-    """Return the robot that has published numbers, as it ships."""
+    """Return the robot of the published numbers, as it comes with hypertuna."""
     return load(PUBLISHED)
 
 
@@ -162,8 +162,8 @@ def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
     """Return the published numbers of a gait by quantity: value, unit, kind, source, and the ledger's verdicts."""
     if robot.name != PUBLISHED or _shipped().gaits.get(name) != gait:
         return {}
-    places = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
-    facts = {quantity: {"id": key} | published()["values"].get(key, {}) for key, quantity in places.items()}
+    quantities = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
+    facts = {quantity: {"id": key} | published()["values"].get(key, {}) for key, quantity in quantities.items()}
     return {
         quantity: fact | {"verdicts": _verdicts(robot, fact["id"])}
         for quantity, fact in facts.items()
@@ -178,12 +178,12 @@ def _verdicts(robot: Robot, key: str) -> list[dict[str, Any]]:
 
 
 def _ledger(robot: Robot) -> dict[str, Any] | None:
-    """Return what the words of the verdicts mean, and which models swim as this image; None for a robot without any."""
+    """Return the meanings of the verdicts' words, and the models of the verdicts; None for a robot without verdicts."""
     return {key: verdicts()[key] for key in ("marks", "classes", "models")} if _judged(robot) else None
 
 
 def _judged(robot: Robot) -> bool:
-    """Return whether the stored verdicts are of this robot, by whichever of its models."""
+    """Return whether the stored verdicts belong to this robot, with any choice of its models."""
     if robot.name != PUBLISHED:
         return False
     choice = _shipped().model

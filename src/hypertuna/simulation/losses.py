@@ -18,7 +18,7 @@ PLACES = ("battery", *dict.fromkeys(place for place, _ in LOSSES.values()))  # i
 
 
 class Loss(NamedTuple):
-    """One share of the power."""
+    """One share of the power: where and why it is lost."""
 
     name: str
     place: str  # of `PLACES`
@@ -65,8 +65,8 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         -------
         str
         """
-        here = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= SMALL * self.power]
-        return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in here)
+        losses = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= SMALL * self.power]
+        return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in losses)
 
     def _at(self, place: str) -> list[Loss]:
         """Return the losses at a place."""
@@ -90,23 +90,23 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
             By the keys of the JSON record.
         """
         places = {f"{place}_w": Quantity(self.at(place), "W", place) for place in PLACES}
-        each = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
-        return {"power_w": Quantity(self.power, "W", "power of the cells")} | places | each
+        losses = {f"{loss.name}_w": Quantity(loss.power, "W", None) for loss in self.losses if loss.place != loss.name}
+        return {"power_w": Quantity(self.power, "W", "power of the cells")} | places | losses
 
 
 def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:
     """Return the mean losses over some rows of a record."""
     battery = battery_columns(robot)
     voltage, current = data["battery_voltage"][rows], data["battery_current"][rows]
-    given = float((voltage * current).mean())
+    supplied = float((voltage * current).mean())
     heat, board = battery["resistance"] * float((current**2).mean()), battery["electronics"]
-    converted = given - board - float(data["power"][rows].mean())
+    converter_loss = supplied - board - float(data["power"][rows].mean())
     of_servos = (
         Loss(name, place, float(data[f"loss_{name}"][rows].mean()), text) for name, (place, text) in LOSSES.items()
     )
     losses = (
         Loss("resistance", "battery", heat, "inner resistance of the cells"),
-        Loss("converter", "battery", converted, "converter of the servos"),
+        Loss("converter", "battery", converter_loss, "converter of the servos"),
         Loss("electronics", "battery", board, "board, sensors and radio"),
         *of_servos,
     )

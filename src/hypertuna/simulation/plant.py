@@ -39,7 +39,7 @@ SEEDS = Whole(min=0, max=2**64 - 1)  # that the core can hold
 
 @dataclass(frozen=True)
 class Parts:
-    """A robot as the core simulates it."""
+    """Plant and sensors of a robot as the core simulates them, and the fastest rate of the plant."""
 
     plant: _core.Plant
     fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
@@ -54,16 +54,16 @@ def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:
 
 
 def controller_of(robot: Robot) -> dict[str, list[float]]:
-    """Compute the columns of a robot's controller."""
+    """Return the columns of a robot's controller for the core."""
     return cached(robot, "controller", lambda: controller_columns(robot))
 
 
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     oil, models = circuits(robot, temperature), _viscous(robot)
-    law, none = robot.model.water, [0.0] * len(robot.links.name)
+    law, zeros = robot.model.water, [0.0] * len(robot.links.name)
     # In air: no density, no added mass, no drag that needs no density.
-    dry = {"water.density": [0.0], **{f"water.{law}.{name}": none for name in LAWS[law].dry}}
-    model = core_model(robot, None if medium == "water" else dry)
+    in_air = {"water.density": [0.0], **{f"water.{law}.{name}": zeros for name in LAWS[law].dry}}
+    model = core_model(robot, None if medium == "water" else in_air)
     plant = _core.Plant(model, _plant_columns(robot, oil, models))
     fastest, stiffest = _fastest(robot, plant, medium == "air", oil, models)
     return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
@@ -76,7 +76,7 @@ def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, A
 
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
     require_mass_at_hinge(robot)
-    still = [servo for servo in robot.servos if servo.drives != DRIVES]
+    fin_servos = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": _shares(robot),
         "joints": len(models),
@@ -85,7 +85,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
         "direct": [0.0 if group.drive.oil else group.turns for group in robot.joints],
         "armature": _armature(robot),
         **{f"battery.{name}": value for name, value in battery_columns(robot).items()},
-        "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in still),
+        "idle": sum(servo.count * (servo.idle_current or 0.0) * (servo.voltage or 0.0) for servo in fin_servos),
     }
     for hinge in robot.hinges:
         columns |= {f"spring.{name}": value for name, value in spring_of(hinge).items()}
@@ -95,7 +95,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
 
 
 def _viscous(robot: Robot) -> tuple[JointModel, ...]:
-    """Return the joints, whose axes shorten against the viscosity of their silicones."""
+    """Return the joint models, after a check that silicone has the viscosity against which its axis shortens."""
     models = joint_models(robot)
     viscosities = [m["axial_viscosity"] for m, group in zip(models, robot.joints, strict=True) if group.drive.oil]
     if min(viscosities, default=1.0) <= 0:
@@ -105,7 +105,7 @@ def _viscous(robot: Robot) -> tuple[JointModel, ...]:
 
 
 def _shares(robot: Robot) -> Array:
-    """Part of each coordinate, joint groups and then the hinge, that a link's front joint takes (links, D)."""
+    """Share of each coordinate, joint groups and then hinges, in the bend at each link's front joint (links, D) [1]."""
     links, groups = len(robot.links.name), len(robot.joints)
     share = np.zeros((links, groups + len(robot.hinges)))
     share[:, :groups] = group_shares(robot)
@@ -115,7 +115,7 @@ def _shares(robot: Robot) -> Array:
 
 
 def _armature(robot: Robot) -> list[float]:
-    """Inertia of the rotor that turns with each coordinate [kg m^2]: of a servo on axle or drum, by its energy."""
+    """Rotor inertia on each coordinate [kg m^2]: of the servo on axle or drum, over the bend that it turns."""
     rotors = [0.0 if group.servo is None else group.turns**2 * group.servo.inertia for group in robot.joints]
     return rotors + [0.0] * len(robot.hinges)
 
@@ -123,22 +123,22 @@ def _armature(robot: Robot) -> list[float]:
 def _fastest(
     robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, models: Sequence[JointModel]
 ) -> tuple[float, tuple[str, str]]:
-    """Bound the plant's rates at the hard limit [1/s]: a circuit's own, its joint's swing on the oil, a hinge's.
+    """Return the fastest rate of the plant at the hard limit [1/s], with the key behind it and a fix.
 
     Another is that of all joints together against the viscosity of their silicones. Beside the fastest stands the key
     of what makes it, and what to do about it.
     """
     coordinates = len(models) + len(robot.hinges)
-    whole = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
+    response = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
         _core.World({"clamped": float(clamped)}),
         bend=np.zeros((coordinates, 2, coordinates)),
         twist=np.zeros((coordinates, 6)),
         pose=np.zeros((coordinates, 9)),
         moment=np.eye(coordinates),
     )[:, 6:]
-    mobility = whole.diagonal()
+    mobility = response.diagonal()
     root = np.sqrt([m["viscosity"] if group.drive.oil else 0.0 for m, group in zip(models, robot.joints, strict=True)])
-    viscous = np.linalg.eigvalsh(np.outer(root, root) * whole[: len(models), : len(models)])[-1]
+    viscous = np.linalg.eigvalsh(np.outer(root, root) * response[: len(models), : len(models)])[-1]
     rates = {("joints", "fewer joint groups, or longer links"): float(viscous)}
     for j, (group, model) in enumerate(zip(robot.joints, models, strict=True)):
         pair = oil.values[2 * j : 2 * j + 2]
@@ -159,22 +159,22 @@ def _fastest(
 def _oil_rates(
     robot: Robot, model: JointModel, column: dict[str, Array], pair: Array, mobility: float
 ) -> dict[tuple[str, str], float]:
-    """Bound the rates of a joint that oil bends, with its mobility [rad/s^2 per N m]."""
+    """Return bounds of the rates of a joint that oil bends [1/s] by key and fix; mobility [rad/s^2 per N m]."""
     pressure = 0.0 if robot.controller is None else robot.controller.pressure_hard or 0.0
     swelling = 1 / column["bulk_modulus"]
     swelling = swelling + column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
-    gives = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
+    compliance = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
     straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
-    swing = math.sqrt(float((straight["slope"][0] ** 2 / gives).sum() * mobility))
-    ends = [
+    swing = math.sqrt(float((straight["slope"][0] ** 2 / compliance).sum() * mobility))
+    spans = [
         [at - SMALL, at + SMALL] for at in (0.0, -model["rest"])
     ]  # filled, where the axis may have buckled, and not
-    silicone = max(-float(np.diff(model.at(0.0, end)["axial"])[0]) / (2 * SMALL) for end in ends)
-    held_back = silicone + float((straight["gain"][0] ** 2 / gives).sum())
-    soft = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
-    own = max(_core.circuit_stiffness(row, pressure, 0.0) for row in pair)
+    silicone = max(-float(np.diff(model.at(0.0, span)["axial"])[0]) / (2 * SMALL) for span in spans)
+    axial_stiffness = silicone + float((straight["gain"][0] ** 2 / compliance).sum())
+    material = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
+    of_circuit = max(_core.circuit_stiffness(row, pressure, 0.0) for row in pair)
     line = (f"{joint_key(robot, model.name)}.line", SOFTER)
-    return {soft: held_back / model["axial_viscosity"], line: math.hypot(own, swing)}
+    return {material: axial_stiffness / model["axial_viscosity"], line: math.hypot(of_circuit, swing)}
 
 
 def check_command(robot: Robot, gait: Gait) -> None:
@@ -196,7 +196,7 @@ def check_bend(group: JointGroup, bend: float, key: str) -> None:
 
 
 def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None) -> int:
-    """Count the inner steps of a tick [s], of a length [s] or of that which the plant requires."""
+    """Return the number of inner steps in a tick [s], of a given length [s] or as short as the plant requires."""
     if step is None:
         step = min(STEP, tick, STABLE / parts.fastest)
         if step < SHORTEST:
@@ -212,24 +212,24 @@ def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None)
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """A command that is ready to run."""
+    """A command with all that the core needs to simulate it."""
 
     fields: dict[str, Any]  # of its `Run`, but for time, data and status
     core: dict[str, Any]  # arguments of `_core.simulate`
 
     def run(self) -> dict[str, Any]:
-        """Simulate it, and return the fields of its `Run`."""
+        """Simulate the command, and return the fields of its `Run`."""
         return self.ran(_core.simulate(**self.core))
 
     def ran(self, record: dict[str, Array]) -> dict[str, Any]:
         """Return the fields of its `Run` from what the core recorded."""
-        made, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
+        ticks_run, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
         tick = 1 / require_controller(robot).rate
-        rows = max(-(-made // every), 1)  # of a run that breaks at once, the start
+        rows = max(-(-ticks_run // every), 1)  # of a run that breaks at once, the start
         return self.fields | {
             "time": np.arange(rows, dtype=np.float64) * tick * every,
             "data": _named(record, rows, robot),
-            "status": "completed" if made == self.core["ticks"] else "diverged",
+            "status": "completed" if ticks_run == self.core["ticks"] else "diverged",
         }
 
 
@@ -304,7 +304,7 @@ def plan_command(
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:
-    """Cut the record to its rows and to what the robot has, with the hinge apart and the speed positive ahead."""
+    """Return the record cut to its rows and to the robot's parts, with hinges apart and speed positive ahead."""
     joints = len(robot.joints)
     data = existing({name: column[:rows] for name, column in record.items()}, robot)
     if "surge" in data:
@@ -320,12 +320,12 @@ def existing(data: dict[str, Array], robot: Robot) -> dict[str, Array]:
     names = drive_names(robot)
     drives = [c for c, name in enumerate(names) if name]
     oil = [c for c, name in enumerate(drive_names(robot, oil=True)) if name]
-    kept = {"circuit": oil, "drive": drives, "servo": [*drives, len(names), len(names) + 1]}
+    indices = {"circuit": oil, "drive": drives, "servo": [*drives, len(names), len(names) + 1]}
     for name, column in data.items():
         dim = VARIABLES.get(name, ("",))[0]
-        if len(oil) < len(names) and dim in kept:
-            data[name] = column[:, kept[dim]]
-    unread = [not group.drive.oil for group in robot.joints]
-    if any(unread):
-        data["angle_measured"] = np.where(unread, math.nan, data["angle_measured"])
+        if len(oil) < len(names) and dim in indices:
+            data[name] = column[:, indices[dim]]
+    without_sensor = [not group.drive.oil for group in robot.joints]
+    if any(without_sensor):
+        data["angle_measured"] = np.where(without_sensor, math.nan, data["angle_measured"])
     return data

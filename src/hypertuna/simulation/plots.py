@@ -33,22 +33,22 @@ SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
 @styled
 def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
     """Plot a run of the twin: `width` [inch]."""
-    beside = width > 6
+    two_columns = width > 6
     water = run.medium == "water"
     oil = [_draw_pressures] if run.circuits else []
     kinds = [_draw_angles, *oil, _draw_power, *([_draw_speed, _draw_path] if water else [_draw_peaks])]
-    rows = (len(kinds) + 1) // 2 if beside else len(kinds)
+    rows = (len(kinds) + 1) // 2 if two_columns else len(kinds)
     figure = Figure(figsize=(width, 2.05 * rows + 0.5), layout="constrained")
-    grid: GridSpec = figure.add_gridspec(rows, 2 if beside else 1)
+    grid: GridSpec = figure.add_gridspec(rows, 2 if two_columns else 1)
     for k, draw in enumerate(kinds):
-        alone = beside and k == len(kinds) - 1 and k % 2 == 0
-        place: Any = grid[k // 2, slice(None) if alone else k % 2] if beside else grid[k, 0]
+        fills_row = two_columns and k == len(kinds) - 1 and k % 2 == 0
+        place: Any = grid[k // 2, slice(None) if fills_row else k % 2] if two_columns else grid[k, 0]
         draw(figure.add_subplot(place), run)
     gait = run.gait
     angles, lags = (", ".join(f"{a:.3g}" for a in np.degrees(part).round(9)) for part in (gait.amplitude, gait.phase))
     bias = f", bias {', '.join(f'{a:.3g}' for a in np.degrees(gait.bias))}°" if any(gait.bias) else ""
-    how = f"in {run.medium}{bias}{'' if run.closed_loop else ', open loop'}"
-    caption = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, {how}"
+    conditions = f"in {run.medium}{bias}{'' if run.closed_loop else ', open loop'}"
+    caption = f"{run.robot.name}: {gait.frequency:g} Hz, {angles}° set, phase {lags}°, {conditions}"
     figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     return figure
 
@@ -60,17 +60,17 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
     if not joints:
         raise InputError("has no oil: servos turn its joints", key=f"robot {run.robot.name}", fix="plot the run itself")
     beats = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
-    last = _last(run, beats)
-    phase = (run.time[last] - run.time[last][0]) * run.gait.frequency
+    rows = _last(run, beats)
+    phase = (run.time[rows] - run.time[rows][0]) * run.gait.frequency
     phase = phase % 1.0 if beats > 1 else phase
     order = np.argsort(phase)
-    last, phase = last[order], phase[order]
+    rows, phase = rows[order], phase[order]
     figure = Figure(figsize=(width, 1.75 * len(joints) + 0.75), layout="constrained")
     panels = figure.subplots(len(joints), 1, sharex=True, squeeze=False)[:, 0]
     for j, (axes, name) in enumerate(zip(panels, joints, strict=True)):
         _draw_bounds(axes, run)
         for side, label in enumerate(("left", "right")):
-            pump, unit = (run.data[f"{part}_pressure"][last, 2 * j + side] / KILO for part in ("pump", "unit"))
+            pump, unit = (run.data[f"{part}_pressure"][rows, 2 * j + side] / KILO for part in ("pump", "unit"))
             axes.plot(phase, pump, color=COLORS[side], label=f"{label}: pump")
             axes.plot(phase, unit, color=COLORS[side], lw=1.1, ls=SIDES[1], label="units")
         axes.set(title=f"joint {name}", ylabel="pressure [kPa]")
@@ -81,52 +81,52 @@ def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
 
 
 def _last(run: TwinRun, beats: int) -> NDArray[np.intp]:
-    """Return the indices of the last `beats` beats."""
+    """Return the indices of the rows of the last `beats` beats."""
     step = run.time[1] - run.time[0]
     count = min(len(run.time), round(beats / (run.gait.frequency * step)) + 1)
     return np.arange(len(run.time) - count, len(run.time))
 
 
 def _draw_angles(axes: Axes, run: TwinRun) -> None:
-    """Draw the bends of the last beats, and what was set."""
-    last = _last(run, BEATS)
+    """Draw the bends of the last beats, measured and set."""
+    rows = _last(run, BEATS)
     for j, group in enumerate(run.robot.joints):
         color = COLORS[j % len(COLORS)]
-        axes.plot(run.time[last], np.degrees(run.data["angle"][last, j]), color=color, label=f"joint {group.name}")
-        axes.plot(run.time[last], np.degrees(run.data["angle_set"][last, j]), color=color, lw=0.9, ls=SIDES[1])
+        axes.plot(run.time[rows], np.degrees(run.data["angle"][rows, j]), color=color, label=f"joint {group.name}")
+        axes.plot(run.time[rows], np.degrees(run.data["angle_set"][rows, j]), color=color, lw=0.9, ls=SIDES[1])
     axes.plot([], [], color=FAINT, lw=0.9, ls=SIDES[1], label="set")
-    _finish(axes, run.time[last], "bend [deg]")
+    _finish(axes, run.time[rows], "bend [deg]")
 
 
 def _draw_pressures(axes: Axes, run: TwinRun) -> None:
     """Draw the pressures in the pumps over the last beats: a line, and a band of what lies within the ticks."""
-    last = _last(run, BEATS)
+    rows = _last(run, BEATS)
     _draw_bounds(axes, run)
     for c, name in enumerate(run.circuits):
         color = COLORS[run.joints.index(name.rpartition("-")[0]) % len(COLORS)]
-        low, at, high = (run.data[f"pump_pressure{end}"][last, c] / KILO for end in ("_low", "", "_high"))
-        axes.fill_between(run.time[last], low, high, color=color, alpha=0.3, lw=0)
-        axes.plot(run.time[last], at, color=color, ls=SIDES[c % 2], lw=1.2, label=name)
-    _finish(axes, run.time[last], "pump pressure [kPa]")
+        low, middle, high = (run.data[f"pump_pressure{end}"][rows, c] / KILO for end in ("_low", "", "_high"))
+        axes.fill_between(run.time[rows], low, high, color=color, alpha=0.3, lw=0)
+        axes.plot(run.time[rows], middle, color=color, ls=SIDES[c % 2], lw=1.2, label=name)
+    _finish(axes, run.time[rows], "pump pressure [kPa]")
 
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
     """Mark the pressures between which the circuits may work."""
     cavitation = require(run.robot.oil, "oil").cavitation
-    look: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
-    look["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
+    style: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
+    style["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
     for bound, text in ((soft_limit(run.robot), "soft limit"), (cavitation, "cavitation")):
         axes.axhline(bound / KILO, color=INK, lw=0.9, ls=(0, (1, 2)))
-        axes.annotate(text, (1, bound / KILO), (-2, 2), xycoords=("axes fraction", "data"), **look)
+        axes.annotate(text, (1, bound / KILO), (-2, 2), xycoords=("axes fraction", "data"), **style)
 
 
 def _draw_power(axes: Axes, run: TwinRun) -> None:
     """Draw the electrical power of the last beats."""
-    last = _last(run, BEATS)
-    axes.plot(run.time[last], run.data["power"][last], color=COLORS[2], label="servos")
+    rows = _last(run, BEATS)
+    axes.plot(run.time[rows], run.data["power"][rows], color=COLORS[2], label="servos")
     axes.axhline(run.electrical_power, color=INK, lw=0.9, ls=SIDES[1], label=f"mean {run.electrical_power:.3g} W")
     axes.set_ylim(0, None)
-    _finish(axes, run.time[last], "electrical power [W]")
+    _finish(axes, run.time[rows], "electrical power [W]")
 
 
 def _draw_speed(axes: Axes, run: TwinRun) -> None:
@@ -177,16 +177,16 @@ def plot_posture(test: PostureTest, *, width: float = WIDTH) -> Figure:
     """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and its peaks' error: `width` [inch]."""
     joints = list(dict.fromkeys(one.joint for one in test.held))
     frequencies = sorted({one.frequency for one in test.held})
-    shown = frequencies[min(1, len(frequencies) - 1)]
+    frequency = frequencies[min(1, len(frequencies) - 1)]
     rows = 3 if test.reach else 2
     beside = width > 6 and len(joints) > 1  # else one joint below the other
-    tall = rows if beside else rows * len(joints)
-    figure = Figure(figsize=(width, 2.0 * tall + 0.7), layout="constrained")
-    panels = figure.subplots(tall, len(joints) if beside else 1, squeeze=False)
+    panel_rows = rows if beside else rows * len(joints)
+    figure = Figure(figsize=(width, 2.0 * panel_rows + 0.7), layout="constrained")
+    panels = figure.subplots(panel_rows, len(joints) if beside else 1, squeeze=False)
     columns = panels.T if beside else panels.reshape(len(joints), rows)
     for column, joint in zip(columns, joints, strict=True):
         held = [one for one in test.held if one.joint == joint]
-        _draw_bend(column[0], next(one for one in held if one.frequency == shown))
+        _draw_bend(column[0], next(one for one in held if one.frequency == frequency))
         _draw_errors(column[1], held)
         if test.reach:
             _draw_reach(column[2], test, joint)
@@ -210,28 +210,28 @@ def plot_limits(
     figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
     axes = figure.subplots()
     hertz = np.asarray(frequency, dtype=np.float64)
-    fine = np.linspace(0, 1.05 * hertz.max(), 200)
-    lag = 1 / np.sqrt(1 + (fine / bandwidth) ** 2)
-    axes.plot(fine, lag, color=INK, lw=1.1, ls=(0, (4, 2)), label=f"first-order lag of {bandwidth:g} Hz")
+    curve_hertz = np.linspace(0, 1.05 * hertz.max(), 200)
+    lag = 1 / np.sqrt(1 + (curve_hertz / bandwidth) ** 2)
+    axes.plot(curve_hertz, lag, color=INK, lw=1.1, ls=(0, (4, 2)), label=f"first-order lag of {bandwidth:g} Hz")
     for k, (name, values) in enumerate(ratio.items()):
         axes.plot(hertz, values, color=COLORS[k], marker=SHAPES[k], **POINTS, label=name)
-    axes.set(xlabel="frequency [Hz]", ylabel="amplitude reached over set", xlim=(0, fine[-1]), ylim=(0, None))
+    axes.set(xlabel="frequency [Hz]", ylabel="amplitude reached over set", xlim=(0, curve_hertz[-1]), ylim=(0, None))
     figure.legend(loc="outside upper left", ncols=2, **TIGHT)
     return figure
 
 
-def _draw_bend(axes: Axes, one: Held) -> None:
+def _draw_bend(axes: Axes, held: Held) -> None:
     """Draw the bend from rest, with the set angle to both sides."""
-    time, angle = one.run.time, np.degrees(one.run.data["angle"][:, one.joint])
+    time, angle = held.run.time, np.degrees(held.run.data["angle"][:, held.joint])
     for sign in (-1, 1):
-        axes.axhline(sign * np.degrees(one.angle_set), color=INK, lw=1.0, ls=(0, (4, 2)))
+        axes.axhline(sign * np.degrees(held.angle_set), color=INK, lw=1.0, ls=(0, (4, 2)))
     axes.plot(time, angle, color=COLORS[1], lw=1.0)
-    title = f"joint {one.name} at {one.frequency:g} Hz"
+    title = f"joint {held.name} at {held.frequency:g} Hz"
     axes.set(title=title, xlabel="time [s]", ylabel="bend [deg]", xlim=(0, time[-1]))
 
 
 def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
-    """Draw the error of the peak bend of every beat: linear where it counts as none, then by powers."""
+    """Draw the error of each beat's peak bend: linear where it counts as settled, then by powers of ten."""
     axes.axhspan(0, np.degrees(CLOSE), color=GRID, lw=0)
     marks: Any = {"marker": "o", "ms": 2.5, "lw": 1.2}
     for one, color in zip(held, sequence(len(held)), strict=True):
@@ -246,14 +246,14 @@ def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
 
 
 def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
-    """Draw the largest amplitude that is held, and what its bandwidth would leave of the static one."""
+    """Draw the largest amplitude that a joint holds over frequency, beside a first-order lag of its static bend."""
     hertz, largest = np.transpose([(far.frequency, far.amplitude_max) for far in test.reach if far.joint == joint])
     axes.plot(hertz, np.degrees(largest), color=COLORS[0], marker="o", **POINTS, label="held")
     group = test.robot.joints[joint]
     if group.bandwidth and group.bend_max:
-        fine = np.linspace(0, hertz.max(), 200)
-        lag = np.degrees(group.bend_max) / np.sqrt(1 + (fine / group.bandwidth) ** 2)
-        axes.plot(fine, lag, color=FAINT, lw=1.1, ls=(0, (4, 2)), label=f"lag of {group.bandwidth:g} Hz")
+        curve_hertz = np.linspace(0, hertz.max(), 200)
+        lag = np.degrees(group.bend_max) / np.sqrt(1 + (curve_hertz / group.bandwidth) ** 2)
+        axes.plot(curve_hertz, lag, color=FAINT, lw=1.1, ls=(0, (4, 2)), label=f"lag of {group.bandwidth:g} Hz")
     axes.axhline(np.degrees(test.angle[joint]), color=INK, lw=0.9, ls=(0, (1, 2)), label="set")
     axes.set(xlabel="frequency [Hz]", ylabel="largest amplitude\nheld [deg]", xlim=(0, None))
     axes.set_ylim(0, HEADROOM * axes.get_ylim()[1])  # the largest bend is a flat top
@@ -277,11 +277,11 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
         look = {"color": FAINT, "fontsize": 8.5, "ha": "left" if side > 0 else "right"}
         depth.annotate(text, (middle, place), (side, 8), textcoords="offset points", **look)
     swings = ((pitch, np.degrees(run.pitch), "pitch, nose up\n[deg]"), (speed, run.speed, "speed ahead\n[m/s]"))
-    half = 0.5 / run.gait.frequency  # at the ends there is no whole beat to average over
-    whole = (run.time >= half) & (run.time <= run.duration - half)
+    half_beat = 0.5 / run.gait.frequency  # at the ends there is no whole beat to average over
+    averaged = (run.time >= half_beat) & (run.time <= run.duration - half_beat)
     for axes, values, name in swings:
         axes.plot(run.time, values, color=COLORS[0], lw=0.5, alpha=0.35, label="within the beat")
-        axes.plot(run.time[whole], run.averaged(values)[whole], color=COLORS[0], label="mean of the beat")
+        axes.plot(run.time[averaged], run.averaged(values)[averaged], color=COLORS[0], label="mean of the beat")
         axes.set(ylabel=name)
     for side, (name, style) in enumerate((("port", "-"), ("starboard", (0, (4, 2))))):
         angle = np.degrees(run.data["fin"][:, side])

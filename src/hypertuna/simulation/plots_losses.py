@@ -34,23 +34,23 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
     axes.axis("off")
     axes.text(0.0, 0.36 / scale, losses.title, fontsize=8, color=FAINT, va="center")
     axes.text(0.0, 0.13 / scale, f"{number(losses.power)} W from the cells", weight="bold", va="center")
-    left, start = 1.0, 0.0
+    flow_left, start = 1.0, 0.0
     for k, place in enumerate(PLACES):
-        lost, middle = min(left, shares[place]), start + rows[place] / 2
-        after = left - lost
+        loss, middle = min(flow_left, shares[place]), start + rows[place] / 2
+        flow_after = flow_left - loss
         if place == PLACES[-1]:
-            _draw(axes, _end(start, left, rows[place]), COLORS[k])
+            _draw(axes, _end(start, flow_left, rows[place]), COLORS[k])
         else:
-            turn, end = middle - TURN - lost / 2, start + rows[place]
-            flow = [(0, start), (left, start), (left, turn), (after, turn), (after, end), (0, end)]
+            turn, end = middle - TURN - loss / 2, start + rows[place]
+            flow = [(0, start), (flow_left, start), (flow_left, turn), (flow_after, turn), (flow_after, end), (0, end)]
             _draw(axes, np.array(flow), BODY)
-            _draw(axes, _branch(turn, left, lost), COLORS[k])
-        first = -middle + len(texts[place]) * LINE / scale / 2
+            _draw(axes, _branch(turn, flow_left, loss), COLORS[k])
+        text_y = -middle + len(texts[place]) * LINE / scale / 2
         label = f"{place} {number(losses.at(place), 'W')}"
-        axes.text(edge, first, label, weight="bold", va="center")
+        axes.text(edge, text_y, label, weight="bold", va="center")
         for j, text in enumerate(texts[place]):
-            axes.text(edge, first - (j + 1) * LINE / scale, text, fontsize=8, va="center")
-        left, start = after, start + rows[place]
+            axes.text(edge, text_y - (j + 1) * LINE / scale, text, fontsize=8, va="center")
+        flow_left, start = flow_after, start + rows[place]
     return figure
 
 
@@ -60,7 +60,7 @@ def _draw(axes: Axes, corners: Array, color: str) -> None:
 
 
 def _branch(start: float, right: float, size: float) -> Array:
-    """Corners of a branch that turns from the right edge of the flow to the right, with an arrow's head."""
+    """Return corners of a branch that turns from the right edge of the flow to the right, with an arrow's head."""
     turn = np.linspace(0, np.pi / 2, 25)
     arc = np.stack([-np.cos(turn), np.sin(turn)], axis=1)
     center, end, tip = np.array([right + TURN, start]), 1 + TURN + REACH, min(0.5 * size, TIP)
@@ -70,7 +70,7 @@ def _branch(start: float, right: float, size: float) -> Array:
 
 
 def _end(start: float, size: float, length: float) -> Array:
-    """Corners of the flow's end, an arrow down."""
+    """Return corners of the end of the flow, an arrow down."""
     tip = min(0.5 * size, TIP)
     end = start + length - tip
     return np.array([(0, start), (size, start), (size, end), (size / 2, end + tip), (0, end)])

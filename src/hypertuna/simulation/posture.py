@@ -42,7 +42,7 @@ FINE = 360  # instants of a beat at which the harmonics' sum is looked up
 
 @dataclass(frozen=True)
 class Held:
-    """How one joint group reached its set angle at one frequency."""
+    """How one joint group reached its set angle at one frequency: peak bends of each beat, limits and run."""
 
     joint: int  # index of the joint group
     frequency: float  # [Hz]
@@ -80,7 +80,7 @@ class Held:
 
 
 class Reach(NamedTuple):
-    """Largest amplitude that a joint group holds at a frequency, and what stops it there."""
+    """Largest amplitude that a joint group holds at a frequency, and the limits that stop it there."""
 
     joint: int
     frequency: float  # [Hz]
@@ -104,26 +104,26 @@ class PostureTest(Plotted, Tabular):
 
     @property
     def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:
-        """What is held, each with the largest amplitude and with what is held within reach, if they are known."""
-        reach = {(one.joint, one.frequency): one for one in self.reach}
-        eased = {(one.joint, one.frequency): one for one in self.eased}
-        keys = [(one.joint, one.frequency) for one in self.held]
-        return [(one, reach.get(key), eased.get(key)) for one, key in zip(self.held, keys, strict=True)]
+        """Each joint and frequency: the run at the set angle, the largest amplitude held, and the run just below it."""
+        reach = {(held.joint, held.frequency): held for held in self.reach}
+        eased = {(held.joint, held.frequency): held for held in self.eased}
+        keys = [(held.joint, held.frequency) for held in self.held]
+        return [(held, reach.get(key), eased.get(key)) for held, key in zip(self.held, keys, strict=True)]
 
     def dataset(self) -> xr.Dataset:
-        """Label the result."""
-        frequencies = list(dict.fromkeys(one.frequency for one in self.held))
-        joints = list(dict.fromkeys(one.joint for one in self.held))
-        shape = (len(frequencies), len(joints), max(len(one.time) for one in self.held))
+        """Label the result: dimensions frequency, joint, beat and side."""
+        frequencies = list(dict.fromkeys(held.frequency for held in self.held))
+        joints = list(dict.fromkeys(held.joint for held in self.held))
+        shape = (len(frequencies), len(joints), max(len(held.time) for held in self.held))
         time, settling, largest = (np.full(size, np.nan) for size in (shape, shape[:2], shape[:2]))
         peaks, measured = (np.full((*shape, 2), np.nan) for _ in range(2))
-        for one in self.held:
-            at = (frequencies.index(one.frequency), joints.index(one.joint))
-            beats = len(one.time)
-            time[at][:beats], peaks[at][:beats], measured[at][:beats] = one.time, one.peaks, one.measured
-            settling[at] = np.nan if one.settling is None else one.settling
-        for far in self.reach:
-            largest[frequencies.index(far.frequency), joints.index(far.joint)] = far.amplitude_max
+        for held in self.held:
+            cell = (frequencies.index(held.frequency), joints.index(held.joint))
+            beats = len(held.time)
+            time[cell][:beats], peaks[cell][:beats], measured[cell][:beats] = held.time, held.peaks, held.measured
+            settling[cell] = np.nan if held.settling is None else held.settling
+        for limit in self.reach:
+            largest[frequencies.index(limit.frequency), joints.index(limit.joint)] = limit.amplitude_max
         grid, beat = ("frequency", "joint"), ("frequency", "joint", "beat")
         variables = {
             "time": (beat, time, "s", "end of the beat"),
@@ -163,19 +163,19 @@ def posture_test(
     conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     total = len(frequencies) * (1 + moving * limits)
     held = _hold(robot, [Asked(f, tuple(angle), duration) for f in frequencies], **conditions)
-    far: list[Reach] = []
+    largest: list[Reach] = []
     if limits:
         report = None if progress is None else lambda done: progress(len(frequencies) + done, total)
-        far = _reach(robot, [(one.joint, one.frequency) for one in held], report, **conditions)
-    late = [
-        Asked(one.frequency, _alone(robot, one.joint, EASED * most.amplitude_max), duration)
-        for one, most in zip(held, far, strict=False)
-        if one.settling is None and one.angle_set > most.amplitude_max > 0
+        largest = _reach(robot, [(one.joint, one.frequency) for one in held], report, **conditions)
+    retries = [
+        Asked(one.frequency, _alone(robot, one.joint, EASED * limit.amplitude_max), duration)
+        for one, limit in zip(held, largest, strict=False)
+        if one.settling is None and one.angle_set > limit.amplitude_max > 0
     ]
-    eased = _hold(robot, late, **conditions)
+    eased = _hold(robot, retries, **conditions)
     if progress is not None:
         progress(total, total)
-    parts = tuple(held), tuple(far), tuple(eased)
+    parts = tuple(held), tuple(largest), tuple(eased)
     return PostureTest(robot, medium, np.array(angle), duration, *parts, seed, held[0].run.temperature)
 
 
@@ -185,7 +185,7 @@ def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: fl
 
 
 class Asked(NamedTuple):
-    """A run that is asked for."""
+    """A run to make: frequency, angle of each joint group and duration."""
 
     frequency: float  # [Hz]
     angle: tuple[float, ...]  # (groups,) [rad]
@@ -194,16 +194,16 @@ class Asked(NamedTuple):
 
 def _hold(robot: Robot, asked: Sequence[Asked], **options: Any) -> list[Held]:
     """Make runs side by side, and measure the joints that each moves; options are those of `twin`."""
-    gaits = [Gait(one.frequency, one.angle, (0.0,) * len(one.angle)) for one in asked]
+    gaits = [Gait(run_asked.frequency, run_asked.angle, (0.0,) * len(run_asked.angle)) for run_asked in asked]
     runs = [
-        {"robot": robot, "gait": gait, "duration": one.duration, **options}
-        for one, gait in zip(asked, gaits, strict=True)
+        {"robot": robot, "gait": gait, "duration": run_asked.duration, **options}
+        for run_asked, gait in zip(asked, gaits, strict=True)
     ]
-    return [held for found in twins(runs, measure=_held) for held in found]
+    return [held for measured in twins(runs, measure=_held) for held in measured]
 
 
 def _held(run: TwinRun) -> list[Held]:
-    """Measure the joints that a run moves."""
+    """Measure the joints that a run moves: one `Held` for each."""
     held = []
     for joint, angle in enumerate(run.gait.amplitude):
         if angle > 0:
@@ -230,60 +230,60 @@ def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **
 def _reach(
     robot: Robot, cases: Sequence[tuple[int, float]], report: Callable[[int], None] | None, **options: Any
 ) -> list[Reach]:
-    """Search for many joints and frequencies at once: the trials of a round run side by side."""
+    """Find the largest amplitude held in each case, a joint and a frequency; a round's trials run side by side."""
     searches = [_search(robot.joints[joint]) for joint, _ in cases]
-    found: dict[int, Reach] = {}
-    heard: dict[int, Held | None] = dict.fromkeys(range(len(cases)))
-    while heard:
+    results: dict[int, Reach] = {}
+    answers: dict[int, Held | None] = dict.fromkeys(range(len(cases)))
+    while answers:
         trials: dict[int, Asked] = {}
-        for k, one in heard.items():
+        for k, held in answers.items():
             joint, frequency = cases[k]
             try:
-                angle = _alone(robot, joint, searches[k].send(one))
+                angle = _alone(robot, joint, searches[k].send(held))
                 trials[k] = Asked(frequency, angle, max(TRIAL, TRIAL_BEATS / frequency))
             except StopIteration as end:
-                found[k] = Reach(joint, frequency, *end.value)
+                results[k] = Reach(joint, frequency, *end.value)
         if report is not None:
-            report(len(found))
-        heard = dict(zip(trials, _hold(robot, list(trials.values()), **options), strict=True))
-    return [found[k] for k in range(len(cases))]
+            report(len(results))
+        answers = dict(zip(trials, _hold(robot, list(trials.values()), **options), strict=True))
+    return [results[k] for k in range(len(cases))]
 
 
 def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, ...]]]:
-    """Try amplitudes, hear how each was held, and return the largest held one with what stops there."""
+    """Yield amplitudes to try, receive each as `Held`, and return the largest that was held and the limits above it."""
     low, high = 0.0, math.inf
     trial = group.bend_max or group.amplitude_max or MAX_BEND
-    stopped: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
     while high - low > RESOLUTION and trial > RESOLUTION:
-        one = yield trial
-        late = one.time >= max(one.time, default=0.0) - max(1.0, 1.5 / one.frequency)
-        reached = float(one.peaks[late].mean()) if late.any() else math.nan
-        if one.run.status != "diverged" and abs(reached - trial) < CLOSE:
+        held = yield trial
+        settled_beats = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
+        reached = float(held.peaks[settled_beats].mean()) if settled_beats.any() else math.nan
+        if held.run.status != "diverged" and abs(reached - trial) < CLOSE:
             low = trial
             if math.isinf(high):
                 break  # the first one
         else:
-            high, stopped = trial, one.limits
-        down = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
-        trial = (low + high) / 2 if low > 0 else max(down, STEP_DOWN * trial)
-    return low, stopped
+            high, limits = trial, held.limits
+        lower = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
+        trial = (low + high) / 2 if low > 0 else max(lower, STEP_DOWN * trial)
+    return low, limits
 
 
 def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
-    """Find the peak bends of each beat to both sides, between samples by a parabola.
+    """Return the ends of the beats [s] and each beat's peak bends to both sides [rad], refined by a parabola.
 
     `time` (times,) [s], `angle` (times,) [rad], `frequency` [Hz]; returns `end` (beats,) [s], `peaks` (beats, 2) [rad].
     """
     end, edges = _beats(time, frequency)
-    tops = [
+    peaks = [
         [_top(signed, first + int(signed[first:last].argmax())) for signed in (angle, -angle)]
         for first, last in pairwise(edges)
     ]
-    return end, np.reshape(tops, (len(end), 2))
+    return end, np.reshape(peaks, (len(end), 2))
 
 
 def fitted_peaks(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
-    """Find the peak bends of each beat in noisy readings: those of mean and harmonics, fitted by least squares.
+    """Return the ends of the beats [s] and peak bends [rad] of noisy readings: of mean and harmonics fitted to each.
 
     The largest of noisy readings is too large, by 0.2 deg with the noise of HyperTuna's sensor at 1 Hz. Of noise s in n
     readings the fit passes s sqrt(7 / n). Arguments and results are those of `peak_bends`.
@@ -300,7 +300,7 @@ def fitted_peaks(time: Array, angle: Array, frequency: float) -> tuple[Array, Ar
 
 
 def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
-    """Return the end of each beat (beats,) [s] and the samples between which beats lie (beats + 1,)."""
+    """Return the end of each beat (beats,) [s], and the samples where beats begin and end (beats + 1,)."""
     if len(time) < 2:  # of a run that diverged at once
         return np.empty(0), np.zeros(1, dtype=int)
     step = time[1] - time[0]
@@ -316,25 +316,25 @@ def _harmonics(phase: Array, order: int) -> Array:
 
 
 def _top(values: Array, k: int) -> float:
-    """Top of the parabola through a largest sample and its neighbors; the sample itself where it is no local top."""
+    """Top of the parabola through the largest sample and its neighbors; the sample itself if it is no local maximum."""
     if not 0 < k < len(values) - 1:
         return float(values[k])
-    before, at, after = values[k - 1 : k + 2]
-    curve = before - 2 * at + after
-    if not (curve < 0 and at >= before and at >= after):
-        return float(at)
-    return float(at - (before - after) ** 2 / (8 * curve))
+    left, center, right = values[k - 1 : k + 2]
+    curve = left - 2 * center + right
+    if not (curve < 0 and center >= left and center >= right):
+        return float(center)
+    return float(center - (left - right) ** 2 / (8 * curve))
 
 
 def _settling(time: Array, error: Array) -> float | None:
-    """Time of the last beat whose error is too large, counted at its end; None if that is the last one of all."""
-    late = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
-    first = late[-1] + 1 if late.size else 0
+    """Time after the last beat with too large an error, at its end [s]; None if that is the last beat of all."""
+    too_large = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
+    first = too_large[-1] + 1 if too_large.size else 0
     return None if first == len(time) else float(time[first])
 
 
 def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], duration: float) -> None:
-    """Check that there are beats to look at."""
+    """Check frequencies, angles and duration of a test: every run must have beats."""
     if len(angle) != len(robot.joints):
         names = ", ".join(group.name for group in robot.joints)
         rule, fix = f"must be {len(robot.joints)} values, for joint groups {names}", "give one angle for each"

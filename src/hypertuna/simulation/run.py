@@ -80,19 +80,19 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @cached_property
     def beat_count(self) -> int:
-        """Whole beats at the end of the run that means are over, at least one; 0 if the run is shorter than a beat."""
-        whole = len(self.time) * self.interval * self.gait.frequency * (1 + 1e-9)
-        return int(min(whole - self.gait.frequency * self.interval, max(1.0, LAST * whole)))
+        """Number of whole beats at the end that means are over, at least one; 0 if the run is shorter than a beat."""
+        beats = len(self.time) * self.interval * self.gait.frequency * (1 + 1e-9)
+        return int(min(beats - self.gait.frequency * self.interval, max(1.0, LAST * beats)))
 
     @cached_property
     def beats(self) -> slice:
-        """Rows of these beats."""
+        """Rows of the beats that means are over."""
         rows = round(self.beat_count / (self.gait.frequency * self.interval))
         return slice(max(0, len(self.time) - max(1, rows)), len(self.time))
 
     @property
     def losses(self) -> Losses:
-        """Where the power goes, means over these beats."""
+        """Where the power goes, means over the last whole beats."""
         return losses_of(self.robot, f"{self.robot.name}, {gait_text(self.gait)}", self.data, self.beats)
 
     @property
@@ -135,12 +135,12 @@ class TwinRun(Run, Plotted):
         """Speed of each of the last beats, displacement of the nose over the period, negative backward [m/s]."""
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
-        ends = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
+        instants = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
         cosine, sine = np.cos(self.data["heading"]), np.sin(self.data["heading"])
         surge, sway = -self.data["speed"], self.data["sway"]
-        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, ends)
-        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, ends)
-        heading = _between(self.time, self.data["heading"], self.data["yaw"], ends)
+        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, instants)
+        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, instants)
+        heading = _between(self.time, self.data["heading"], self.data["yaw"], instants)
         dx, dy = np.diff(x), np.diff(y)
         ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
         result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency
@@ -153,7 +153,7 @@ class TwinRun(Run, Plotted):
 
     @property
     def speed_bl(self) -> float:
-        """The same in body lengths [1/s]."""
+        """Mean speed in body lengths per second [1/s]; NaN in air."""
         return self.speed / self.robot.body.length
 
     @cached_property
@@ -197,7 +197,7 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def phase(self) -> Array:
-        """Lag of that harmonic behind the clock that gaits are written in (joints,) [rad]."""
+        """Lag of each joint group's first harmonic behind the clock that gaits are written in (joints,) [rad]."""
         target, bend = self._harmonic("angle_set"), self._harmonic("angle")
         g = int(abs(target).argmax())
         clock = np.angle(target[g]) + self.gait.phase[g]
@@ -252,7 +252,7 @@ class TwinRun(Run, Plotted):
 
     @property
     def flags(self) -> int:
-        """Every flag of the controller's status that was ever set."""
+        """All flags of the controller's status that were ever set, as bits."""
         return int(np.bitwise_or.reduce(self.data["status"].astype(np.int64), initial=0))
 
     @cached_property
@@ -297,14 +297,14 @@ class TwinRun(Run, Plotted):
         for bit, (place, text) in enumerate(CONDITIONS.values()):
             held = self._held[:, bit]
             if held.any():
-                where = int(np.bitwise_or.reduce(self.data["status_at"][held, bit].astype(np.int64)))
-                here = [name for k, name in enumerate(names.get(place, ())) if where >> k & 1]
-                at = f" ({', '.join(here)})" if here else ""
-                sentences.append(f"{text[0].upper()}{text[1:]}{at}: {_percent(held.mean())} of the ticks.")
+                place_bits = int(np.bitwise_or.reduce(self.data["status_at"][held, bit].astype(np.int64)))
+                places = [name for k, name in enumerate(names.get(place, ())) if place_bits >> k & 1]
+                location = f" ({', '.join(places)})" if places else ""
+                sentences.append(f"{text[0].upper()}{text[1:]}{location}: {_percent(held.mean())} of the ticks.")
         hard = require_controller(self.robot).pressure_hard
         if hard is not None and self.pressure_peak > hard:
-            place, most = self.circuits[int(self.pressure_highest.argmax())], f"{self.pressure_peak / 1e3:.0f}"
-            sentences.append(f"The pressure rose to {most} kPa ({place}), above the hard limit of {hard / 1e3:g} kPa.")
+            place, kpa = self.circuits[int(self.pressure_highest.argmax())], f"{self.pressure_peak / 1e3:.0f}"
+            sentences.append(f"The pressure rose to {kpa} kPa ({place}), above the hard limit of {hard / 1e3:g} kPa.")
         if "cavitation" in self.acting:
             fraction = _percent(self.acting["cavitation"])
             sentences.append(f"The oil cavitated in a cylinder: {fraction} of the last beats' ticks.")
@@ -337,15 +337,15 @@ class TwinRun(Run, Plotted):
         angle, rate = self.data["angle"], self.data["rate"]
         if not self.beat_count:
             return np.full((1, angle.shape[1]), math.nan)
-        fine = round(FINER / (self.gait.frequency * self.tick))  # instants of a beat
-        instants = self.time[-1] - np.arange(self.beat_count * fine, -1, -1) / (fine * self.gait.frequency)
+        samples = round(FINER / (self.gait.frequency * self.tick))  # instants of a beat
+        instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
         columns = zip(angle.T, rate.T, strict=True)
         paths = np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
-        beats = np.arange(self.beat_count)[:, np.newaxis] * fine + np.arange(fine + 1)
+        beats = np.arange(self.beat_count)[:, np.newaxis] * samples + np.arange(samples + 1)
         return np.asarray(np.ptp(paths[beats], axis=1) / 2)
 
     def _harmonic(self, name: str) -> NDArray[np.complex128]:
-        """First harmonic of a column of every joint over the last beats: a for Re(a exp(i (2 pi f t - pi/2)))."""
+        """First harmonic of a column over the last beats (joints,): a for Re(a exp(i (2 pi f t - pi/2)))."""
         values, t = self.data[name][self.beats], self.time[self.beats]
         turn = 2 * math.pi * self.gait.frequency * t
         basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
@@ -377,9 +377,9 @@ def _trend(series: Array) -> float:
     mean = float(series.mean())
     if n < 2 or not math.isfinite(mean) or mean == 0:
         return math.nan
-    place = np.arange(n) - (n - 1) / 2
-    square = float(place @ place)
-    slope = float(place @ series) / square
-    scatter = series - mean - slope * place
-    error = math.sqrt(float(scatter @ scatter) / (max(1, n - 2) * square))
+    position = np.arange(n) - (n - 1) / 2
+    sum_of_squares = float(position @ position)
+    slope = float(position @ series) / sum_of_squares
+    scatter = series - mean - slope * position
+    error = math.sqrt(float(scatter @ scatter) / (max(1, n - 2) * sum_of_squares))
     return math.copysign(max(0.0, abs(slope) - 2 * error), slope) / abs(mean)

@@ -61,7 +61,7 @@ class Sea:
 
 
 def _current(key: str, values: Any) -> tuple[float, float]:
-    """Check a current."""
+    """Return a current as two finite numbers, east and north [m/s]."""
     fix = "give the velocities toward east and north in m/s"
     try:
         east, north = (FINITE.check(value, key, fix) for value in values)
@@ -79,12 +79,12 @@ def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = (
 
 
 def world_columns(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> dict[str, Any]:
-    """Columns of the world around a robot at sea, and of the gaps [s] without satellites."""
+    """Columns of the core for the world around a robot at sea, and for the gaps [s] without satellites."""
     return sea_columns(robot, sea) | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)}
 
 
 def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
-    """Columns of the world around a robot at sea."""
+    """Columns of the core for water, bottom and magnetic field around a robot at sea."""
     east, north = sea.shear
     numbers = {
         "density": robot.water.density,
@@ -103,7 +103,7 @@ def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
 
 
 def space_columns(robot: Robot) -> dict[str, Any]:
-    """Columns of a body beyond the plane: links, fins, shedding, antenna."""
+    """Columns of the core for the body in space: links, fins, shedding, antenna."""
     links, fins = link_bodies(robot), require(robot.fins, "fins", robot)
     return {
         **{f"link.{name}": values for name, values in links.items()},
@@ -124,7 +124,7 @@ def link_bodies(robot: Robot) -> dict[str, Array]:
     links = {name: np.array(getattr(spatial, field)) for name, field in LINKS.items()}
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)
     height, width = links["height"], links["width"]
-    roll, pitch = (ellipsoid_inertia(mass, across, height) for across in (width, length))
+    roll, pitch = (ellipsoid_inertia(mass, diameter, height) for diameter in (width, length))
     return links | {
         "roll": roll if spatial.inertia_roll is None else np.array(spatial.inertia_roll),
         "pitch": pitch if spatial.inertia_pitch is None else np.array(spatial.inertia_pitch),

@@ -37,7 +37,7 @@ VARIABLES: Variables = {
 
 
 class Motion:
-    """How the head moved, of what was recorded at sea."""
+    """Motion of the head in a record at sea."""
 
     data: dict[str, Array]  # "position", "attitude" and "velocity" among it, as in `VARIABLES`
 
@@ -98,7 +98,7 @@ class SeaRun(Run, Motion, Plotted):
 
     @property
     def every(self) -> int:
-        """Ticks from one row of the record to the next."""
+        """Number of ticks from one row of the record to the next."""
         return round((self.time[1] - self.time[0]) / self.tick) if len(self.time) > 1 else 1
 
     def averaged(self, values: Array) -> Array:
@@ -114,10 +114,10 @@ class SeaRun(Run, Motion, Plotted):
         ndarray, shape (T,)
             [the same unit].
         """
-        half = round(0.5 / (self.gait.frequency * self.tick * self.every))
+        half_beat = round(0.5 / (self.gait.frequency * self.tick * self.every))
         total = np.concatenate([[0.0], np.cumsum(values)])
         place = np.arange(len(values))
-        reach = np.minimum(half, np.minimum(place, len(values) - 1 - place))
+        reach = np.minimum(half_beat, np.minimum(place, len(values) - 1 - place))
         result: Array = (total[place + reach + 1] - total[place - reach]) / (2 * reach + 1)
         return result
 

@@ -111,8 +111,8 @@ def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start:
     gait = gait_of(robot, gait)
     check_choice(medium, ("water", "air"), "medium")
     check_choice(start, ("rest", "swimming"), "start")
-    world, still = _core.World({"clamped": medium == "air"}), start == "rest" or medium == "air"
-    plan = plan_command(robot, gait, world, medium=medium, speed=0.0 if still else None, **options)
+    world, from_rest = _core.World({"clamped": medium == "air"}), start == "rest" or medium == "air"
+    plan = plan_command(robot, gait, world, medium=medium, speed=0.0 if from_rest else None, **options)
     return PlannedRun(plan.fields | {"medium": medium, "start": start}, plan.core)
 
 
@@ -239,8 +239,8 @@ def twins(
     threads = thread_count(threads)
     if executor is not None:
         chunks = (runs[k : k + CHUNK] for k in range(0, len(runs), CHUNK))
-        made = map_shards(partial(twins, measure=measure, threads=threads), chunks, executor)
-        return [result for chunk in made for result in chunk]
+        shards = map_shards(partial(twins, measure=measure, threads=threads), chunks, executor)
+        return [result for chunk in shards for result in chunk]
     kinds: dict[Any, list[tuple[int, PlannedRun]]] = {}
     for index, options in enumerate(runs):
         plan = _planned(**checked_arguments(twin, **options))
@@ -261,7 +261,7 @@ def twins(
 
 
 def _simulated(batch: list[dict[str, Any]]) -> list[dict[str, Array]]:
-    """Simulate commands of the same kind side by side; one alone as `twin` does."""
+    """Return the records of plans of the same kind, simulated side by side."""
     if len(batch) == 1:
         return [_core.simulate(**batch[0])]
     rows = [tuple(core[key] for key in ("plant", "command", "world", "sensors", "faults", "twist")) for core in batch]
@@ -269,7 +269,7 @@ def _simulated(batch: list[dict[str, Any]]) -> list[dict[str, Array]]:
 
 
 def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
-    """Position, attitude and fins at the start."""
+    """Return position, attitude and fins at the start for the core."""
     fix = "give the depth of the nose in m"
     if not 0 <= FINITE.check(depth, "depth", fix) < sea.bottom:
         rule = f"must be from 0 to the bottom at {sea.bottom:g} m"

@@ -75,15 +75,15 @@ class DriveUnit(Part, table="drive_unit", how="calipers on a muscle, or its data
         constant = constants.get(self.material_set, "modulus_100")
         for name in ("hose", "matrix"):
             material = getattr(self, name)
-            known, text = material in materials, "must be a material of the table [materials]"
-            fix = "" if known else did_you_mean(material, materials) if materials else "add that table"
-            yield Check(known, f"drive_unit.{name}", text, fix, repr(material))
-            if not known:
+            exists, text = material in materials, "must be a material of the table [materials]"
+            fix = "" if exists else did_you_mean(material, materials) if materials else "add that table"
+            yield Check(exists, f"drive_unit.{name}", text, fix, repr(material))
+            if not exists:
                 continue
-            given = getattr(materials[material], constant) is not None
+            has_constant = getattr(materials[material], constant) is not None
             key = f"materials.{material}.{Material.model_fields[constant].alias}"
             fix = "give it, or choose another set"
-            yield Check(given, key, f"is missing for drive_unit.material_set = {self.material_set!r}", fix)
+            yield Check(has_constant, key, f"is missing for drive_unit.material_set = {self.material_set!r}", fix)
 
 
 class Actuator(Part, table="joints.actuator", how="calipers on the mold, or CAD"):
@@ -265,8 +265,8 @@ def _stops(key: str, hinge: Hinge) -> Iterator[Check]:
     """Check the stops of a hinge, between which its spring must rest."""
     fix = "give stop_deg and stop_stiffness_n_m_per_rad, or no stops"
     if hinge.stop is None:
-        alone = hinge.stop_stiffness is None and not hinge.stop_dissipation
-        yield Check(alone, f"{key}.stop_deg", "must be given with the numbers of stops", fix, "missing")
+        consistent = hinge.stop_stiffness is None and not hinge.stop_dissipation
+        yield Check(consistent, f"{key}.stop_deg", "must be given with the numbers of stops", fix, "missing")
     else:
         place, text = f"{key}.stop_stiffness_n_m_per_rad", "must be given with stop_deg"
         yield Check(hinge.stop_stiffness is not None, place, text, fix, "missing")

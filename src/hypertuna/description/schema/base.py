@@ -20,7 +20,7 @@ BEYOND = 1e12  # in SI units: larger than any value of a robot or of a trial
 
 
 def number(limits: Range) -> Any:
-    """Return the rule of a key that holds a number within limits, which no slip of the pen takes out of bounds."""
+    """Return the pydantic field of a number within limits; without limits it must be within plus or minus `BEYOND`."""
     low = -BEYOND if limits.min is limits.above is None else limits.min
     high = BEYOND if limits.max is limits.below is None else limits.max
     return Field(strict=True, allow_inf_nan=False, ge=low, le=high, gt=limits.above, lt=limits.below)
@@ -88,7 +88,7 @@ Named = AfterValidator(_names)  # of a table of named entries
 
 
 class Scale(NamedTuple):
-    """Estimate of a key from HyperTuna's: in words, and powers of what another robot has over HyperTuna's."""
+    """How a key scales from HyperTuna's value: in words, and as powers of the ratios of another robot to HyperTuna."""
 
     words: str
     powers: Mapping[str, int]
@@ -110,7 +110,7 @@ class Radio(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """How far an estimate may be off where ``[uncertainty]`` of the file has no factor: of it, or added to it."""
+    """Range of an estimate where ``[uncertainty]`` of the file has no factor: factors on it, or amounts added to it."""
 
     place: int  # in the order of draws
     name: str  # in words
@@ -120,7 +120,7 @@ class Spread(NamedTuple):
     along: tuple[str, ...] = ()  # keys of the same table that keep their ratio to this one
 
     def at(self, value: float, part: float) -> float:
-        """Return the value at a part of the range, on a logarithmic scale unless it is added."""
+        """Return an estimate at a part, 0 to 1, of its range: on a logarithmic scale, or a linear one if added."""
         if self.added:
             return value + (self.low + (self.high - self.low) * part)
         return value * float(np.exp(math.log(self.low) + math.log(self.high / self.low) * part))
@@ -193,9 +193,9 @@ class Part(BaseModel):
         for name, (kind, key) in (keys or {}).items():
             cls.__annotations__[name] = kind
             setattr(cls, name, key)
-        own = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
-        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in own.items()}}
-        for name, key in own.items():
+        declared = {name: value for name, value in vars(cls).items() if isinstance(value, Key)}
+        cls.declared = {**cls.declared, **{name: key._replace(how=key.how or how) for name, key in declared.items()}}
+        for name, key in declared.items():
             setattr(cls, name, key.field(name))
 
     @classmethod
@@ -234,7 +234,7 @@ class Part(BaseModel):
         return self
 
     def _entry(self, where: str) -> tuple[str, str]:
-        """Return key and value in the file of an attribute, maybe with an index, or of a key."""
+        """Return key and value, as in the file, of an attribute (maybe with an index) or of a key."""
         if "." in where:
             return where, ""
         name, bracket, index = where.partition("[")

@@ -118,9 +118,9 @@ class Links(Part, table="links"):
     def _checks(self) -> Iterator[Check]:
         counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
         count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
-        odd = count != len(self.length)
+        differs = count != len(self.length)
         yield from same_length(
-            self, "links", count, "link, as in the other columns" if odd else "link in links.length_m"
+            self, "links", count, "link, as in the other columns" if differs else "link in links.length_m"
         )
         yield from unique(self.name, "links.name[{}]")
         fix = "correct the link's mass and length"
@@ -245,7 +245,7 @@ def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
 
 
 class Drive(NamedTuple):
-    """A kind of what moves a joint group, by what its sensors, pins, records, circuits and texts ask of it."""
+    """A kind of drive of a joint group, by what pins, sensors, records, circuits and texts ask of it."""
 
     actuation: str  # that `robot new` calls it
     place: str  # what a servo of it turns
@@ -330,8 +330,8 @@ class JointGroup(Part):
         """Check that a joint with a servo or tendons has no muscles, and that tendons alone share its bend."""
         fix = "remove it, or the table servo: a joint is turned by muscles or by a servo"
         for name in ("drive_units", "actuator", "line"):
-            alone = self.servo is None or getattr(self, name) is None
-            yield Check(alone, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
+            one_kind = self.servo is None or getattr(self, name) is None
+            yield Check(one_kind, f"{key}.{name}", f"must not stand beside {key}.servo", fix)
         if (tendons := self.tendons) is None:
             return
         fix = "remove it: the levers of the tendons share the bend"
@@ -385,16 +385,16 @@ class GaitBounds(Part, table="gait_bounds", how="choose within what joints and s
 
 def sizes(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Check]:
     """Check that muscles and lines fit into their sections, and sections and pump into the body."""
-    within = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
+    across_body = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
         if (body := group.actuator) is None:
             continue
         for name in ("segment_length", "semi_major", "semi_minor"):
-            within += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
-        runs = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
-        runs += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
+            across_body += [(f"joints[{g}].actuator.{name}_m[{i}]", size) for i, size in enumerate(getattr(body, name))]
+        in_section = [(f"joints[{g}].line.bore_m", group.line.bore)] if group.line is not None else []
+        in_section += [("drive_unit.outer_diameter_m", unit.outer_diameter)] if unit is not None else []
         width = 2 * min(body.semi_minor)
         text = f"must be less than {width:g}, the width of the narrowest section of joint {group.name}"
-        yield from (Check(value < width, key, text, "give it in m, not mm", f"{value:g}") for key, value in runs)
+        yield from (Check(value < width, key, text, "give it in m, not mm", f"{value:g}") for key, value in in_section)
     text = f"must be less than body.length_m = {length:g}: it is inside the body"
-    yield from (Check(value < length, key, text, "give it in m, not mm", f"{value:g}") for key, value in within)
+    yield from (Check(value < length, key, text, "give it in m, not mm", f"{value:g}") for key, value in across_body)

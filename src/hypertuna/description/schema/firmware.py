@@ -181,8 +181,8 @@ class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as
         kinds |= dict.fromkeys(analog, (ANALOG_PINS, "must be one of 14 to 27 or 38 to 41"))
         pulses = "must have pulses by hardware: 0 to 15, 18, 19, 22 to 25, 28, 29, 33, 36 or 37"
         for name, (pins, text) in {"servo_pins": (PULSE_PINS, pulses), **kinds}.items():
-            given = getattr(self, name)
-            for pin in (given,) if isinstance(given, int) else given:
+            pins_given = getattr(self, name)
+            for pin in (pins_given,) if isinstance(pins_given, int) else pins_given:
                 yield Check(pin in pins, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 

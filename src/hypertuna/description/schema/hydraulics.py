@@ -192,8 +192,8 @@ class Battery(Part, table="battery", how="data sheet of the cell"):
     )
 
     def _checks(self) -> Iterator[Check]:
-        whole = self.series is None or self.cells % self.series == 0
-        yield Check(whole, "series", f"must divide cells = {self.cells}", "give the number of cells of one string")
+        divides = self.series is None or self.cells % self.series == 0
+        yield Check(divides, "series", f"must divide cells = {self.cells}", "give the number of cells of one string")
         full = self.charged is None or self.voltage <= self.charged < 2 * self.voltage
         text = f"must be at least voltage_v = {self.voltage:g}, and less than twice that voltage"
         yield Check(full, "charged", text, "give the voltage of one full cell")

@@ -68,13 +68,13 @@ def helmbold(aspect: float) -> float:
 
 
 def _aspect(law: Mapping[str, Any]) -> float:
-    """Return the aspect ratio whose lift slope the law has, by Helmbold's equation."""
+    """Return the default of edge_aspect [1]: the aspect ratio that has the law's lift slope by Helmbold's equation."""
     lift = law.get("edge_lift", 1.0)
     return 4 / lift * math.sqrt(1 - lift) if law.get("edge_height") and lift else 0.0
 
 
 def _plate(law: Mapping[str, Any]) -> float:
-    """Return the added mass of a plate of the law's aspect ratio."""
+    """Return the default of edge_added_mass [1], over rho pi/4 chord^2 span: a plate of the law's aspect ratio."""
     return plate_mass(law.get("edge_aspect", 0.0))
 
 

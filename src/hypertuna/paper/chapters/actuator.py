@@ -34,7 +34,7 @@ class Bends:
 
     @property
     def corrected(self) -> dict[str, Bend]:
-        """Of each joint group, with the robot's own material set."""
+        """Bends by joint group, with the corrected equations and the robot's own set of material constants."""
         return {name: sets[self.printed[name].material] for name, sets in self.sets.items()}
 
 
@@ -44,7 +44,7 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Bends:
 
 
 def bend_published(robot: Robot) -> Bends:
-    """Bend every joint with rising and falling pressure, up to the largest of its group."""
+    """Bend every joint with rising and falling pressure, up to the largest pressure of its group."""
     sets: dict[str, dict[str, Bend]] = {}
     printed, steps = {}, {}
     for group in robot.joints:
@@ -61,15 +61,15 @@ def bend_published(robot: Robot) -> Bends:
 
 def findings(bends: Bends) -> Iterator[Finding]:
     """Yield the bend of each joint at its largest pressure, and how straight its curve is."""
-    for name, corrected in bends.corrected.items():
-        angle = float(np.degrees(corrected.angle[-1]))
+    for name, curve in bends.corrected.items():
+        angle = float(np.degrees(curve.angle[-1]))
         note = (
             "the geometry, which is not published, was chosen to match both angles. A "
-            f"line through 100 to 250 kPa has R² = {corrected.r_squared():.3f}; rising and falling pressure differ by "
-            f"{_loop(corrected):.2g} deg at most"
+            f"line through 100 to 250 kPa has R² = {curve.r_squared():.3f}; rising and falling pressure differ by "
+            f"{_hysteresis(curve):.2g} deg at most"
         )
         yield Finding(f"bending/{name}", ACTUATOR, "calibrated", angle, note)
-        yield from line_findings(name, ACTUATOR, corrected.pressure, corrected.angle)
+        yield from line_findings(name, ACTUATOR, curve.pressure, curve.angle)
         printed = float(np.degrees(bends.printed[name].angle[-1]))
         note = f"the same geometry in the equations as they stand: {100 * (printed / angle - 1):+.0f} %"
         yield Finding(f"bending/{name}", PRINTED, "calibrated", printed, f"{note} beside the corrected ones")
@@ -96,15 +96,15 @@ def sections(bends: Bends) -> list[Section]:
     corrected = bends.corrected
     figures = {f"hysteresis-{name}": plot_bend(bend, bends.sets[name], width=WIDTH) for name, bend in corrected.items()}
     errors = [bends.printed[name].angle[-1] / bend.angle[-1] - 1 for name, bend in corrected.items()]
-    ends = [[np.degrees(bend.angle[-1]) for bend in sets.values()] for sets in bends.sets.values()]
+    last_angles = [[np.degrees(bend.angle[-1]) for bend in sets.values()] for sets in bends.sets.values()]
     return compose(
         "actuator",
         figures | {"steps": step_table(bends)},
         joints=list(corrected),
         slopes=" and ".join(f"{one.computed:.2f}" for one in findings(bends) if one.id.startswith(LINES[0])),
         r_squared=" and ".join(f"{bend.r_squared():.3f}" for bend in corrected.values()),
-        loops=" and ".join(f"{_loop(bend):.2g}" for bend in corrected.values()),
-        spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in ends),
+        loops=" and ".join(f"{_hysteresis(bend):.2g}" for bend in corrected.values()),
+        spreads=" and ".join(f"{min(angles):.1f} to {max(angles):.1f}" for angles in last_angles),
         printed=" and ".join(f"{100 * error:+.0f} %" for error in errors),
     )
 
@@ -116,11 +116,11 @@ def step_table(bends: Bends) -> Table:
     return Table(["equations", *(f"{name} [deg]" for name in bends.steps)], rows)
 
 
-def _loop(result: Bend) -> float:
-    """Return the largest difference of loading and unloading [deg]."""
+def _hysteresis(result: Bend) -> float:
+    """Return the largest difference of bend between loading and unloading [deg]."""
     pressure, angle = result.branches["unloading"]
-    down = np.interp(result.pressure, pressure[::-1], angle[::-1])
-    return float(np.degrees(np.abs(down - result.angle).max()))
+    unloading = np.interp(result.pressure, pressure[::-1], angle[::-1])
+    return float(np.degrees(np.abs(unloading - result.angle).max()))
 
 
 CHAPTER = Chapter("bends", sections, findings, compute)

@@ -30,7 +30,7 @@ TABLES |= {f"power/bound-{speed}": ("power_w", f"unoptimised-{speed}") for speed
 
 @dataclass(frozen=True)
 class Budget:
-    """Numbers over the family."""
+    """Numbers of the twin over the family of robots that the paper allows."""
 
     record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
     reason: str = ""  # why the record does not count; without a full stop
@@ -40,8 +40,8 @@ class Budget:
         entries = self.record.get("entries", {})
         for finding in findings:
             table, name = TABLES.get(finding.id, ("", "")) if finding.model == TWIN else ("", "")
-            own = f"{finding.id} | {finding.model}"
-            band = self.record.get(table, {}).get(name) or entries.get(own)
+            finding_and_model = f"{finding.id} | {finding.model}"
+            band = self.record.get(table, {}).get(name) or entries.get(finding_and_model)
             if self.reason and (band or table):
                 yield finding._replace(computed=None, note=self.reason, values=())
             else:
@@ -49,12 +49,12 @@ class Budget:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Budget:
-    """Read the numbers over the family."""
+    """Read the stored numbers of the twin over the family."""
     return read_budget(trials[OURS].robot)
 
 
 def read_budget(robot: Robot) -> Budget:
-    """Read the numbers over the family."""
+    """Read the stored numbers of the twin over the family."""
     return Budget(*read_stored("budget", robot))
 
 
@@ -73,13 +73,13 @@ def read_stored(name: str, robot: Robot) -> tuple[Mapping[str, Any], str]:
 
 
 def bands(robot: Robot, studies: Mapping[str, Mapping[str, Array]]) -> dict[str, list[float]]:
-    """Return percentiles of what the ledger says of the twin by some studies, by id and model, but for `TABLES`.
+    """Return percentiles of the findings from some studies of the twin, by id and model, without those of `TABLES`.
 
     Each study has the numbers of `studies.STUDIES`, a value for each member of the family (members,).
     """
     stored = {name: Stored(name, robot, {"numbers": numbers}) for name, numbers in studies.items()}
-    found = chain(findings(stored), twin_findings(stored["strips"]) if "strips" in stored else ())
-    rows = {f"{one.id} | {one.model}": one.values for one in found if (one.model, one.id in TABLES) != (TWIN, True)}
+    results = chain(findings(stored), twin_findings(stored["strips"]) if "strips" in stored else ())
+    rows = {f"{one.id} | {one.model}": one.values for one in results if (one.model, one.id in TABLES) != (TWIN, True)}
     return {key: np.percentile(row, PERCENT, method="inverted_cdf").tolist() for key, row in rows.items()}
 
 
@@ -98,18 +98,18 @@ def sections(budget: Budget) -> list[Section]:
 
 def interval_table(budget: Budget) -> tuple[Table, dict[str, bool], float]:
     """Tabulate the intervals; return also which published numbers are inside, and the mean half-width."""
-    rows, inside, halves = [], {}, []
+    rows, inside, half_widths = [], {}, []
     for key in (*(f"speed/{name}" for name in SPEEDS), *POWERS):
         table, name = TABLES[key]
-        low, middle, high = budget.record[table][name]
+        low, median, high = budget.record[table][name]
         value = published_value(key)
         inside[key] = low <= value <= high
-        halves.append((high - low) / 2 / middle)
-        cells = [f"{number:.3g}" for number in (value, middle, low, high)]
+        half_widths.append((high - low) / 2 / median)
+        cells = [f"{number:.3g}" for number in (value, median, low, high)]
         label, unit = (name, "m/s") if table == "speed_m_s" else (f"power, {name}", "W")
-        rows.append([label, unit, *cells, f"{100 * halves[-1]:.0f} %", "yes" if inside[key] else "no"])
-    heads = ["number", "unit", "published", "median", "5 %", "95 %", "half-width", "inside"]
-    return Table(heads, rows), inside, sum(halves) / len(halves)
+        rows.append([label, unit, *cells, f"{100 * half_widths[-1]:.0f} %", "yes" if inside[key] else "no"])
+    header = ["number", "unit", "published", "median", "5 %", "95 %", "half-width", "inside"]
+    return Table(header, rows), inside, sum(half_widths) / len(half_widths)
 
 
 CHAPTER = Chapter("budget", sections, compute=compute)

@@ -53,8 +53,8 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Fits:
     four = identify(robot, runs.only(UNOPTIMISED), ["joints.bandwidth"], validate=0, starts=1)
     left_out = {}
     for name in SPEEDS:
-        rest = identify(robot, runs.only(set(SPEEDS) - {name}), ["joints.bandwidth"], validate=0, starts=1)
-        left_out[name] = (float(rest.values[0]), swim(rest.robot, named_gait(robot, name)).speed)
+        fit_without = identify(robot, runs.only(set(SPEEDS) - {name}), ["joints.bandwidth"], validate=0, starts=1)
+        left_out[name] = (float(fit_without.values[0]), swim(fit_without.robot, named_gait(robot, name)).speed)
     predicted = {name: swim(four.robot, named_gait(robot, name)).speed for name in SPEEDS}
     return Fits(trials, nine, four, predicted, left_out)
 
@@ -74,9 +74,9 @@ def findings(fits: Fits) -> Iterator[Finding]:
     for model, fit in fits.nine.items():
         for k, coefficient in enumerate(fit.free):
             interval = (float(fit.uncertainty.low[k]), float(fit.uncertainty.high[k]))
-            end = _bound(fit, k)
-            value = float(fit.values[k]) if end is None else end
-            note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{'' if end is None else ', at its bound'}"
+            at_bound = _bound(fit, k)
+            value = float(fit.values[k]) if at_bound is None else at_bound
+            note = f"95 % interval {interval[0]:.3g} to {interval[1]:.3g}{'' if at_bound is None else ', at its bound'}"
             yield Finding(_id(coefficient.name), model, "fitted", value, note, interval)
 
 
@@ -102,16 +102,16 @@ def coefficient_table(fits: Fits) -> Table:
         cells = [_symbol(coefficient.name), f"{coefficient.lower:g} to {coefficient.upper:g}"]
         cells.append(f"{published_value(_id(coefficient.name)):g}")
         for fit in fits.nine.values():
-            end = _bound(fit, k)
-            cells.append(f"{fit.values[k]:.3g}" if end is None else f"{end:g}, its bound")
+            at_bound = _bound(fit, k)
+            cells.append(f"{fit.values[k]:.3g}" if at_bound is None else f"{at_bound:g}, its bound")
             cells.append(f"{fit.uncertainty.low[k]:.3g} to {fit.uncertainty.high[k]:.3g}")
         rows.append(cells)
-    heads = [f"{model}: {what}" for model in fits.nine for what in ("identified", "95 % interval")]
-    return Table(["coefficient", "bounds", "published", *heads], rows)
+    header = [f"{model}: {what}" for model in fits.nine for what in ("identified", "95 % interval")]
+    return Table(["coefficient", "bounds", "published", *header], rows)
 
 
 def bandwidth_table(fits: Fits) -> Table:
-    """Return the eight speeds with the bandwidth from four gaits, and with that from the others of each."""
+    """Tabulate the eight speeds by the bandwidth from four gaits, and each by the bandwidth from the seven others."""
     from_four, left_out = _errors(fits)
     rows = []
     for name in SPEEDS:
@@ -119,8 +119,8 @@ def bandwidth_table(fits: Fits) -> Table:
         four = [f"{fits.predicted[name]:.3f}", f"{from_four[name]:+.1f} %"]
         others = [f"{band:.2f}", f"{speed:.3f}", f"{left_out[name]:+.1f} %"]
         rows.append([name, f"{published_value(f'speed/{name}'):.3f}", *four, *others])
-    heads = ["published [m/s]", "from four [m/s]", "error", "others' bandwidth [Hz]", "left out [m/s]", "error"]
-    return Table(["gait", *heads], rows)
+    header = ["published [m/s]", "from four [m/s]", "error", "others' bandwidth [Hz]", "left out [m/s]", "error"]
+    return Table(["gait", *header], rows)
 
 
 def _id(name: str) -> str:
@@ -154,30 +154,30 @@ def _figure(fits: Fits) -> Figure:
 
 
 def _facts(fits: Fits) -> dict[str, Any]:
-    """Return what the text says of the coefficients."""
+    """Return the values that fill in the text on the coefficients."""
     ours = fits.nine[OURS]
     directions = [d for fit in fits.nine.values() for d in fit.uncertainty.directions]
-    named = [d.sentence for d in ours.uncertainty.directions if any(one.name in d.sentence for one in ours.free)]
+    sentences = [d.sentence for d in ours.uncertainty.directions if any(one.name in d.sentence for one in ours.free)]
     return {
         "ideal": fits.nine[PAPER],
         "ours": ours,
         "determined": sum(direction.constrained for direction in directions),
         "bound": published_value("speed/model-error-max"),
         "at_bound": sum(side is not None for side in ours.uncertainty.bound),
-        "best_known": named[0] if named else "",
+        "best_known": sentences[0] if sentences else "",
         "starts": len(fits.nine[PAPER].costs),
     }
 
 
 def _errors(fits: Fits) -> tuple[dict[str, float], dict[str, float]]:
-    """Return errors of the speeds [%]: with the bandwidth from four gaits, and of each gait left out."""
+    """Return errors of each speed [%]: by the bandwidth from four gaits, and by that from the seven other gaits."""
     truth = {name: published_value(f"speed/{name}") for name in SPEEDS}
     from_four = {name: 100 * (fits.predicted[name] / truth[name] - 1) for name in SPEEDS}
     return from_four, {name: 100 * (fits.left_out[name][1] / truth[name] - 1) for name in SPEEDS}
 
 
 def _bandwidth(fits: Fits) -> dict[str, Any]:
-    """Return what the text says of the bandwidth: from four gaits, tested on four, and leaving each one out."""
+    """Return the values that fill in the text on the bandwidth: from four gaits, and from seven for each left out."""
     uncertainty, (value,) = fits.four.uncertainty, fits.four.values
     from_four, left_out = _errors(fits)
     errors = {

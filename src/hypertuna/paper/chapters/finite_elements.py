@@ -78,16 +78,16 @@ class Solved:
     @property
     def difference(self) -> Array:
         """Bend of the fast model over that of finite elements, less 1, shape (n,) [1]; 0 without pressure."""
-        return self._over(self.fast.angle, self.angle)
+        return self._ratio_less_one(self.fast.angle, self.angle)
 
     @property
     def oil_difference(self) -> Array:
-        """The same of the oil taken in, shape (n,) [1]."""
-        return self._over(1e6 * self.fast.volume, self.column("oil_taken_ml"))
+        """Oil taken in by the fast model over that by finite elements, less 1, shape (n,) [1]; 0 without pressure."""
+        return self._ratio_less_one(1e6 * self.fast.volume, self.column("oil_taken_ml"))
 
-    def _over(self, ours: Array, theirs: Array) -> Array:
-        still = self.pressure == 0
-        return np.where(still, 0.0, ours / np.where(still, 1.0, theirs) - 1)
+    def _ratio_less_one(self, ours: Array, theirs: Array) -> Array:
+        no_pressure = self.pressure == 0
+        return np.where(no_pressure, 0.0, ours / np.where(no_pressure, 1.0, theirs) - 1)
 
     @property
     def points(self) -> tuple[Array, States]:
@@ -96,13 +96,13 @@ class Solved:
         volume = np.stack([1e-6 * self.column(f"volume_{side}_ml") for side in SIDES], axis=1)
         pressure = [np.stack([self.pressure, 0 * self.pressure], axis=1)]
         parts = [(self.angle, 0 * self.angle, volume, self.column("length_mm") / 1e3)]
-        for one in self.maps:
-            there = {key: np.array(value, float) for key, value in one["elements"].items()}
-            pairs = 1e3 * np.stack([np.array(one[f"pressure_{side}_kpa"], float) for side in SIDES], axis=1)
-            pressure.append(np.tile(pairs, (len(there["angle_deg"]), 1)))
-            oil = np.stack([1e-6 * there[f"volume_{side}_ml"] for side in SIDES], axis=-1).reshape(-1, 2)
-            rest = (there["moment_n_m"].ravel(), oil, there["length_mm"].ravel() / 1e3)
-            parts.append((np.radians(there["angle_deg"].ravel()), *rest))
+        for stored_map in self.maps:
+            elements = {key: np.array(value, float) for key, value in stored_map["elements"].items()}
+            pairs = 1e3 * np.stack([np.array(stored_map[f"pressure_{side}_kpa"], float) for side in SIDES], axis=1)
+            pressure.append(np.tile(pairs, (len(elements["angle_deg"]), 1)))
+            oil = np.stack([1e-6 * elements[f"volume_{side}_ml"] for side in SIDES], axis=-1).reshape(-1, 2)
+            others = (elements["moment_n_m"].ravel(), oil, elements["length_mm"].ravel() / 1e3)
+            parts.append((np.radians(elements["angle_deg"].ravel()), *others))
         columns = (np.concatenate(column)[None] for column in zip(*parts, strict=True))
         return np.concatenate(pressure), States(*columns)
 
@@ -157,15 +157,15 @@ def read_elements() -> Elements:
 
 def _stored(folder: Path, joint: str) -> Iterator[Any]:
     """Read the stored bend of a joint, or None, and its maps."""
-    bent = folder / f"{ROBOT}-{joint}.json"
-    yield json.loads(bent.read_text("utf-8")) if bent.is_file() else None
+    file = folder / f"{ROBOT}-{joint}.json"
+    yield json.loads(file.read_text("utf-8")) if file.is_file() else None
     for path in sorted(folder.glob(f"{ROBOT}-{joint}-map*.json")):
         yield json.loads(path.read_text("utf-8"))
 
 
 def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None, *maps: Mapping[str, Any]) -> Solved:
-    """Return a stored result if it is valid, with the maps of that joint."""
-    kept = tuple(one for one in maps if one["joint_hash"] == joint_hash(robot, joint))
+    """Return a joint's stored result, without a record if that is invalid or stale, and the maps of the same joint."""
+    valid_maps = tuple(one for one in maps if one["joint_hash"] == joint_hash(robot, joint))
     reason = ""
     if record is None:
         reason = f"no result is stored; {AGAIN}"
@@ -177,20 +177,20 @@ def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None, *maps: 
         for key, value in FeOptions(mesh=MESH).facts(robot).items():  # on which `command` relies
             if record[key] != value:
                 reason = f"the stored result has {key} = {record[key]}, but it is {value} now; {AGAIN}"
-    return Solved(robot, joint, None if reason else record, reason, kept)
+    return Solved(robot, joint, None if reason else record, reason, valid_maps)
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
     """Compute every stored result again, where the extra `fe` is installed."""
     solved = {}
-    for joint, one in stored.solved.items():
-        solved[joint] = _solved(one)
+    for joint, solution in stored.solved.items():
+        solved[joint] = _solved(solution)
         progress()
     return Elements(solved, stored.pictures)
 
 
 def _solved(stored: Solved) -> Solved:
-    """Compute a joint again, or return the stored result with the reason."""
+    """Return a joint's result computed again, or else the stored one with the reason."""
     low, high, count = map(int, PRESSURES.split(":"))
     pressure = 1e3 * np.linspace(low, high, count)
     try:
@@ -209,13 +209,13 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
 
 def findings(elements: Elements) -> Iterator[Finding]:
     """Yield the bend of each joint at the largest pressure, and how straight its curve is."""
-    for joint, one in elements.solved.items():
-        angle = None if one.record is None else float(np.degrees(one.angle[-1]))
-        yield Finding(f"fe/bending-{joint}", FE, "calibrated", angle, _note(one))
-        if one.record is None:
-            yield from (Finding(f"{key}-{joint}", FE, "prediction", None, one.reason) for key in LINES)
+    for joint, solution in elements.solved.items():
+        angle = None if solution.record is None else float(np.degrees(solution.angle[-1]))
+        yield Finding(f"fe/bending-{joint}", FE, "calibrated", angle, _note(solution))
+        if solution.record is None:
+            yield from (Finding(f"{key}-{joint}", FE, "prediction", None, solution.reason) for key in LINES)
         else:
-            yield from line_findings(joint, FE, one.pressure, one.angle)
+            yield from line_findings(joint, FE, solution.pressure, solution.angle)
 
 
 def sections(elements: Elements) -> list[Section]:
@@ -250,49 +250,49 @@ def difference_table(elements: Elements) -> Table | None:
     return Table(["pressure [kPa]", *heads], rows)
 
 
-def _cells(one: Solved) -> list[list[str]]:
+def _cells(solved: Solved) -> list[list[str]]:
     """Return a joint's bends in both models and their difference, at every pressure."""
-    angles = zip(np.degrees(one.angle), np.degrees(one.fast.angle), one.difference, strict=True)
-    cells = [[f"{ours:z.1f}", f"{beside:z.1f}", f"{100 * apart:+.0f} %"] for ours, beside, apart in angles]
+    angles = zip(np.degrees(solved.angle), np.degrees(solved.fast.angle), solved.difference, strict=True)
+    cells = [[f"{mesh:z.1f}", f"{fast:z.1f}", f"{100 * diff:+.0f} %"] for mesh, fast, diff in angles]
     cells[0][2] = ""  # without pressure
     return cells
 
 
-def _note(one: Solved) -> str:
-    """Describe how a bend was computed."""
-    if one.record is None:
-        return one.reason
-    record = one.record
-    chosen = "the geometry, which is not published, was chosen to match both angles"
-    made = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
-    straight = f"a line through 100 to 250 kPa has R² = {one.r_squared:.3f}"
-    fine = "; ".join(map(nested_text, one.nested))
-    return "; ".join(filter(None, (f"{chosen}. {straight[0].upper()}{straight[1:]}", made, fine, one.reason)))
+def _note(solved: Solved) -> str:
+    """Describe a joint's result: its geometry, straightness, mesh and convergence; or why there is none."""
+    if solved.record is None:
+        return solved.reason
+    record = solved.record
+    geometry = "the geometry, which is not published, was chosen to match both angles"
+    mesh = f"{record['mesh']} mesh of {record['elements']:,} tetrahedra, {record['seconds']:.0f} s, stored"
+    line = f"a line through 100 to 250 kPa has R² = {solved.r_squared:.3f}"
+    convergence = "; ".join(map(nested_text, solved.nested))
+    return "; ".join(filter(None, (f"{geometry}. {line[0].upper()}{line[1:]}", mesh, convergence, solved.reason)))
 
 
 def nested_text(series: Mapping[str, Any]) -> str:
     """Describe how the bend converges over nested spaces: its values, observed order, limit and index."""
-    levels, found = series["levels"], series["convergence_bend_deg"]
+    levels, convergence = series["levels"], series["convergence_bend_deg"]
     kind = "bisected meshes" if levels[-1]["bisections"] else "rising orders"
     bends = ", ".join(f"{level['bend_deg']:.2f}" for level in levels)
     text = f"{kind} at {series['pressure_kpa']:g} kPa bend by {bends} deg"
-    if found is None:
+    if convergence is None:
         return f"{text}, which tell no limit"
-    limit = f"a limit of {found['limit']:.2f} deg with the observed order {found['order']:.1f}"
-    return f"{text}: {limit}, grid convergence index {found['index_percent']:.2g} %"
+    limit = f"a limit of {convergence['limit']:.2f} deg with the observed order {convergence['order']:.1f}"
+    return f"{text}: {limit}, grid convergence index {convergence['index_percent']:.2g} %"
 
 
-def _curve(joint: str, one: Solved) -> Figure:
+def _curve(joint: str, solved: Solved) -> Figure:
     """Draw a joint's bend over the pressure."""
     from hypertuna.fe.plots import plot_fe_bend
 
-    fine = np.linspace(0, one.pressure[-1], 51)
-    beside = bend(one.robot, joint, fine, friction=False)
+    pressures = np.linspace(0, solved.pressure[-1], 51)
+    fast = bend(solved.robot, joint, pressures, friction=False)
     return plot_fe_bend(
-        one.pressure,
-        one.angle,
-        analytic=(fine, beside.angle, beside.volume),
-        published=described_bend(one.robot, joint),
+        solved.pressure,
+        solved.angle,
+        analytic=(pressures, fast.angle, fast.volume),
+        published=described_bend(solved.robot, joint),
         width=WIDTH,
     )
 
@@ -302,11 +302,11 @@ def _angles(elements: Elements) -> str:
     joints = elements.solved
     if any(one.record is None for one in joints.values()):
         return ""
-    last = [[one.angle[-1], one.fast.angle[-1]] for one in joints.values()]
-    ours, beside = (" and ".join(f"{angle:.1f}" for angle in column) for column in np.degrees(last).T)
-    top = max(float(one.pressure[-1]) for one in joints.values()) / 1e3
-    text = f"elements bend joints {' and '.join(joints)} by {ours} deg at {top:g} kPa"
-    return f"{text}, the fast model without friction by {beside}"
+    last_angles = [[one.angle[-1], one.fast.angle[-1]] for one in joints.values()]
+    by_elements, by_fast = (" and ".join(f"{angle:.1f}" for angle in column) for column in np.degrees(last_angles).T)
+    pressure_max = max(float(one.pressure[-1]) for one in joints.values()) / 1e3
+    text = f"elements bend joints {' and '.join(joints)} by {by_elements} deg at {pressure_max:g} kPa"
+    return f"{text}, the fast model without friction by {by_fast}"
 
 
 CHAPTER = Chapter("elements", sections, findings, compute, full_steps=3)

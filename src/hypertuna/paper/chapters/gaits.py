@@ -43,13 +43,13 @@ def gait_findings(model: str, gaits: Mapping[str, Swim], notes: Mapping[str, str
 
 
 def speed_classes(gaits: Mapping[str, Gait]) -> dict[str, Class]:
-    """Class the eight speeds: Table III is fitted to the tank tests, the unoptimized gaits among them; so is our lag.
+    """Return the class of each of the eight speeds: "fitted" for the four gaits of the identification, or "prediction".
 
     A gait that is almost a fitted one is fitted too: its speed follows.
     """
     fitted = [_numbers(gaits[name]) for name in SPEEDS if name.startswith("unoptimised")]
-    alike = {name: np.isclose(_numbers(gaits[name]), fitted, rtol=ALIKE, atol=0.0).all(axis=1).any() for name in SPEEDS}
-    return {name: "fitted" if alike[name] else "prediction" for name in SPEEDS}
+    close = {name: np.isclose(_numbers(gaits[name]), fitted, rtol=ALIKE, atol=0.0).all(axis=1).any() for name in SPEEDS}
+    return {name: "fitted" if close[name] else "prediction" for name in SPEEDS}
 
 
 def _numbers(gait: Gait) -> tuple[float, ...]:
@@ -150,9 +150,9 @@ def _published_stride(name: str, trial: Trial) -> float:
 
 
 def _within(trial: Trial) -> int:
-    """Count the speeds within tolerance."""
-    found = [Finding(f"speed/{name}", "", "fitted", trial.gaits[name].speed) for name in SPEEDS]
-    return sum(judge(published(), one).verdict == "agrees" for one in found)
+    """Return how many of the eight speeds are within the tolerance of the published ones."""
+    speeds = [Finding(f"speed/{name}", "", "fitted", trial.gaits[name].speed) for name in SPEEDS]
+    return sum(judge(published(), one).verdict == "agrees" for one in speeds)
 
 
 def _cost_change(speed: str, trial: Trial) -> str:

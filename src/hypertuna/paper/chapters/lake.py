@@ -29,7 +29,7 @@ EVERY = 5.0  # s between rows to plot
 
 @dataclass(frozen=True)
 class Lake:
-    """A flight of the mission."""
+    """The stored record of a flight of the mission `lake`, or why there is no valid one."""
 
     record: Mapping[str, Any] | None  # from `lake_record`; None where there is no valid one
     reason: str = ""  # why there is none; without a full stop
@@ -49,7 +49,7 @@ def read_lake() -> Lake:
 
 
 def fly_lake() -> Lake:
-    """Fly the mission."""
+    """Fly the mission `lake`, and return its record."""
     file = read_mission(MISSION)
     return Lake(lake_record(fly(file, load(file.robot or ""))))
 
@@ -83,9 +83,9 @@ def lake_record(flight: Flight) -> dict[str, Any]:
 
 def _rows(record: MissionRecord) -> dict[str, Any]:
     """Return the rows of a record to plot, to four decimals."""
-    at = record.every(EVERY)
-    columns = {name: np.round(record.data[name][at], 4).tolist() for name in PLOTTED}
-    return {"modes": list(record.modes), "time": np.round(record.time[at], 4).tolist(), **columns}
+    plotted = record.every(EVERY)
+    columns = {name: np.round(record.data[name][plotted], 4).tolist() for name in PLOTTED}
+    return {"modes": list(record.modes), "time": np.round(record.time[plotted], 4).tolist(), **columns}
 
 
 def _stored_record(stored: Mapping[str, Any]) -> MissionRecord:
@@ -109,11 +109,11 @@ def findings(lake: Lake) -> Iterator[Finding]:
         yield Finding("lake/distance", LAKE, "input", None, lake.reason)
         yield Finding("lake/energy", LAKE, "in sight", None, lake.reason)
         return
-    whole, minutes = record["whole"], record["seconds"] / 60
+    whole_flight, minutes = record["whole"], record["seconds"] / 60
     note = (
         f"over ground in the first {minutes:.3g} min of the mission `lake`, whose course is 800 m long for "
-        f"any robot; its status is {whole['status']} after {whole['duration_s'] / 60:.3g} min and "
-        f"{whole['distance_m']:.0f} m"
+        f"any robot; its status is {whole_flight['status']} after {whole_flight['duration_s'] / 60:.3g} min and "
+        f"{whole_flight['distance_m']:.0f} m"
     )
     yield Finding("lake/distance", LAKE, "input", record["distance_m"], note)
     note = (

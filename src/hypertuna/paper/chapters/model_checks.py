@@ -21,7 +21,7 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
     """Show Fig. 12, from the fits of the nine coefficients by model."""
     from hypertuna.paper.figures import plot_against, plot_normalized, plot_paths, plot_start
 
-    fit, rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
+    fit, from_rest, lake = next(iter(fits.values())), trials[OURS].start, published()["lake"]
     lake_cost = cost_of_transport(lake["energy_wh"] * 3600 / lake["distance_m"], trials[OURS].robot.body.mass, 1.0)
     truth = [published_value(f"speed/{name}") for name in SPEEDS]
     points = [
@@ -41,9 +41,9 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
         start="the paper's start values" if len(fit.costs) == 1 else "the best of several starts",
         rounds=" and ".join(f"{len(fit.path) - 1} with {model}" for model, fit in fits.items()),
         published_rounds=published()["identification"]["rounds"],
-        rest=rest,
-        angles=",".join(f"{angle:g}" for angle in np.degrees(rest.gait.amplitude).round(6)),
-        phase=np.degrees(rest.gait.phase[-1]),
+        rest=from_rest,
+        angles=",".join(f"{angle:g}" for angle in np.degrees(from_rest.gait.amplitude).round(6)),
+        phase=np.degrees(from_rest.gait.phase[-1]),
         cost=published_value(COST),
         lake=lake,
         lake_cost=float(lake_cost),
@@ -54,14 +54,14 @@ def start_finding(model: str, trial: Trial) -> Finding:
     """Return the speed over the last half of a swim from rest through the tank, over the settled speed."""
     swim, facts = trial.start, published()["start"]
     motion, length = swim.trajectory, trial.robot.body.length
-    way = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
-    end = min(int(np.searchsorted(way, facts["tank_m"] - length)), len(way) - 1)
-    half = end // 2
-    speed = float(motion.forward_speed[half:end].mean())
-    at = {"frequency": facts["frequency_hz"], "phase": np.radians(facts["phase_deg"])}
+    distance = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
+    end = min(int(np.searchsorted(distance, facts["tank_m"] - length)), len(distance) - 1)
+    middle = end // 2
+    speed = float(motion.forward_speed[middle:end].mean())
+    point = {"frequency": facts["frequency_hz"], "phase": np.radians(facts["phase_deg"])}
     tank = trial.tank.speed.isel(bias=0, amplitude=list(published()["tank"]["amplitude_deg"]).index(facts["amplitude"]))
-    settled = float(tank.sel(at, method="nearest"))
-    seconds, meters = float(motion.time[end]), way[end]
+    settled = float(tank.sel(point, method="nearest"))
+    seconds, meters = float(motion.time[end]), distance[end]
     note = f"{speed:.3g} of {settled:.3g} m/s in the last half of {seconds:.3g} s, in which it swims {meters:.3g} m"
     return Finding("start/steady", model, "prediction", speed / settled, note)
 
@@ -83,7 +83,7 @@ def _speeds(fits: Mapping[str, Fit], trials: Trials) -> dict[str, list[float]]:
 
 
 def _costs(trials: Trials) -> dict[str, Array]:
-    """Return costs of transport over frequency, over that at the highest, by model [1]."""
+    """Return by model the cost of transport at each frequency over that at the highest frequency [1]."""
     tank = published()["tank"]
     place: dict[str, Any] = {"amplitude": list(tank["amplitude_deg"]).index("large"), "bias": 0}
     place["phase"] = tank["phase_deg"].index(published_value("optimal-phase/fastest"))

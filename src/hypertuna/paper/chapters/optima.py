@@ -30,13 +30,13 @@ FLAT = 8.0  # deg off the best phase, less than half a percent of the largest sp
 
 @dataclass(frozen=True)
 class Optima:
-    """Optimal gaits."""
+    """Optimal gaits by model, objective and method, with the trials of the published gaits."""
 
     trials: Trials
     best: Mapping[tuple[str, str, str], Optimum]  # by model, expected speed of Table IV and method
 
     def gradient(self, model: str, target: str) -> Optimum:
-        """Return the optimum by gradients."""
+        """Return the optimum of a model and an objective that was found by gradients."""
         return self.best[model, target, "gradient"]
 
 
@@ -47,8 +47,8 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Optima:
         if best:
             step()
         for method in METHODS:
-            found = table_iv(trials[model].robot, method)
-            best |= {(model, target, method): one for target, one in found.items()}
+            optima = table_iv(trials[model].robot, method)
+            best |= {(model, target, method): optimum for target, optimum in optima.items()}
     return Optima(trials, best)
 
 
@@ -62,10 +62,10 @@ def table_iv(robot: Robot, method: str = "gradient") -> dict[str, Optimum]:
 def findings(optima: Optima) -> Iterator[Finding]:
     """Yield the optima by gradients, with the swarm's in the note."""
     for model in (PAPER, OURS):
-        for found in optimum_findings(model, {target: optima.gradient(model, target) for target in TARGETS}):
-            _, target, key = found.id.split("/")
+        for finding in optimum_findings(model, {target: optima.gradient(model, target) for target in TARGETS}):
+            _, target, key = finding.id.split("/")
             swarm = _numbers(optima.best[model, target, "pso"].gait)
-            yield found._replace(note=f"the particle swarm ends at {swarm[key]:.4g}")
+            yield finding._replace(note=f"the particle swarm ends at {swarm[key]:.4g}")
 
 
 def optimum_findings(model: str, optima: Mapping[str, Optimum]) -> Iterator[Finding]:
@@ -104,8 +104,8 @@ def gait_table(optima: Optima) -> Table:
         for model in (PAPER, OURS):
             best = optima.gradient(model, target)
             cells = [f"{best.speed:.3f}", f"{best.cost_of_transport:.3g}"]
-            both = [*cells, "", ""] if model == PAPER else ["", "", *cells]
-            rows.append([_label(target), f"ours, {model}", *_cells(best.gait), *both])
+            columns = [*cells, "", ""] if model == PAPER else ["", "", *cells]
+            rows.append([_label(target), f"ours, {model}", *_cells(best.gait), *columns])
     angles = ["A I [deg]", "A II [deg]", "f [Hz]", "phase [deg]"]
     models = [f"{model}: {what}" for model in (PAPER, OURS) for what in ("speed [m/s]", "cost [J/(kg m)]")]
     return Table(["objective", "gait", *angles, *models], rows)
@@ -127,9 +127,9 @@ def _numbers(gait: Gait | None) -> dict[str, float]:
     """Return a gait in the paper's numbers: amplitudes and phase in degrees, frequency in Hz."""
     if gait is None:
         return dict.fromkeys(("amplitude-I", "amplitude-II", "frequency", "phase"), np.nan)
-    one, two = np.degrees(gait.amplitude)
+    a, b = np.degrees(gait.amplitude)
     lag = np.degrees(gait.phase[1] - gait.phase[0])
-    return {"amplitude-I": float(one), "amplitude-II": float(two), "frequency": gait.frequency, "phase": float(lag)}
+    return {"amplitude-I": float(a), "amplitude-II": float(b), "frequency": gait.frequency, "phase": float(lag)}
 
 
 def _cells(gait: Gait | None) -> list[str]:
@@ -143,22 +143,22 @@ def _label(target: str) -> str:
 
 
 def _facts(optima: Optima) -> dict[str, Any]:
-    """Return what the text says of the optima."""
+    """Return the values that fill in the text on the optima."""
     best = {model: optima.gradient(model, "max") for model in (PAPER, OURS)}
     gaits = optima.trials[OURS].gaits
     phase = published_value("optimum/max/phase")
-    phases = {model: _numbers(one.gait)["phase"] for model, one in best.items()}
+    phases = {model: _numbers(optimum.gait)["phase"] for model, optimum in best.items()}
     near = [model for model, value in phases.items() if abs(value - phase) <= FLAT]
-    which = {0: "with neither joint model", 1: f"only with {near[0] if near else ''}", 2: "with either joint model"}
-    losses = {model: 100 * (1 - _speed_at(one, phase) / one.speed) for model, one in best.items()}
+    texts = {0: "with neither joint model", 1: f"only with {near[0] if near else ''}", 2: "with either joint model"}
+    losses = {model: 100 * (1 - _speed_at(optimum, phase) / optimum.speed) for model, optimum in best.items()}
     cheapest = [_numbers(optima.gradient(OURS, target).gait) for target in COSTS]
     return {
         "weight": optima.gradient(OURS, COSTS[0]).objective.terms[0][1],
         "gap_ideal": _largest_gap(optima, PAPER),
         "gap": _largest_gap(optima, OURS),
-        "on_bounds": all(set(one.bounds) >= BOUNDED for one in best.values()),
+        "on_bounds": all(set(optimum.bounds) >= BOUNDED for optimum in best.values()),
         "tolerance": FLAT,
-        "near": which[len(near)],
+        "near": texts[len(near)],
         "phases": " and ".join(f"{value:.1f} deg with {model}" for model, value in phases.items()),
         "phase": phase,
         "losses": " and ".join(f"{part:.2f} % with {model}" for model, part in losses.items()),
@@ -176,7 +176,7 @@ def _speed_at(best: Optimum, phase: float) -> float:
 
 
 def _largest_gap(optima: Optima, model: str) -> float:
-    """Return the largest difference of the two methods in the fitness [m/s]."""
+    """Return the largest difference between swarm and gradients in a model's best fitness, over objectives [m/s]."""
     return max(abs(optima.best[model, t, "pso"].value - optima.gradient(model, t).value) for t in TARGETS)
 
 
@@ -187,7 +187,7 @@ def _span(values: Sequence[float]) -> str:
 
 
 def _distances(optima: Optima) -> dict[str, Array]:
-    """Return how far the swarm is above the optimum after each iteration, by objective [m/s]."""
+    """Return the distance of the swarm's fitness from the optimum after each iteration, by objective [m/s]."""
     curves = {}
     for target in TARGETS:
         swarm, best = optima.best[OURS, target, "pso"], optima.gradient(OURS, target)
@@ -196,7 +196,7 @@ def _distances(optima: Optima) -> dict[str, Array]:
 
 
 def _changes(optima: Optima) -> dict[str, list[float]]:
-    """Return changes by optimization [%]: of the highest speed, and of the costs at the expected ones."""
+    """Return changes by optimization [%], as published and by model: of the highest speed, and of each cost."""
     keys = ("speed/change-max", *(f"cost-of-transport/change-{speed}" for speed in COSTS))
     bars = {"published": [published_value(key) for key in keys]}
     for model in (PAPER, OURS):
@@ -207,7 +207,7 @@ def _changes(optima: Optima) -> dict[str, list[float]]:
 
 
 def _change(trial: Trial, after: Mapping[str, Any]) -> list[float]:
-    """Return changes [%]: of the highest speed, and of the costs at the expected ones."""
+    """Return changes from unoptimized to other gaits [%]: of the highest speed, and of the cost at each speed."""
     before = {target: trial.gaits[f"unoptimised-{target}"] for target in TARGETS}
     speed = after["max"].speed / before["max"].speed
     costs = [after[target].cost_of_transport / before[target].cost_of_transport for target in COSTS]

@@ -14,11 +14,11 @@ COMPUTED = "HyperTuna, computed"
 def computed_among(trials: Trials) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return rows of Table V in their order and of Table VI from the largest cost on, with the computed robot."""
     others, trial = published("others"), trials[OURS]
-    own = next(row for row in others["hydraulic"]["robots"] if row["name"].startswith("HyperTuna"))
-    fastest, turning = trial.gaits["optimised-max"], trial.gaits["turning"]
-    robot = own | {
+    published_row = next(row for row in others["hydraulic"]["robots"] if row["name"].startswith("HyperTuna"))
+    fastest_swim, turning = trial.gaits["optimised-max"], trial.gaits["turning"]
+    robot = published_row | {
         "name": COMPUTED,
-        "speed_bl_s": fastest.speed_bl,
+        "speed_bl_s": fastest_swim.speed_bl,
         "turning_radius_bl": turning.turn_radius / trial.robot.body.length,
     }
     cheapest = trial.gaits["unoptimised-max"]  # with which the paper measured its least cost
@@ -59,7 +59,7 @@ def robot_table(robots: list[dict[str, Any]]) -> Table:
 
 
 def _mark(row: Mapping[str, Any]) -> str:
-    """Return the kind of a row in a plot."""
+    """Return the kind of a row, by which its dot in a plot is drawn."""
     if row["name"] == COMPUTED:
         return "computed"
     if row["name"].startswith("HyperTuna"):

@@ -29,7 +29,7 @@ FIN_KEYS = ("active", "0.3"), ("passive", "0.3"), ("passive", "max")  # of the t
 
 @dataclass(frozen=True)
 class Passive:
-    """What is stored of robots with a passive joint."""
+    """The stored results of robots with a passive joint, or why there are no valid ones."""
 
     robot: Robot
     record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
@@ -38,12 +38,12 @@ class Passive:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Passive:
-    """Read what is stored, and swim its best settled gaits again."""
+    """Read the stored results, and swim their best settled gaits again."""
     return read_passive(trials[OURS].robot)
 
 
 def read_passive(robot: Robot) -> Passive:
-    """Read what is stored, and swim its best settled gaits again."""
+    """Read the stored results, and swim their best settled gaits again."""
     record, reason = read_stored("passive", robot)
     if reason:
         return Passive(robot, reason=reason)
@@ -54,33 +54,33 @@ def read_passive(robot: Robot) -> Passive:
 
 
 def gaps(robot: Robot, record: Mapping[str, Any]) -> Iterator[float]:
-    """Yield how far speeds and costs of the stored settled gaits are off, relative."""
+    """Yield relative differences of speeds and costs between the stored settled gaits and those swum now."""
     for law in LAWS:
         water = robot.using(water=law)
         for kind, best in record["mechanical"][law].items():
             if kind not in ("active", PLACE):
                 continue
-            for one in (best[name] for name in (*COSTS, "max") if best[name]):
-                found = swim(*_swum(water, kind, one))
-                yield abs(found.speed / one["speed"] - 1)
-                yield abs(found.cost_of_transport / one["cost"] - 1)
+            for stored in (best[name] for name in (*COSTS, "max") if best[name]):
+                swum = swim(*_robot_and_gait(water, kind, stored))
+                yield abs(swum.speed / stored["speed"] - 1)
+                yield abs(swum.cost_of_transport / stored["cost"] - 1)
 
 
-def _swum(robot: Robot, kind: str, one: Mapping[str, float]) -> tuple[Robot, Gait]:
-    """Return the robot and the gait of a stored best."""
+def _robot_and_gait(robot: Robot, kind: str, stored: Mapping[str, float]) -> tuple[Robot, Gait]:
+    """Return the robot and the gait of a stored best gait."""
     if kind == "active":
-        amplitude = one["amplitude_I"], one["amplitude_II"]
-        phase = 0.0, one["phase_II"]
-        return robot, Gait.from_degrees(frequency=one["frequency"], amplitude=amplitude, phase=phase)
-    gait = Gait.from_degrees(frequency=one["frequency"], amplitude=(one["size"],), phase=(0.0,))
-    return passive_robot(robot, one["row"], link=PLACES[kind]), gait
+        amplitude = stored["amplitude_I"], stored["amplitude_II"]
+        phase = 0.0, stored["phase_II"]
+        return robot, Gait.from_degrees(frequency=stored["frequency"], amplitude=amplitude, phase=phase)
+    gait = Gait.from_degrees(frequency=stored["frequency"], amplitude=(stored["size"],), phase=(0.0,))
+    return passive_robot(robot, stored["row"], link=PLACES[kind]), gait
 
 
 # --- the answer
 
 
 def change(pair: Mapping[str, Any], name: str) -> float:
-    """Return by how much the passive joint changes the cost at a speed, or the largest speed [%]; NaN if missed."""
+    """Return the passive joint's change of the cost at a speed, or of the largest speed [%]; NaN if not reached."""
     active, passive = (pair[kind][name] for kind in KINDS)
     if not (active and passive):
         return math.nan
@@ -89,26 +89,26 @@ def change(pair: Mapping[str, Any], name: str) -> float:
 
 
 def changes(record: Mapping[str, Any], law: str, name: str) -> list[float]:
-    """Return these changes for the members of the family that reach the speed with both joints [%]."""
-    found = (change(member, name) for member in record["family"][law].values())
-    return [one for one in found if not math.isnan(one)]
+    """Return the passive joint's change [%] for each member of the family that reaches the speed with both joints."""
+    relative = (change(member, name) for member in record["family"][law].values())
+    return [x for x in relative if not math.isnan(x)]
 
 
 def band(values: list[float]) -> tuple[float, float, float]:
-    """Return the 5th, 50th and 95th percentile."""
+    """Return the 5th, 50th and 95th percentile of values."""
     low, middle, high = np.percentile(values, (5, 50, 95)).tolist()
     return low, middle, high
 
 
 def verdict(record: Mapping[str, Any], name: str) -> str:
     """Return which joint is better at a speed, if the bands of the family agree in both waters."""
-    found = [changes(record, law, name) for law in LAWS]
-    if not all(found):
-        return "not decided" if any(found) else "not reached"
-    bands = [band(one) for one in found]
-    low, high = min(one[0] for one in bands), max(one[2] for one in bands)
-    above, below = ("faster", "slower") if name == "max" else ("dearer", "cheaper")
-    return f"passive is {above}" if low > 0 else f"passive is {below}" if high < 0 else "not decided"
+    by_law = [changes(record, law, name) for law in LAWS]
+    if not all(by_law):
+        return "not decided" if any(by_law) else "not reached"
+    bands = [band(values) for values in by_law]
+    low, high = min(values[0] for values in bands), max(values[2] for values in bands)
+    higher, lower = ("faster", "slower") if name == "max" else ("dearer", "cheaper")
+    return f"passive is {higher}" if low > 0 else f"passive is {lower}" if high < 0 else "not decided"
 
 
 def answer_table(record: Mapping[str, Any]) -> Table:
@@ -121,39 +121,39 @@ def answer_table(record: Mapping[str, Any]) -> Table:
 
 
 def parts_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate the best springs of the answer, the part of pumps at rest, and mechanical costs."""
+    """Tabulate the best spring at each speed, the part of idle pumps in the change, and mechanical costs."""
     rows = []
     for name, law, label in _cases():
         pair = record["electrical"][law]
         settled = {"active": record["mechanical"][law]["active"], "passive": record["mechanical"][law][PLACE]}
         spring = f"{best['row']:.2f}" if (best := pair["passive"][name]) else ""
         rows.append([_at(name), label, spring, _idle(record, pair, name), *_pair(settled, name)])
-    heads = ["spring [N m/rad]", "idle pumps [%]", "active, mechanical", "passive, mechanical", "change [%]"]
-    return Table(["speed", "water", *heads], rows)
+    header = ["spring [N m/rad]", "idle pumps [%]", "active, mechanical", "passive, mechanical", "change [%]"]
+    return Table(["speed", "water", *header], rows)
 
 
 def _cases() -> Iterator[tuple[str, str, str]]:
-    """Yield names of speeds, and of waters with their labels."""
+    """Yield the name of a speed, a water law and the law's label, for each pair of speed and law."""
     yield from ((name, law, label) for name in (*COSTS, "max") for law, label in LAWS.items())
 
 
 def _at(name: str) -> str:
-    """Write the name of a speed."""
+    """Return the words for a speed: "full speed", or its number with the unit."""
     return "full speed" if name == "max" else f"{name} m/s"
 
 
 def _members(record: Mapping[str, Any], law: str, name: str) -> str:
     """Write the band of changes over the family [%], how many members have one, and how many the spring loses."""
-    found, family = changes(record, law, name), record["family"][law].values()
-    if not found:
+    values, family = changes(record, law, name), record["family"][law].values()
+    if not values:
         return ""
-    low, middle, high = band(found)
-    lost = sum(bool(one["active"][name] and not one["passive"][name]) for one in family)
-    return f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(found)}" + f"; {lost} fail" * bool(lost)
+    low, middle, high = band(values)
+    failed = sum(bool(member["active"][name] and not member["passive"][name]) for member in family)
+    return f"{middle:+.0f} ({low:+.0f} to {high:+.0f}), {len(values)}" + f"; {failed} fail" * bool(failed)
 
 
 def _idle(record: Mapping[str, Any], pair: Mapping[str, Any], name: str) -> str:
-    """Write the part of the change of a cost that is the idle power of the pumps that are gone [%]."""
+    """Write the change of a cost that follows from the idle power of the removed pumps alone [%]."""
     best = pair["active"][name]
     if name == "max" or not best:
         return ""
@@ -161,7 +161,7 @@ def _idle(record: Mapping[str, Any], pair: Mapping[str, Any], name: str) -> str:
 
 
 def _pair(pair: Mapping[str, Any], name: str) -> list[str]:
-    """Write costs [J/(kg m)] or largest speeds [m/s], and the change [%]."""
+    """Write both costs [J/(kg m)] or both largest speeds [m/s] of a pair of robots, and the change [%]."""
     key, unit, form = ("speed", " m/s", ".3f") if name == "max" else ("cost", "", ".3g")
     cells = [f"{pair[kind][name][key]:{form}}{unit}" if pair[kind][name] else "not reached" for kind in KINDS]
     changed = change(pair, name)
@@ -172,14 +172,14 @@ def spring_table(record: Mapping[str, Any]) -> Table:
     """Tabulate the one spring that serves all speeds best: the default robot's, and the range over the family."""
     rows = []
     for law, label in LAWS.items():
-        one = record["electrical"][law]["one_spring"]
-        every = [found for member in record["family"][law].values() if (found := member["one_spring"])]
-        low, middle, high = band([found["stiffness"] for found in every])
-        worst = band([100 * (found["worst_over_tuned"] - 1) for found in every])
-        cells = [f"{one['stiffness']:.2f}", f"{100 * (one['worst_over_tuned'] - 1):.1f}"]
+        default = record["electrical"][law]["one_spring"]
+        members = [spring for member in record["family"][law].values() if (spring := member["one_spring"])]
+        low, middle, high = band([spring["stiffness"] for spring in members])
+        worst = band([100 * (spring["worst_over_tuned"] - 1) for spring in members])
+        cells = [f"{default['stiffness']:.2f}", f"{100 * (default['worst_over_tuned'] - 1):.1f}"]
         rows.append([label, *cells, f"{middle:.2f} ({low:.2f} to {high:.2f})", f"{worst[1]:.1f}, up to {worst[2]:.1f}"])
-    heads = ["spring [N m/rad]", "over a tuned one at its worst speed [%]", "springs of the family", "over tuned [%]"]
-    return Table(["water", *heads], rows)
+    header = ["spring [N m/rad]", "over a tuned one at its worst speed [%]", "springs of the family", "over tuned [%]"]
+    return Table(["water", *header], rows)
 
 
 def stiffness_table(record: Mapping[str, Any]) -> Table:
@@ -189,38 +189,38 @@ def stiffness_table(record: Mapping[str, Any]) -> Table:
         for name, case in record["mechanical"][law].items():
             if name == "active":
                 continue
-            at = [_spring(case["tuned"].get(speed)) for speed in ("0.2", "0.3", "0.4")]
-            rows.append([name, label, f"{case['0.3']['cost']:.3f}", f"{case['exponent']:.2f}", *at])
-    heads = [f"spring at {speed} m/s" for speed in ("0.2", "0.3", "0.4")]
-    return Table(["hinge", "water", "cost at 0.3 m/s", "power of the speed", *heads], rows)
+            springs = [_spring(case["tuned"].get(speed)) for speed in ("0.2", "0.3", "0.4")]
+            rows.append([name, label, f"{case['0.3']['cost']:.3f}", f"{case['exponent']:.2f}", *springs])
+    header = [f"spring at {speed} m/s" for speed in ("0.2", "0.3", "0.4")]
+    return Table(["hinge", "water", "cost at 0.3 m/s", "power of the speed", *header], rows)
 
 
-def _spring(one: Mapping[str, float] | None) -> str:
+def _spring(spring: Mapping[str, float] | None) -> str:
     """Write a best stiffness and its range."""
-    return "" if one is None else f"{one['stiffness']:.3f}, {one['low']:.3f} to {one['high']:.3f}"
+    return "" if spring is None else f"{spring['stiffness']:.3f}, {spring['low']:.3f} to {spring['high']:.3f}"
 
 
 def fin_table(record: Mapping[str, Any]) -> Table:
     """Tabulate mechanical cost and largest speed of other fins over those of the fin as it is [%]."""
-    own = {law: next(one for one in record["fins"][law] if one["span"] == one["chord"] == 1) for law in LAWS}
+    unchanged = {law: next(fin for fin in record["fins"][law] if fin["span"] == fin["chord"] == 1) for law in LAWS}
     rows = []
-    for k, one in enumerate(record["fins"]["strip"]):
-        span, chord = one["span"], one["chord"]
+    for k, fin in enumerate(record["fins"]["strip"]):
+        span, chord = fin["span"], fin["chord"]
         if span == chord == 1:
             continue
-        over = {law: [_over(record["fins"][law][k], own[law], *what) for what in FIN_KEYS] for law in LAWS}
-        costs = [numbers[1] for numbers in over.values()]
-        said = "cheaper" if max(costs) < -SURE else "dearer" if min(costs) > SURE else "not decided"
-        written = [[f"{x:+z.0f}" if math.isfinite(x) else "not reached" for x in numbers] for numbers in over.values()]
-        cells = [cell for active, passive, fast in written for cell in (f"{active}, {passive}", fast)]
-        rows.append([f"{span:g}", f"{chord:g}", f"{span * chord:.2g}", f"{span / chord:.2g}", *cells, said])
-    heads = [f"{label}: {what}" for label in LAWS.values() for what in ("cost", "full speed")]
-    return Table(["span", "chord", "area", "aspect ratio", *heads, "cost with the spring"], rows)
+        relative = {law: [_over(record["fins"][law][k], unchanged[law], *what) for what in FIN_KEYS] for law in LAWS}
+        costs = [numbers[1] for numbers in relative.values()]
+        judgment = "cheaper" if max(costs) < -SURE else "dearer" if min(costs) > SURE else "not decided"
+        texts = [[f"{x:+z.0f}" if math.isfinite(x) else "not reached" for x in row] for row in relative.values()]
+        cells = [cell for active, passive, fast in texts for cell in (f"{active}, {passive}", fast)]
+        rows.append([f"{span:g}", f"{chord:g}", f"{span * chord:.2g}", f"{span / chord:.2g}", *cells, judgment])
+    header = [f"{label}: {what}" for label in LAWS.values() for what in ("cost", "full speed")]
+    return Table(["span", "chord", "area", "aspect ratio", *header, "cost with the spring"], rows)
 
 
-def _over(fin: Mapping[str, Any], own: Mapping[str, Any], kind: str, name: str) -> float:
-    """Return the change of a cost or of the largest speed by a fin [%]; infinite where it does not reach the speed."""
-    key, (new, old) = "speed" if name == "max" else "cost", (one[kind][name] for one in (fin, own))
+def _over(fin: Mapping[str, Any], unchanged: Mapping[str, Any], kind: str, name: str) -> float:
+    """Return the change of a cost or of the largest speed from the unchanged fin [%]; infinite where not reached."""
+    key, (new, old) = "speed" if name == "max" else "cost", (one[kind][name] for one in (fin, unchanged))
     return float(100 * (new[key] / old[key] - 1)) if new and old else math.inf
 
 
@@ -229,38 +229,38 @@ def _over(fin: Mapping[str, Any], own: Mapping[str, Any], kind: str, name: str) 
 
 def claim_table(record: Mapping[str, Any]) -> Table:
     """Tabulate what others found, with the own number beside it."""
-    own = {name: _own(record, name) for name in [claim["id"] for claim in published("springs")["claims"]]}
+    ours = {name: _our_number(record, name) for name in [claim["id"] for claim in published("springs")["claims"]]}
     rows = [
-        [claim["claim"], f"{claim['source']} ({claim['read']})", *own[claim["id"]]]
+        [claim["claim"], f"{claim['source']} ({claim['read']})", *ours[claim["id"]]]
         for claim in published("springs")["claims"]
     ]
     rows += [[one["what"], "", f"not read: {one['why']}", ""] for one in published("springs")["unread"]]
     return Table(["claim", "source", "here: lumped / strips", "agrees in sign"], rows)
 
 
-def _own(record: Mapping[str, Any], name: str) -> tuple[str, str]:
-    """Return the own number beside a claim, and whether it has the same sign."""
+def _our_number(record: Mapping[str, Any], name: str) -> tuple[str, str]:
+    """Return our number beside a claim as text, and "yes", "no" or "not decided": whether its sign agrees."""
     if name == "one-length-a-second":
         fish = record["platform"]
         text = f"{fish['speed_bl_s']:.2f} lengths a second at 3 Hz, Strouhal number {fish['strouhal']:.2f}"
         return text, "yes" if fish["speed_bl_s"] > 1 else "no"
     texts, agree = zip(*(_of_law(record, law, name) for law in LAWS), strict=True)
-    said = {(True,): "yes", (False,): "no"}.get(tuple(set(agree)), "not decided")
-    return " / ".join(texts), said
+    answer = {(True,): "yes", (False,): "no"}.get(tuple(set(agree)), "not decided")
+    return " / ".join(texts), answer
 
 
 def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool | None]:
-    """Return the own number in one water, and whether it has the sign of the claim; None where that is not decided."""
+    """Return our number in one water as text, and whether its sign is the claim's; None where that is not decided."""
     trend, case = record["trends"][law], record["mechanical"][law][PLACE]
-    over, tuned = case["fixed_over_tuned"], [one["stiffness"] for one in case["tuned"].values()]
-    slow, missed = next(iter(over)), next((speed for speed, one in over.items() if one is None), None)
+    fixed, tuned = case["fixed_over_tuned"], [case_at["stiffness"] for case_at in case["tuned"].values()]
+    slow, missed = next(iter(fixed)), next((speed for speed, case_at in fixed.items() if case_at is None), None)
     softer, rigid = trend["softer_over_fastest"], trend["stiff_over_fastest"]
     speed, cost = trend["speed_twice_the_frequency"], trend["cost_twice_the_frequency"]
     lag = trend["lag_deg"]
-    found: dict[str, tuple[str, bool | None]] = {
+    answers: dict[str, tuple[str, bool | None]] = {
         "speed-squared": (f"power {case['exponent']:.2f}", case["exponent"] > 0),
-        "up-to-twice": (f"mechanical, {over[slow]:.2f} times at {slow} m/s", 1 < over[slow] < 2.2),
-        "saves-more-fast": (f"does not reach {missed} m/s", None if missed else over[max(over)] > over[slow]),
+        "up-to-twice": (f"mechanical, {fixed[slow]:.2f} times at {slow} m/s", 1 < fixed[slow] < 2.2),
+        "saves-more-fast": (f"does not reach {missed} m/s", None if missed else fixed[max(fixed)] > fixed[slow]),
         "no-one-stiffness": (f"{tuned[0]:.2f} to {tuned[-1]:.2f} N m/rad", tuned[-1] > tuned[0]),
         "stiffer-faster": (
             f"{softer:.2f} of the largest speed at half its stiffness, {rigid:.2f} if rigid",
@@ -271,7 +271,7 @@ def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool |
         "best-stiffness": (f"{trend['efficient_ratio']:.1f} times that of resonance", softer < 1 and rigid < 1),
         "travelling-wave": (f"the tail lags by {lag:.0f} deg", 45 < lag < 135),
     }
-    return found[name]
+    return answers[name]
 
 
 def sections(passive: Passive) -> list[Section]:

@@ -19,7 +19,7 @@ IN = "the member that swims the four unoptimised gaits best, found by a search"
 
 @dataclass(frozen=True)
 class Posterior:
-    """What published speeds make of the family."""
+    """The stored members of the family that swim four published speeds best, or why there are none."""
 
     robot: Robot
     record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
@@ -27,12 +27,12 @@ class Posterior:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Posterior:
-    """Read what is stored."""
+    """Read the stored members."""
     return read_posterior(trials[OURS].robot)
 
 
 def read_posterior(robot: Robot) -> Posterior:
-    """Read what is stored."""
+    """Read the stored members."""
     record, reason = read_stored("posterior", robot)
     return Posterior(robot, {} if reason else record, reason)
 
@@ -42,15 +42,15 @@ def findings(posterior: Posterior) -> Iterator[Finding]:
     fitted = speed_classes({name: named_gait(posterior.robot, name) for name in SPEEDS})
     classes: dict[str, Class] = {name: "fitted" if fitted[name] == "fitted" else "in sight" for name in SPEEDS}
     for axis in AXES:
-        model, found, note = f"{TWIN}, {axis}", None, posterior.reason
+        model, member, note = f"{TWIN}, {axis}", None, posterior.reason
         if posterior.record:
-            (found,) = (one for name, one in posterior.record["robots"].items() if name.endswith(axis))
-            held = " and ".join(f"{newtons:.0f}" for newtons in found["axis_n"].values())
-            note = f"{IN}; its axes carry up to {held} N"
+            (member,) = (one for name, one in posterior.record["robots"].items() if name.endswith(axis))
+            forces = " and ".join(f"{newtons:.0f}" for newtons in member["axis_n"].values())
+            note = f"{IN}; its axes carry up to {forces} N"
         for k, name in enumerate(SPEEDS):
-            yield Finding(f"speed/{name}", model, classes[name], found and found["speed_m_s"][k], note)
+            yield Finding(f"speed/{name}", model, classes[name], member and member["speed_m_s"][k], note)
         for key, gait in POWERS.items():
-            yield Finding(key, model, "in sight", found and found["power_w"][SPEEDS.index(gait)], note)
+            yield Finding(key, model, "in sight", member and member["power_w"][SPEEDS.index(gait)], note)
 
 
 def sections(posterior: Posterior) -> list[Section]:

@@ -33,7 +33,7 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Studies:
 
 
 def findings(studies: Studies) -> Iterator[Finding]:
-    """Yield what the twin says of the paper's numbers, by those studies that are given."""
+    """Yield the twin's findings on the paper's numbers, from the given studies."""
     kinds: dict[str, Callable[[Stored], Iterator[Finding]]] = {
         "swims": swim_findings,
         "postures": partial(_settling, TWIN),
@@ -48,7 +48,7 @@ def findings(studies: Studies) -> Iterator[Finding]:
 
 
 def swim_findings(swims: Stored) -> Iterator[Finding]:
-    """Yield what straight swims of the twin in the plane say."""
+    """Yield the findings from straight swims of the twin in the plane."""
     yield from _speeds(TWIN, swims)
     yield from _costs(TWIN, swims)
     yield from _powers(TWIN, swims)
@@ -70,19 +70,19 @@ def _costs(model: str, stored: Stored) -> Iterator[Finding]:
     n, mass = stored.numbers, stored.robot.body.mass
     tank = [tank_name(hertz) for hertz in TANK_HERTZ]
     costs = {name: n[f"{name} power"] / (mass * n[f"{name} speed"]) for name in (*SPEEDS, *tank)}
-    middle = {name: float(np.median(cost)) for name, cost in costs.items()}
+    medians = {name: float(np.median(cost)) for name, cost in costs.items()}
     for speed in COSTS:
         before, after = f"unoptimised-{speed}", f"optimised-{speed}"
-        note = f"electrical: {middle[before]:.3g} to {middle[after]:.3g} J/(kg m)"
+        note = f"electrical: {medians[before]:.3g} to {medians[after]:.3g} J/(kg m)"
         gain = percent(costs[before], costs[after])
         yield stored.finding(f"cost-of-transport/change-{speed}", model, "prediction", gain, note)
-    cheapest = min(middle, key=lambda name: middle[name])
-    note = f"electrical, {cheapest}; at {FASTEST}, the paper's cheapest, {middle[FASTEST]:.3g}; {SERVOS}"
-    least = np.min(list(costs.values()), axis=0)
-    yield stored.finding("cost-of-transport/minimum", model, "in sight", least, note)
-    note = f"electrical, {', '.join(f'{middle[name]:.3g}' for name in tank)} J/(kg m) from {TANK_HERTZ[0]:g} Hz on"
-    where = TANK_HERTZ[np.argmin([costs[name] for name in tank], axis=0)]
-    yield stored.finding(FREQUENCY, model, "prediction", where, note)
+    cheapest = min(medians, key=lambda name: medians[name])
+    note = f"electrical, {cheapest}; at {FASTEST}, the paper's cheapest, {medians[FASTEST]:.3g}; {SERVOS}"
+    lowest = np.min(list(costs.values()), axis=0)
+    yield stored.finding("cost-of-transport/minimum", model, "in sight", lowest, note)
+    note = f"electrical, {', '.join(f'{medians[name]:.3g}' for name in tank)} J/(kg m) from {TANK_HERTZ[0]:g} Hz on"
+    cheapest_hertz = TANK_HERTZ[np.argmin([costs[name] for name in tank], axis=0)]
+    yield stored.finding(FREQUENCY, model, "prediction", cheapest_hertz, note)
 
 
 def power_findings(model: str, stored: Stored) -> Iterator[Finding]:
@@ -104,16 +104,16 @@ def _powers(model: str, stored: Stored) -> Iterator[Finding]:
     n = stored.numbers
     power, speed = n[f"{FASTEST} power"], n[f"{FASTEST} speed"]
     pairs = zip(power, speed, strict=True)
-    far = np.array([range_of(stored.robot, power=watts, speed=fast).range / 1e3 for watts, fast in pairs])
+    ranges = np.array([range_of(stored.robot, power=watts, speed=fast).range / 1e3 for watts, fast in pairs])
     note = f"{FASTEST} on the battery of Table I, at {np.median(power):.3g} W and {np.median(speed):.3g} m/s; {SERVOS}"
-    yield stored.finding("range/battery", model, "in sight", far, note)
-    lows = {name: n[f"{name} pressure"] for name in (*SPEEDS, *(tank_name(hertz) for hertz in TANK_HERTZ))}
-    mild = max(lows, key=lambda name: float(np.median(lows[name])))
+    yield stored.finding("range/battery", model, "in sight", ranges, note)
+    pressures = {name: n[f"{name} pressure"] for name in (*SPEEDS, *(tank_name(hertz) for hertz in TANK_HERTZ))}
+    highest = max(pressures, key=lambda name: float(np.median(pressures[name])))
     note = (
         "gauge, lowest in any cylinder over the eight gaits and the tank tests at large amplitude; the mildest of "
-        f"them, {mild}, has {np.median(lows[mild]):.0f} kPa; {FAMILY}"
+        f"them, {highest}, has {np.median(pressures[highest]):.0f} kPa; {FAMILY}"
     )
-    yield stored.finding("pressure/lowest", model, "in sight", np.min(list(lows.values()), axis=0), note)
+    yield stored.finding("pressure/lowest", model, "in sight", np.min(list(pressures.values()), axis=0), note)
 
 
 def _settling(model: str, stored: Stored) -> Iterator[Finding]:
@@ -128,8 +128,8 @@ def _settling(model: str, stored: Stored) -> Iterator[Finding]:
         for hertz, time in zip(facts["frequency_hz"], times, strict=True):
             yield stored.finding(f"control/settling-{hertz:g}hz", name, "calibrated", time, note)
         medians = ", ".join(f"{np.median(time):.2g}" for time in times)
-        said = f"medians of {medians} s from {facts['frequency_hz'][0]:g} Hz on"
-        yield stored.finding("control/settling-ratio", name, "in sight", times[-1] / times[0], said)
+        sentence = f"medians of {medians} s from {facts['frequency_hz'][0]:g} Hz on"
+        yield stored.finding("control/settling-ratio", name, "in sight", times[-1] / times[0], sentence)
 
 
 def _lake(model: str, stored: Stored) -> Iterator[Finding]:
@@ -154,9 +154,9 @@ def _dive(model: str, stored: Stored) -> Iterator[Finding]:
         f"changes by at most {wander:.1g} deg in the last half of a leg"
     )
     yield stored.finding("diving/depth-rate", model, "not judged", n["down rate"], note)
-    ends = [n[f"{leg} pitch"] + sign * n[f"{leg} pitch range"] / 2 for leg in ("down", "up") for sign in (-1, 1)]
+    extremes = [n[f"{leg} pitch"] + sign * n[f"{leg} pitch range"] / 2 for leg in ("down", "up") for sign in (-1, 1)]
     note = f"from {down} on the way down to {up} on the way up; in the last half of a leg {wander:.1g} deg at most"
-    yield stored.finding("diving/pitch-span", model, "prediction", np.ptp(ends, axis=0), note)
+    yield stored.finding("diving/pitch-span", model, "prediction", np.ptp(extremes, axis=0), note)
 
 
 def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
@@ -181,9 +181,9 @@ def _phases(stored: Stored) -> Iterator[Finding]:
     def grid(level: str, what: str) -> Array:  # (frequency, phase, seeds)
         return np.array([[n[f"{phase_name(level, f, p)} {what}"] for p in phases] for f in HERTZ])
 
-    both = [np.stack([grid(level, what) for level in LEVELS]) for what in ("speed", "power")]
+    speed_and_power = [np.stack([grid(level, what) for level in LEVELS]) for what in ("speed", "power")]
     note = f"from {' to '.join(LEVELS)} amplitude at {' and '.join(f'{hertz:g}' for hertz in HERTZ)} Hz, {AHEAD}"
-    for key, values in _by_seed(amplitude_trends, *both).items():
+    for key, values in _by_seed(amplitude_trends, *speed_and_power).items():
         yield stored.finding(key, TWIN, "prediction", values, note)
     for level in LEVELS:
         speed = grid(level, "speed")
@@ -193,11 +193,11 @@ def _phases(stored: Stored) -> Iterator[Finding]:
     speed = grid(TANK, "speed")
     fastest = np.median(speed, axis=-1).max(axis=1)
     note = ", ".join(f"{fast:.3g} m/s at {hertz:g} Hz" for fast, hertz in zip(fastest, HERTZ, strict=True))
-    where = phases[speed.max(axis=0).argmax(axis=0)]
-    yield stored.finding("optimal-phase/fastest", TWIN, "prediction", where, f"large amplitude, {note}")
-    row = HERTZ.index(published_value(FREQUENCY))
-    ahead = np.where(speed[row] > 0, speed[row], np.nan)
-    cost = grid(TANK, "power")[row] / ahead / stored.robot.body.mass
+    best_phases = phases[speed.max(axis=0).argmax(axis=0)]
+    yield stored.finding("optimal-phase/fastest", TWIN, "prediction", best_phases, f"large amplitude, {note}")
+    tested = HERTZ.index(published_value(FREQUENCY))
+    ahead = np.where(speed[tested] > 0, speed[tested], np.nan)
+    cost = grid(TANK, "power")[tested] / ahead / stored.robot.body.mass
     note = f"electrical, {np.median(np.nanmin(cost, axis=0)):.3g} J/(kg m)"
     yield stored.finding(PHASE, TWIN, "prediction", phases[np.nanargmin(cost, axis=0)], note)
 
@@ -206,35 +206,35 @@ def _turning(stored: Stored) -> Iterator[Finding]:
     """Yield the turning radius at the published phase, and the phase of the tightest turn head first."""
     n, phases = stored.numbers, np.array(published()["turning"]["phase_deg"])
     radius, speed = (np.array([n[f"{phase:g} deg {what}"] for phase in phases]) for what in ("radius", "speed"))
-    at = list(phases).index(published_value("turning/best-phase"))
+    tested = list(phases).index(published_value("turning/best-phase"))
     middle = np.median(radius, axis=1)
-    way = "head first" if np.median(speed[at]) > 0 else "tail first"
+    way = "head first" if np.median(speed[tested]) > 0 else "tail first"
     note = (
         f"strokes that the pressure limit allows; swims {way}; {middle.min():.2f} to {middle.max():.2f} BL over phases"
     )
-    yield stored.finding("turning/radius-bl", TWIN, "prediction", radius[at], note)
+    yield stored.finding("turning/radius-bl", TWIN, "prediction", radius[tested], note)
     best = phases[np.where(speed > 0, radius, np.inf).argmin(axis=0)]
     yield stored.finding("turning/best-phase", TWIN, "prediction", best, "the tightest head first")
 
 
 def percent(before: Array, after: Array) -> Array:
-    """Return a change in percent."""
+    """Return the change between two arrays, in percent of the first."""
     return np.asarray(100 * (after / before - 1))
 
 
 def _reached(stored: Stored, name: str) -> str:
-    """Describe the amplitudes that the joints reach."""
+    """Describe the amplitudes that the joints reach in a gait, and those set."""
     groups = stored.robot.joints
     angles = " and ".join(f"{np.median(stored.numbers[f'{name} swing {group.name}']):.1f}" for group in groups)
-    wanted = " and ".join(f"{np.degrees(angle):.4g}" for angle in stored.robot.gaits[name].amplitude)
-    return f"joints reach {angles} of {wanted} deg"
+    setpoints = " and ".join(f"{np.degrees(angle):.4g}" for angle in stored.robot.gaits[name].amplitude)
+    return f"joints reach {angles} of {setpoints} deg"
 
 
 def sections(studies: Studies) -> list[Section]:
     """Show the seeds."""
-    entries = [judge(published(), found) for found in findings(studies)]
-    speeds = [one for one in entries if one.model == TWIN and one.id.startswith("speed/") and one.unit == "m/s"]
-    rms = float(np.sqrt(np.mean([(one.relative_error or 0.0) ** 2 for one in speeds])))
+    entries = [judge(published(), finding) for finding in findings(studies)]
+    speeds = [e for e in entries if e.model == TWIN and e.id.startswith("speed/") and e.unit == "m/s"]
+    rms = float(np.sqrt(np.mean([(e.relative_error or 0.0) ** 2 for e in speeds])))
     return compose("seeds", {"seeds": seed_table(entries)}, rms=rms, count=len(SEEDS))
 
 

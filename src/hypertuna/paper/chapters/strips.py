@@ -34,7 +34,7 @@ PARTS = {"fitted": UNOPTIMISED, "others": OPTIMISED, "all": SPEEDS}
 
 @dataclass(frozen=True)
 class Strips:
-    """What strips make of the paper's tests."""
+    """The strip law with two numbers fitted on four gaits: the fit, the swims of all tests, the twin's numbers."""
 
     fit: Fit
     values: tuple[float, ...]  # of the fit, to three digits: those of the trial
@@ -59,16 +59,16 @@ def findings(strips: Strips) -> Iterator[Finding]:
     for finding in gait_findings(STRIPS, strips.trial.gaits, dict.fromkeys(SPEEDS, note)):
         yield finding._replace(class_="in sight", note=f"{finding.note}; {FIN}") if "cost" in finding.id else finding
     for finding in (*tank_findings(STRIPS, strips.trial), *optimum_findings(STRIPS, strips.optima)):
-        weighed = finding.id.startswith("optimal-phase") or finding.id == "optimum/max/phase"
+        excluded = finding.id.startswith("optimal-phase") or finding.id == "optimum/max/phase"
         note = "; ".join(filter(None, (finding.note, FORM)))
-        yield finding._replace(class_="in sight", note=note) if weighed else finding
+        yield finding._replace(class_="in sight", note=note) if excluded else finding
     yield from turning_findings(STRIPS, strips.trial)
     yield start_finding(STRIPS, strips.trial)
     yield from twin_findings(strips.swims)
 
 
 def twin_findings(stored: Stored) -> Iterator[Finding]:
-    """Yield what the twin says with this water, over seeds or over the family."""
+    """Yield the twin's findings on speeds, powers and changes with this water, over seeds or over the family."""
     n = stored.numbers
     classes = speed_classes({name: named_gait(stored.robot, name) for name in SPEEDS})
     for name in SPEEDS:
@@ -112,7 +112,7 @@ def strip_table(strips: Strips) -> Table:
 
 
 def _twin(strips: Strips) -> dict[str, float]:
-    """Return the twin's median speeds [m/s]."""
+    """Return the twin's median speeds over seeds, by gait [m/s]."""
     return {name: float(np.median(strips.swims.numbers[f"{name} speed"])) for name in SPEEDS}
 
 

@@ -31,7 +31,7 @@ def findings(trials: Trials) -> Iterator[Finding]:
 
 
 def tank_findings(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield the same of one model."""
+    """Yield one model's best phase differences, where swimming is cheapest, and trends."""
     hertz = published()["tank"]["frequency_hz"]
     for level in LEVELS:
         yield best_phase(model, level, _grid(trial.tank.speed, level), hertz, IN_SIGHT)
@@ -45,8 +45,8 @@ def sections(trials: Trials) -> list[Section]:
     from hypertuna.paper.figures import plot_map
 
     levels = {
-        f"{level}\n{one:g}°, {two:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
-        for level, (one, two) in published()["tank"]["amplitude_deg"].items()
+        f"{level}\n{a:g}°, {b:g}°": published()["values"].get(f"optimal-phase/{level}", {}).get("value")
+        for level, (a, b) in published()["tank"]["amplitude_deg"].items()
     }
     tank = trials[OURS].tank
     figures = {
@@ -60,7 +60,7 @@ def sections(trials: Trials) -> list[Section]:
 
 
 def _lead(speed: Array) -> float:
-    """Return how far the best of some speeds is ahead of the second, relative to it."""
+    """Return the relative lead of the highest of some speeds over the second."""
     second, best = np.sort(speed)[-2:]
     return float(best / second - 1)
 
@@ -69,10 +69,10 @@ def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], cla
     """Return the best phase at one amplitude, that of most frequencies, of speeds (frequency, phase) [m/s]."""
     tank = published()["tank"]
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
-    most = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
+    commonest = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
     rows = zip(hertz, best, speed, strict=True)
-    found = ", ".join(f"{one:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for one, phase, row in rows)
-    return Finding(f"optimal-phase/{level}", model, class_, most, f"best, and its lead over the next, at {found}")
+    phases = ", ".join(f"{f:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for f, phase, row in rows)
+    return Finding(f"optimal-phase/{level}", model, class_, commonest, f"best, and its lead over the next, at {phases}")
 
 
 def _fastest_phase(model: str, trial: Trial) -> Finding:
@@ -134,7 +134,7 @@ def amplitude_trends(speed: Array, power: Array) -> dict[str, float]:
 
 
 def _grid(values: xr.DataArray, level: str) -> Array:
-    """Return the part of the grid with one amplitude (frequency, phase)."""
+    """Return the values of the grid at one amplitude (frequency, phase)."""
     row = list(published()["tank"]["amplitude_deg"]).index(level)
     return np.asarray(values.isel(amplitude=row, bias=0).transpose("frequency", "phase"))
 

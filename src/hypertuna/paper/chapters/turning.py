@@ -51,9 +51,9 @@ def turning_findings(model: str, trial: Trial) -> Iterator[Finding]:
     yield Finding("turning/radius-bl", model, "prediction", turn.turn_radius / length, note)
     yield _tightest(model, trial.turning, length)
     grid = trial.feasible.isel(frequency=0, amplitude=0, bias=0)
-    at = published()["turning"]["phase_deg"].index(published_value("turning/best-phase"))
-    note = f"strokes of {possible} deg, which the joints can make; swims {_way(float(grid.speed[at]) > 0)}"
-    radius = float(grid.turn_radius[at]) / length
+    tested = published()["turning"]["phase_deg"].index(published_value("turning/best-phase"))
+    note = f"strokes of {possible} deg, which the joints can make; swims {_way(float(grid.speed[tested]) > 0)}"
+    radius = float(grid.turn_radius[tested]) / length
     yield Finding("turning/radius-bl", f"{model}, {FEASIBLE}", "prediction", radius, note)
     yield _tightest(f"{model}, {FEASIBLE}", trial.feasible, length)
 
@@ -62,16 +62,16 @@ def _tightest(model: str, turns: xr.Dataset, length: float) -> Finding:
     """Return the phase of the tightest turn of those that swim head first, as fish do."""
     grid, phases = turns.isel(frequency=0, amplitude=0, bias=0), published()["turning"]["phase_deg"]
     radius, forward = grid.turn_radius.values / length, grid.speed.values > 0
-    first, any_way = int(np.where(forward, radius, np.inf).argmin()), int(radius.argmin())
+    first, overall = int(np.where(forward, radius, np.inf).argmin()), int(radius.argmin())
     note = (
-        f"the tightest head first, {radius[first]:.3g} BL; of all {radius[any_way]:.3g} BL at {phases[any_way]:g} deg, "
-        f"{_way(forward[any_way])}"
+        f"the tightest head first, {radius[first]:.3g} BL; of all {radius[overall]:.3g} BL at {phases[overall]:g} deg, "
+        f"{_way(forward[overall])}"
     )
     return Finding("turning/best-phase", model, "prediction", float(phases[first]), note)
 
 
 def _way(forward: bool) -> str:
-    """Name a direction of swimming."""
+    """Return "head first" or "tail first"."""
     return "head first" if forward else "tail first"
 
 

@@ -37,12 +37,12 @@ def findings(twins: Twins) -> Iterator[Finding]:
     tank = published()["tank"]
     amplitude, hertz = np.radians(tank["amplitude_deg"][TANK]), max(tank["frequency_hz"])
     for size in size_pump(twins.robot, frequency=[hertz], amplitude=amplitude):
-        left = size.torque_limit * (1 - size.servo_speed / size.servo_speed_limit)
+        torque_left = size.torque_limit * (1 - size.servo_speed / size.servo_speed_limit)
         note = (
-            f"{size.torque:.3g} N m at the working pressure; the servo's line leaves {left:.3g} of "
+            f"{size.torque:.3g} N m at the working pressure; the servo's line leaves {torque_left:.3g} of "
             f"{size.torque_limit:.3g} N m at {size.servo_speed:.3g} rad/s, the largest speed of the beat; {FAMILY}"
         )
-        part = size.torque / left if left > 0 else math.inf
+        part = size.torque / torque_left if torque_left > 0 else math.inf
         yield Finding(f"servo/torque-{hertz:g}hz-{size.joint}", SIZING, "in sight", part, note)
 
 
@@ -74,8 +74,8 @@ def tank_table(twins: Twins) -> Table:
             lag = 1 / np.sqrt(1 + (run.gait.frequency / group.bandwidth) ** 2) if group.bandwidth else np.nan
             row += [f"{np.degrees(amplitude):.1f}", f"{np.degrees(setpoint * lag):.1f}"]
         rows.append([*row, f"{run.speed:.3f}", f"{run.cost_of_transport:.1f}", spelled_limits(run.limits)])
-    heads = [f"{group.name}: {what} [deg]" for group in groups for what in ("twin", "lag")]
-    return Table(["frequency", *heads, "speed [m/s]", "cost [J/(kg m)]", "active limits"], rows)
+    header = [f"{group.name}: {what} [deg]" for group in groups for what in ("twin", "lag")]
+    return Table(["frequency", *header, "speed [m/s]", "cost [J/(kg m)]", "active limits"], rows)
 
 
 def bore_table(bores: Bores) -> Table:
