@@ -1,4 +1,4 @@
-"""What holds the axis of a soft joint: stiffness in tension and buckling load of a film or a pipe in silicone.
+"""Members that hold the axis of a soft joint: stiffness in tension and buckling load of a film or a pipe in silicone.
 
 A member that is pushed along its axis in silicone buckles in waves. Bending stiffness E I resists short waves and the
 silicone long ones: at the wave number q a load P = E I q^2 + k(q) / q^2 keeps it bent, and the least of these is the
@@ -89,7 +89,7 @@ def buckling_load(bending: float, foundation: Callable[[float], float]) -> tuple
 
 
 def held_compression(robot: Robot, joint: str | int, pressure: ArrayLike) -> Array:
-    """Return the compression [N] (n,) of an axis that keeps its length, under pressures (n, 2) [Pa] of both sides.
+    """Return the compression [N] (n,) of an axis of constant length under pressures of both sides (n, 2) [Pa].
 
     What shall hold the axis must carry it without buckling.
     """

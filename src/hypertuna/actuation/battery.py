@@ -18,7 +18,7 @@ POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
 
 
 def battery_columns(robot: Robot) -> dict[str, float]:
-    """Return the battery of a robot by the names of core battery.hpp [SI]; it needs the number of cells in series."""
+    """Return a battery's numbers by the names of core battery.hpp [SI]; the cells in series must be given."""
     battery = require(robot.battery, "battery", robot)
     series = require(battery.series, "battery.series", robot)
     strings = battery.cells // series

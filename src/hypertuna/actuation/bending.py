@@ -76,7 +76,7 @@ class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
 
     @property
     def branches(self) -> dict[str, tuple[Array, Array]]:
-        """Pressures [Pa] and angles [rad] of "loading" and, where it was asked for, of "unloading"."""
+        """Pressures [Pa] and angles [rad] of "loading" and, if it was asked for, of "unloading"."""
         branches = {"loading": (self.pressure, self.angle)}
         if self.unload_pressure is not None and self.unload_angle is not None:
             branches["unloading"] = (self.unload_pressure, self.unload_angle)
@@ -91,7 +91,7 @@ class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
 
     @property
     def friction_loss(self) -> float:
-        """Net work of the oil on the joint [J]: the loss to friction, where the path is a loop."""
+        """Net work of the oil on the joint [J]; over a closed loop it is the loss to friction."""
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
 
@@ -279,15 +279,15 @@ class Step:
 
 
 def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
-    """Correct the printed equations one by one, and return the bend at a pressure [Pa] after each step.
+    """Return the bend at a pressure [Pa] after each correction of the printed equations, one by one.
 
     The effect of a correction depends on those before it; the last step is friction on loading.
     """
     pressures = np.array([[check_pressure(pressure)[0], 0.0]])
 
-    def angle(law: dict[str, bool], parts: dict[str, bool]) -> float:
+    def bend_angle(law: dict[str, bool], parts: dict[str, bool]) -> float:
         joint_model = soft_joint(robot, joint, material, friction=parts["friction"], plain=parts["plain"])
         model = joint_model.with_law(**law)
         return float(np.asarray(model.bend(pressures))[..., 0].sum())
 
-    return tuple(Step(text, angle(law, parts)) for text, law, parts in STEPS)
+    return tuple(Step(text, bend_angle(law, parts)) for text, law, parts in STEPS)

@@ -1,4 +1,4 @@
-"""What is shown of the bend of a joint and of pump sizes."""
+"""Cards of the bend of a joint and of pump sizes, as terminals and notebooks show them."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -30,7 +30,7 @@ LIMITS = {
 
 @cards.of(Sizes)
 def sizes_card(sizes: Sizes) -> Card:
-    """Show what each beat needs of the servos, then a case in full, or a row for each of several."""
+    """Show what each beat needs of the servos; then one case in full, or a table of several."""
     beats: dict[tuple[str, float], list[Size]] = {}
     for size in sizes:
         beats.setdefault((size.joint, size.frequency), []).append(size)
@@ -65,7 +65,7 @@ def sizes_dataset(sizes: Sizes) -> Any:
 
 
 def _degrees(angle: float) -> str:
-    """Write an angle [rad] in degrees."""
+    """Return an angle [rad] as text in degrees."""
     return f"{math.degrees(angle):.3g}"
 
 
@@ -100,7 +100,7 @@ def _case_facts(size: Size) -> dict[str, str]:
 
 
 def _case_table(sizes: Sizes) -> Table:
-    """Lay out a row for each case: what varies, and what follows from it."""
+    """Return a table with a row for each case: the varied values and the results."""
     bores, temperatures = ({getattr(size, name) for size in sizes} for name in ("bore", "temperature"))
     columns: dict[str, Callable[[Size], str]] = {"\njoint": lambda size: size.joint}
     columns["f\n[Hz]"] = lambda size: f"{size.frequency:.3g}"
@@ -142,7 +142,7 @@ def _legend(sizes: Sizes) -> str:
 
 
 def sizes_verdict(sizes: Sequence[Size]) -> str:
-    """Name the smallest values with which all joints reach their bend in all beats, or the best ones."""
+    """Return a sentence on the smallest values with which all joints reach their bend in all beats, or on the best."""
     cases: dict[tuple[float, ...], list[Size]] = {}
     for size in sizes:
         cases.setdefault(tuple(size.values.values()), []).append(size)
@@ -157,7 +157,7 @@ def sizes_verdict(sizes: Sequence[Size]) -> str:
 
 
 def _loads_svg(sizes: Sizes) -> str:
-    """Draw the servo's torque and speed of each case, and the line between the limits of both."""
+    """Draw the servo's torque and speed of each case as SVG, with the line between the limits of both."""
     torque = [100 * size.torque / size.torque_limit for size in sizes]
     speed = [100 * size.servo_speed / size.servo_speed_limit for size in sizes]
     label = "servo torque [% of stall] over servo speed [% of that without load]"
@@ -167,7 +167,7 @@ def _loads_svg(sizes: Sizes) -> str:
 
 @cards.of(Bend)
 def bend_card(bend: Bend) -> Card:
-    """Show a bend."""
+    """Show a bend at its pressures, without other material sets."""
     return bends_card(bend, {bend.material: bend})
 
 
@@ -201,12 +201,12 @@ def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] 
 
 
 def _bend_svg(bend: Bend) -> str:
-    """Draw the angle over the pressure."""
+    """Draw the angle over the pressure as SVG."""
     x, y = (np.concatenate(part) for part in zip(*bend.branches.values(), strict=True))
     return curve_svg(x / 1e3, np.degrees(y), "bend [deg] over pressure [kPa]")
 
 
 def spread(sets: Mapping[str, Bend]) -> tuple[float, float]:
-    """Return the smallest and the largest bend of the sets at the last pressure [deg]."""
+    """Return the smallest and the largest bend [deg] of material sets at the last pressure."""
     angles = [math.degrees(curve.angle[-1]) for curve in sets.values()]
     return min(angles), max(angles)

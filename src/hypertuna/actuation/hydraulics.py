@@ -44,7 +44,7 @@ class Circuits:
 
 
 def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
-    """Return the kinematic viscosity of an oil at a temperature [K]: log10 log10(nu + 0.7) = A - B log10 T (ASTM D341).
+    """Return an oil's kinematic viscosity [m^2/s] at a temperature [K]: log10 log10(nu + 0.7) = A - B log10 T (ASTM).
 
     A and B follow from the viscosities at 40 and 100 C; nu in cSt in the equation, returned in m^2/s.
     """
@@ -104,7 +104,7 @@ def pump_servo(robot: Robot) -> Servo:
 
 
 def rated_voltage(robot: Robot) -> float:
-    """Return the voltage [V] that torque and speed of the joints' servos are given at: the lowest of theirs."""
+    """Return the lowest voltage [V] for which torque and speed of the joints' servos are given."""
     rated = [group.servo.voltage for group in robot.joints if group.servo is not None]
     if has_oil(robot):
         rated.append(require(pump_servo(robot).voltage, "servos.voltage_v", robot))
@@ -126,7 +126,7 @@ def has_oil(robot: Robot) -> bool:
 
 
 def drive_names(robot: Robot, *, oil: bool = False) -> tuple[str, ...]:
-    """Return the names of the servos that move the joints, two places a joint: "I-left", "I-right"; "II", "".
+    """Return the names of the servos that move the joints, two per joint: "I-left", "I-right"; "II", "" with one servo.
 
     oil: those of circuits alone.
     """

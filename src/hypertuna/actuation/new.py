@@ -1,4 +1,4 @@
-"""A first robot file: the fish of description/new.py, with what drives its joints."""
+"""A first robot file: the fish of description/new.py, with drives for its joints."""
 
 import math
 from bisect import bisect_right

@@ -44,7 +44,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = 
 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
-    """Draw loading and unloading, with an arrow in the middle of each."""
+    """Draw loading and unloading, each with an arrow in its middle."""
     for color, (text, (pressure, angle)) in zip((COLORS[1], COLORS[0]), bend.branches.items(), strict=False):
         points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
         axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material} set, {text}")
@@ -86,7 +86,7 @@ def _axes(sizes: Sequence[Size]) -> list[Axis]:
 @plots.of(Sizes)
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
-    """Plot the bend reached, and below it the corner of the line or the power, one column for each joint.
+    """Plot the bend reached, and below it the line's corner frequency or the power: a column for each joint.
 
     Along the key that varies with most values, else along bore, frequency or temperature, the first that varies; a line
     for each value of the others. Open marks are at the pressure limit. The corner does not depend on the frequency, nor

@@ -52,7 +52,7 @@ class TensileTest:
 
 @dataclass(frozen=True)
 class TensileFit:
-    """Mooney-Rivlin constants of a tensile test."""
+    """Mooney-Rivlin constants fitted to a tensile test, with the rows used and the residual stress."""
 
     solid: Mooney  # Pa, with C1 and C2 not negative
     free: Mooney  # Pa, of the unconstrained fit: if one of them is negative, `solid` may have the other at its bound
@@ -65,7 +65,7 @@ class TensileFit:
 
     @property
     def status(self) -> str:
-        """The result in a sentence."""
+        """Sentence on the fit: rows used, and constants at their bound of 0."""
         bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
         reason = f", where the test ends ({100 * self.requested:.4g} % was requested)" if self.ended else ""
         fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{reason}."
@@ -143,7 +143,7 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
 
 
 def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[float, float], bool]:
-    """Return the row of names, the columns of strain and stress, their factors to SI, and whether they are true."""
+    """Return the row of names, the columns of strain and stress, their factors to SI, and whether values are true."""
     for k, line in enumerate(lines):
         names = [name.strip().lower() for name in re.split(r"[;,]", line)]
         for kind in ("engineering", "true"):

@@ -77,31 +77,31 @@ class Size:
 
     @property
     def turbulent(self) -> bool:
-        """Whether the line's flow is turbulent, so that the drop is underestimated."""
+        """Whether the line's flow is turbulent, so that its pressure drop is underestimated."""
         return self.reynolds > LAMINAR
 
     @property
     def reached(self) -> bool:
-        """Whether the bend is 95 % of the command at least, by servos that hold the pressure limit."""
+        """Whether the bend is at least 95 % of the command, by servos that hold the pressure limit."""
         return self.bend >= REACHED * self.command and self.torque <= self.torque_limit
 
     @property
     def torque_margin(self) -> float:
-        """Servo torque to spare, as a part of what is needed [1]."""
+        """Spare servo torque over the torque needed [1]."""
         return self.torque_limit / self.torque - 1
 
     @property
     def servo_speed_margin(self) -> float:
-        """Servo speed to spare, as a part of what is needed [1]."""
+        """Spare servo speed over the speed needed [1]."""
         return self.servo_speed_limit / self.servo_speed - 1
 
     @property
     def stroke_margin(self) -> float:
-        """Stroke to spare, as a part of what is needed [1]."""
+        """Spare stroke over the stroke needed [1]."""
         return self.stroke_limit / self.stroke - 1
 
     def record(self) -> dict[str, Any]:
-        """Return the case by the names of JSON and files."""
+        """Return the case's numbers by their names in JSON and files."""
         power = {f"electrical_power_{name}_w": watts for name, watts in self.electrical_power.items()}
         return (
             {**self.values}
@@ -139,7 +139,7 @@ def size_pump(
     temperature: Sequence[float | None] = (None,),
     progress: Callable[[int, int], None] | None = None,
 ) -> Sizes:
-    """Size the pump: every joint at every frequency [Hz], line bore [m] and oil temperature [K].
+    """Return pump sizes: of every joint at every frequency [Hz], line bore [m] and oil temperature [K].
 
     None is the robot's own. `amplitude` [rad] is commanded to the joint groups. In the result joints change fastest,
     then temperatures, bores, frequencies. `progress` receives the number of finished cases and of all.
@@ -170,7 +170,7 @@ def size_over(
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> Sizes:
-    """Size the pump for every combination of values of keys of the robot's file, as `changed` takes them.
+    """Return pump sizes for every combination of values of keys of the robot's file, as `changed` takes them.
 
     The options are those of `size_pump`; the keys change slowest, the last of them fastest.
     """
@@ -184,12 +184,12 @@ def size_over(
 
 
 def _report(progress: Callable[[int, int], None], k: int, cases: int, count: int, total: int) -> None:
-    """Report the progress of the k-th of several sizings."""
+    """Report the progress of the k-th of several sizings as that of all."""
     progress(k * total + count, cases * total)
 
 
 def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float]) -> None:
-    """Check frequencies and amplitudes."""
+    """Check that frequencies and amplitudes are positive, with one amplitude per joint group."""
     if len(amplitude) != len(robot.joints):
         rule, fix = f"must be {len(robot.joints)} long, one value per joint group", "give one for each joint group"
         raise InputError(rule, key="amplitude", value=f"{len(amplitude)} long", fix=fix)
@@ -322,7 +322,7 @@ def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict
 
 
 def _times(frequency: float, lag: float) -> tuple[Array, int]:
-    """Return the times of a run's rows [s], and the rows of a beat."""
+    """Return the times of a run's rows [s], and the number of rows of a beat."""
     if LAGS * lag > DURATION_MAX:
         rule, value = f"must settle within {DURATION_MAX:g} s", f"so narrow that it takes {LAGS * lag:.3g} s"
         raise InputError(rule, key="bore of a line", value=value, fix="use wider lines or warmer oil")
@@ -332,7 +332,7 @@ def _times(frequency: float, lag: float) -> tuple[Array, int]:
 
 
 def _target(hydraulics: Circuits, model: JointModel, j: int, bend: Array) -> Array:
-    """Return the servo angles of both sides [rad] that displace the volume of a bent joint's units."""
+    """Return servo angles of both sides [rad] (rows, 2) that displace the oil of a bent joint's units."""
     volume = model.hold(bend)["volume"] - model.at(0.0)["volume"]
     target = np.stack([servo_angle(hydraulics, volume[:, s], 2 * j + s) for s in (0, 1)], axis=1)
     reach = model.reach

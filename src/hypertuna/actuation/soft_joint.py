@@ -1,4 +1,4 @@
-"""Soft joint: muscles, matrix and levers of the description for the core, and the twin's one section of each joint.
+"""Soft joint for the core: muscles, matrix and levers of the description, and the one section that the twin takes.
 
 The equations are in core muscle.hpp and joint.hpp; docs/actuator.md derives them.
 """
@@ -37,12 +37,12 @@ class JointModel:
     reach: float  # rad, bend at which a stretched muscle locks
 
     def __getitem__(self, column: str) -> float:
-        """Return a number of the row."""
+        """Return a number of the model by its name in core joint.hpp."""
         return float(self.row[_core.joint_columns().index(column)])
 
     @property
     def stiffness(self) -> float:
-        """Moment per bend of the straight joint without pressure [N m/rad]."""
+        """Moment over bend of the straight joint without pressure [N m/rad]."""
         return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
     def at(self, angle: ArrayLike, strain: ArrayLike = 0.0, pressure: ArrayLike = math.inf) -> dict[str, Array]:
@@ -104,7 +104,7 @@ def drive_unit(robot: Robot) -> DriveUnit:
 
 
 def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
-    """Return a joint group by name or index, with its table ``[joints.actuator]`` and a number of muscles."""
+    """Return a joint group by name or index and its table ``[joints.actuator]``; it must have a number of muscles."""
     names = [group.name for group in robot.joints]
     if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(names):
         index = joint
@@ -180,7 +180,7 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
 
 
 def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel, ...]:
-    """Return every joint of a robot as one section; a joint that a servo turns has a row of zeros.
+    """Return every joint of a robot as one section; a joint with a servo has a row of zeros.
 
     The section bends and shortens under the highest pressure of one side as the described ones do together.
     """

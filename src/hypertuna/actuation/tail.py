@@ -1,4 +1,4 @@
-"""Tails that yield: springs of a plate in segments, and the tail of a first robot that nothing drives."""
+"""Passive and flexible tails: springs of a plate in segments, and the undriven tail of a first robot."""
 
 import math
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ def plate_springs(length: Sequence[float], height: Sequence[float], thickness: f
 
 
 def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
-    """Return a document as `new_robot` does, whose last link is "driven", "passive", or "flexible" in `SEGMENTS`."""
+    """Return a document like `new_robot`'s whose last link is "driven", "passive", or "flexible" in `SEGMENTS`."""
     document = new_robot(name, joints=joints, **sizes)
     if tail == "driven":
         return document
@@ -49,7 +49,7 @@ def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpa
 
 
 def _undrive_last(document: dict[str, Any]) -> None:
-    """Take the last link from its joint group, and the group from the robot if it has no other."""
+    """Remove the last link from its joint group, and the group if it has no other link."""
     group = document["joints"][-1]
     group["links"] = group["links"][:-1]
     if not group["links"]:
@@ -79,7 +79,7 @@ def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
 
 
 def _add_springs(document: dict[str, Any], links: range) -> None:
-    """Add hinges whose stiffness is `RATIO` times that at resonance with the cruise."""
+    """Add hinges with `RATIO` times the stiffness of resonance with the cruise."""
     columns, frequency = document["links"], document["gaits"]["cruise"]["frequency_hz"]
     length = [columns["length_m"][i] for i in links]
     height = [columns["lateral_area_m2"][i] / columns["length_m"][i] for i in links]

@@ -1,4 +1,4 @@
-"""What is shown of a fit to bench runs, and of a family of actuators."""
+"""Cards of a fit to bench runs and of a family of actuators."""
 
 import math
 from collections.abc import Mapping
@@ -52,7 +52,7 @@ def bench_card(fit: BenchFit) -> Card:
 
 
 def _unknown_table(fit: BenchFit) -> Table:
-    """Lay out the unknowns."""
+    """Return the table of a fit's unknowns with their intervals."""
     rows = []
     for row in fit.parameters:
         interval = f"{row['low']:.3g} .. {row['high']:.3g}"

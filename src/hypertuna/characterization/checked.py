@@ -49,7 +49,7 @@ class Checked:
 
     @property
     def facts(self) -> list[dict[str, Any]]:
-        """Measured values with those of both models, in displayed units."""
+        """Measured values with the values by both models, in displayed units."""
         columns = (self.model, self.by_elements, 100 * self.difference)
         rows = []
         for fact, *values, fault in zip(self.family.facts, *columns, self.faults, strict=True):
@@ -73,7 +73,7 @@ def check_chosen(
     progress: Callable[[int, int], None] | None = None,
     solve: Callable[[Robot, int, FeOptions], Joint] = joint_by_elements,
 ) -> Checked:
-    """Solve the chosen design of a family by finite elements at the pressures of its bench; `solve` replaces them."""
+    """Return the chosen design of a family by finite elements at its bench's pressures; `solve` replaces these."""
     started, bench, chosen = time.monotonic(), family.space.bench, family.members[family.middle].robot
     unit = drive_unit(chosen).model_copy(update={"friction": 0.0})
     robot, options = chosen.model_copy(update={"drive_unit": unit}), options or FeOptions(mesh=MESH)
@@ -145,6 +145,7 @@ class _Solver:
         return points
 
     def _solve(self, couple: float, path: list[Pair]) -> Mapping[str, Any]:
+        """Return the state at the end of a path of pressures under a couple [N m]."""
         try:
             return self.by_elements(couple, path)
         except InputError as error:  # such as no mesh
@@ -153,7 +154,7 @@ class _Solver:
             self.tick()
 
     def _fault(self, side: int, pressure: float, fault: str, how: str = "") -> str:
-        """Return a sentence on a pressure that was not reached; empty if it was."""
+        """Return a sentence on a pressure that was not reached; empty if it was reached."""
         where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{how}"
         text = f"{where}: {pressure / 1e3:g} kPa was not reached by finite elements ({fault.rstrip('.')})."
         return text if fault else ""

@@ -90,20 +90,20 @@ def _combination(
         scaled = exponents * prior_sd
         return math.sqrt(float(scaled @ cov @ scaled))
 
-    def solved(by: Sequence[int]) -> Array:
+    def exponents_by(by: Sequence[int]) -> Array:
         # the best exponents of these unknowns: regression with the covariance
         vector = np.eye(n)[k]
         vector[by] = -np.linalg.solve(cov[np.ix_(by, by)], cov[by, k])
         return np.asarray(vector * prior_sd[k] / prior_sd)
 
     used = list(others)
-    acceptable = max(WIDER * sd_of(solved(used)), SLIGHT)
+    acceptable = max(WIDER * sd_of(exponents_by(used)), SLIGHT)
     while used:
-        fewer = min(([j for j in used if j != i] for i in used), key=lambda by: sd_of(solved(by)))
-        if sd_of(solved(fewer)) > acceptable:
+        fewer = min(([j for j in used if j != i] for i in used), key=lambda by: sd_of(exponents_by(by)))
+        if sd_of(exponents_by(fewer)) > acceptable:
             break
         used = fewer
-    exact = solved(used)
+    exact = exponents_by(used)
     for grid in GRIDS:
         exponents = np.asarray(grid * np.round(exact / grid))
         if sd_of(exponents) <= max(ROUNDED * sd_of(exact), SLIGHT):

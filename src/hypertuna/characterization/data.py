@@ -1,4 +1,4 @@
-"""Bench runs: what was measured of joints under pressure, read from CSV files and logs."""
+"""Bench runs: measurements of joints under pressure, read from CSV files and logs."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from hypertuna.trials.radio_log import BenchRow, bench_rows
 
 
 class Kind(NamedTuple):
-    """A kind of measured quantity."""
+    """A kind of measured quantity: its column, its displayed unit, and the noise of a usual instrument."""
 
     column: str  # ends in the unit
     unit: str
@@ -156,7 +156,7 @@ def _row(cells: Mapping[str, str], robot: Robot, file: str, line: int) -> BenchR
 
 
 def _measured(cells: Mapping[str, str], kind: str) -> tuple[float, float] | None:
-    """Return a quantity of a row and its standard deviation [SI]; None for an empty cell."""
+    """Return the value of a quantity in a row and its standard deviation [SI]; None for an empty cell."""
     quantity = KINDS[kind]
     if not cells.get(quantity.column):
         return None
@@ -219,7 +219,7 @@ def joint_index(text: str, robot: Robot) -> int:
 
 
 def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:
-    """Return a finite number within limits, each with the fix for a number beyond it."""
+    """Return a cell's finite number; each limit comes with the fix for a number beyond it."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
         text, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"

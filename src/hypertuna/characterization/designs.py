@@ -93,6 +93,7 @@ class Designs:
         return Design(robot, values, "", log_weight, deviations, -0.5 * float(deviations @ deviations))
 
     def _with_room(self, robot: Robot) -> Robot:
+        """Return the robot whose joints all have room for their drive units."""
         for joint in self.bench.joints:
             robot = with_room(robot, joint)
         return robot
@@ -102,16 +103,16 @@ class Designs:
         unknown = self.free[solved.unknown]
         target = float(self.elements.measured[solved.element] + noise * self.sd[solved.element])
 
-        def changed(value: float) -> Robot:
+        def robot_at(value: float) -> Robot:
             return with_unknowns(robot, (unknown,), np.array([value]), checked=False)
 
-        plain = joint_sections(changed(1.0), solved.joint) if unknown.kind == "stiffness_factor" else None
+        plain = joint_sections(robot_at(1.0), solved.joint) if unknown.kind == "stiffness_factor" else None
 
         def miss(value: float) -> float:  # nearly linear in a stiffness
             if plain is not None:
                 model = soft_joint(robot, solved.joint, sections=plain * (1, 1, value, 1))
             else:
-                model = soft_joint(changed(value), solved.joint)
+                model = soft_joint(robot_at(value), solved.joint)
             bend = solved.sign * float(np.asarray(model.bend(solved.both))[..., 0].sum())
             return target / max(bend, NEAR * target) - 1
 
@@ -124,7 +125,7 @@ class Designs:
         k = crossings[min(int(point[solved.unknown] * len(crossings)), len(crossings) - 1)]
         value = _crossing(miss, (float(grid[k]), float(grid[k + 1])), (float(misses[k]), float(misses[k + 1])))
         slope = (miss(value * (1 + NEAR)) - miss(value)) / NEAR
-        solution = changed(value)
+        solution = robot_at(value)
         _check_ends(solution, solved)
         return solution, value, math.log(len(crossings) / max(abs(slope), NEAR))
 
@@ -138,7 +139,7 @@ class Designs:
 
 
 def _crossing(function: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float]) -> float:
-    """Return where a function that is nearly a line crosses 0 between two ends, by the Illinois method."""
+    """Return the zero of a nearly linear function between two ends, by the Illinois method."""
     (a, b), (at_a, at_b) = ends, values
     for _ in range(MAX_STEPS):
         x = (a * at_b - b * at_a) / (at_b - at_a)

@@ -1,4 +1,4 @@
-"""Expected information gain of one more measurement: by how much it would narrow the fit of a bench."""
+"""Expected information gain of one more measurement: how much it would narrow the fit of a bench."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -33,7 +33,7 @@ NARROWED = 0.9  # of its interval: unknowns narrowed less are not listed
 
 @dataclass(frozen=True)
 class InformationGain:
-    """One more measurement, and what it would narrow."""
+    """One more measurement, with its expected value and what it would narrow."""
 
     text: str  # the quantity, and the instrument
     value: float  # expected by the fit, in `unit`
@@ -68,7 +68,7 @@ class Candidate:
 
 
 def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
-    """Compute the expected information gain of further measurements, the most informative first (docs/bench.md).
+    """Return the expected information gains of further measurements, the largest first (docs/bench.md).
 
     A measurement of standard deviation t and gradient g turns the covariance C of the logarithms of the unknowns into
     C - C g g^T C / (t^2 + g^T C g); g comes from central differences of the model.
@@ -168,17 +168,17 @@ def _open(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
     def lacks(kind: str, rows: NDArray[np.bool_] = ~both_sides) -> bool:
         return not np.isfinite(getattr(bench, kind)[rows_at_top & rows]).any()
 
-    def of(text: str, function: Callable[[Robot, int, float], float], unit: str, factor: float = 1.0) -> Candidate:
+    def entry(text: str, function: Callable[[Robot, int, float], float], unit: str, factor: float = 1.0) -> Candidate:
         return Candidate(text, lambda robot: function(robot, joint, top), 0.0, unit, factor)
 
     at_top = f"{name} at {top / 1e3:g} kPa"
     return [
-        *[of(f"blocked moment {at_top}", blocked_moment, "N m")] * lacks("moment"),
-        *[of(f"bend {at_top}", _angle, "deg", 180 / math.pi)] * lacks("angle"),
-        *[of(f"shortening {at_top}", _shorter, "mm", 1e3)] * lacks("shortening"),
-        *[of(f"shortening by both sides {at_top}", _both_shorter, "mm", 1e3)] * lacks("shortening", both_sides),
-        *[of(f"oil volume {at_top}", _volume, "ml", 1e6)] * lacks("volume"),
-        of(f"moment per bend {name} without pressure", _stiffness, "N m/rad"),
+        *[entry(f"blocked moment {at_top}", blocked_moment, "N m")] * lacks("moment"),
+        *[entry(f"bend {at_top}", _angle, "deg", 180 / math.pi)] * lacks("angle"),
+        *[entry(f"shortening {at_top}", _shorter, "mm", 1e3)] * lacks("shortening"),
+        *[entry(f"shortening by both sides {at_top}", _both_shorter, "mm", 1e3)] * lacks("shortening", both_sides),
+        *[entry(f"oil volume {at_top}", _volume, "ml", 1e6)] * lacks("volume"),
+        entry(f"moment per bend {name} without pressure", _stiffness, "N m/rad"),
     ]
 
 
@@ -244,7 +244,7 @@ def _of_unit(name: str, robot: Robot) -> float:
 
 
 def _relative(material: str, described: float, robot: Robot) -> float:
-    """Return the modulus of a silicone over the described one [Pa]."""
+    """Return the modulus of a silicone over its described modulus [1]."""
     return mooney(robot, material).modulus / described
 
 

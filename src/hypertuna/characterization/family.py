@@ -1,4 +1,4 @@
-"""Family of actuators: all designs within the bounds that meet a bench, and what to measure next to tell them apart."""
+"""Family of actuators: designs within the bounds that meet a bench, and measurements that would tell them apart."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -98,7 +98,7 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
 
     @property
     def facts(self) -> list[dict[str, Any]]:
-        """Measured values with those of the family and of the chosen member, in displayed units."""
+        """Measured values beside those of the family and of the chosen member, in displayed units."""
         measured, bench, rows = self.space.elements, self.space.bench, []
         for e, (kind, row) in enumerate(zip(measured.kind.tolist(), measured.row.tolist(), strict=True)):
             factor = KINDS[kind].factor
@@ -194,7 +194,7 @@ def family(
 
 
 def chosen_robot(family: Family) -> Robot:
-    """Return the chosen member as a robot, with the family as the source of what differs from the description."""
+    """Return the robot of the chosen member, with the family as the source of changed values."""
     space, low, high = family.space, *np.quantile(family.values, (INTERVAL[0], INTERVAL[-1]), axis=0)
     chosen = family.members[family.middle]
     texts: dict[str, list[str]] = {}
@@ -209,7 +209,7 @@ def chosen_robot(family: Family) -> Robot:
 
 
 def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[Quantity], off: Array) -> int:
-    """Return the member whose unknowns, open quantities and residuals (members, elements) are nearest to the middle."""
+    """Return the index of the member with unknowns, quantities and residuals (members, elements) nearest the median."""
     unknowns = np.array([[u.log(v) for u, v in zip(space.free, m.values.tolist(), strict=True)] for m in members])
     logs = np.hstack([unknowns, np.log(np.maximum([m.values for m in quantities], TINY)).T])
     distances = (logs - np.median(logs, axis=0)) / np.maximum(logs.std(axis=0), TINY)

@@ -111,7 +111,7 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
     @property
     def correlation(self) -> Array:
-        """Correlation (n, n) of the logarithms."""
+        """Correlations (n, n) of the unknowns' logarithms."""
         sd = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(sd, sd))
 
@@ -309,7 +309,7 @@ def _with_sources(fit: BenchFit) -> Robot:
 
 
 def _warnings(fit: BenchFit, bound: Sequence[str | None]) -> list[str]:
-    """Write warnings on residuals, bounds, missing rows and convergence."""
+    """Return warnings on residuals, bounds, missing rows and convergence."""
     warnings = []
     if fit.residual_scale > LARGE_SCALE and not fit.noise:
         warnings.append(

@@ -94,7 +94,7 @@ def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
 
 
 def _plot_unknowns(axes: Axes, fit: BenchFit) -> None:
-    """Plot each unknown's interval within its bounds."""
+    """Plot each unknown's interval between its bounds."""
     for row, unknown in enumerate(fit.parameters):
         color = COLORS[1] if unknown["determined"] else FAINT
         extent = math.log(unknown["upper"] / unknown["lower"])

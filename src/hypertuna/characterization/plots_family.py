@@ -1,4 +1,4 @@
-"""Figure of a family: the blocked moments of members and of what was excluded, over the lever."""
+"""Figure of a family: blocked moments of members and of excluded designs, over the lever."""
 
 import math
 
@@ -42,17 +42,17 @@ def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
     bench = family.space.bench
     top = float(bench.pressure[bench.joint == joint].max())
 
-    def place(design: Design) -> tuple[float, float]:
+    def lever_and_moment(design: Design) -> tuple[float, float]:
         try:
             return 1e3 * joint_group(design.robot, joint)[1].lever, blocked_moment(design.robot, joint, top)
         except InputError:  # muscles that overlap
             return math.nan, math.nan
 
     for reason, (color, mark) in EXCLUDED.items():
-        points = np.array([place(one) for one in family.population.drawn if _excluded(one) == reason])
+        points = np.array([lever_and_moment(one) for one in family.population.drawn if _excluded(one) == reason])
         if len(points):
             axes.plot(*points.T, mark, color=color, ms=4, mew=0.7, label=reason, zorder=1)
-    lever, moment = np.array([place(one) for one in family.members]).T
+    lever, moment = np.array([lever_and_moment(one) for one in family.members]).T
     shorter = [1e3 * float(shortening(one.robot, joint, np.array([top]))[0]) for one in family.members]
     dots = axes.scatter(lever, moment, c=shorter, s=14, cmap="viridis", label="member", zorder=3)
     axes.figure.colorbar(dots, ax=axes, label="shortening, both sides [mm]")

@@ -78,17 +78,17 @@ def _too_few(drawn: list[Design], met: int) -> InputError:
 def _step(weight: Array, fit: Array, rest: float) -> float:
     """Return the largest rise of the power, at most `rest`, that leaves enough effective points."""
 
-    def effective(step: float) -> float:
+    def effective_count(step: float) -> float:
         chance = np.exp(weight + step * fit - (weight + step * fit).max())
         return float(chance.sum() ** 2 / (chance**2).sum()) / len(chance)
 
-    needed = min(KEPT, 0.9 * effective(0.0))
-    if effective(rest) >= needed:
+    needed = min(KEPT, 0.9 * effective_count(0.0))
+    if effective_count(rest) >= needed:
         return rest
     low, high = 0.0, rest
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (middle, high) if effective(middle) >= needed else (low, middle)
+        low, high = (middle, high) if effective_count(middle) >= needed else (low, middle)
     return low
 
 

@@ -68,7 +68,7 @@ class BenchProblem:
 
     @property
     def prior_sd(self) -> Array:
-        """Prior standard deviation (n,) of each logarithm."""
+        """Prior standard deviations (n,) of the unknowns' logarithms."""
         return np.array([unknown.prior_sd for unknown in self.free])
 
     @property
@@ -88,7 +88,7 @@ class BenchProblem:
         return np.array([u.value(u.log(u.described) + x) for u, x in zip(self.free, logs, strict=True)])
 
     def residual(self, z: Array, levels: Mapping[str, float], joint: int | None = None) -> Array:
-        """Return computed minus measured over noise (elements,), then the residuals of the prior: z itself.
+        """Return residuals at z: computed minus measured over noise (elements,), then z itself, those of the prior.
 
         levels: noise [SI] of the kinds whose noise is unknown. joint: compute its rows only, others are NaN.
         """
@@ -219,6 +219,6 @@ def bench_problem(
 
 
 def effective_parameters(jacobian: Array) -> float:
-    """Return the trace of the hat matrix of a fit, from the Jacobian over noise, in prior standard deviations."""
+    """Return the trace of a fit's hat matrix, from the Jacobian over noise by prior standard deviations [1]."""
     singular = np.linalg.svd(jacobian, compute_uv=False)
     return float(np.sum(singular**2 / (1 + singular**2)))

@@ -1,4 +1,4 @@
-"""Room in a joint: muscles, what lies on the axis, oil pipes of the joints behind and silicone fit in its sections."""
+"""Room in a joint's sections for muscles, the member on the axis, oil pipes of the joints behind, and silicone."""
 
 import math
 
@@ -43,7 +43,7 @@ def with_room(robot: Robot, joint: int) -> Robot:
 
 
 def _to_rim(a: float, b: float, z: float) -> float:
-    """Return the distance from a point on the half axis a of an ellipse to its rim [m]; negative outside."""
+    """Return the distance [m] from a point at z on the half axis a of an ellipse to its rim; negative outside."""
     if z < (a**2 - b**2) / a:  # the nearest points are on either side
         return b * math.sqrt(1 - z**2 / (a**2 - b**2))
     return a - z

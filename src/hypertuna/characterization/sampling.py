@@ -25,7 +25,7 @@ def randomized_fits(
     seed: int = 0,
     tick: Callable[[], None] | None = None,
 ) -> Array:
-    """Fit the bench again with random noise added to the residuals and random prior means: (fits, n) points.
+    """Return fits (fits, n) to residuals with random noise added and to random prior means.
 
     Randomized maximum likelihood. z: the fit (n,); factor: on the noise [1]; jacobian: of the residuals at the fit,
     over the noise times the factor; tick: called at every fit. Only fits as good as the noise allows are returned.
@@ -67,7 +67,7 @@ def randomized_fits(
 
 
 def _step(jacobian: Array, residual: Array, prior_offset: Array, low: Array, high: Array) -> Array:
-    """Return the step (n,) to the least squares of residuals and prior; unknowns that meet a bound stay there."""
+    """Return the least-squares step (n,) of residuals and prior; unknowns that meet a bound stay on it."""
     matrix = np.concatenate([jacobian, np.eye(len(prior_offset))])
     target = -np.concatenate([residual, prior_offset])
     step, free = np.zeros(len(prior_offset)), np.ones(len(prior_offset), dtype=bool)

@@ -15,7 +15,7 @@ from hypertuna.identification.names import split_names
 
 
 class Kind(NamedTuple):
-    """A kind of unknown."""
+    """A kind of unknown: its default bounds, its keys of the robot's file, and its unit."""
 
     low: float  # default bounds, as factors on the described value
     high: float
@@ -79,7 +79,7 @@ class Unknown:
 
     @property
     def unit(self) -> str:
-        """SI unit, "1" for a number."""
+        """SI unit, "1" for a number without one."""
         return KINDS[self.kind].unit
 
     @property
@@ -101,7 +101,7 @@ class Unknown:
 
     @property
     def prior_sd(self) -> float:
-        """Prior standard deviation of the logarithm: that of a uniform distribution between the bounds."""
+        """Prior standard deviation of the logarithm, as of a uniform distribution between the bounds."""
         return abs(self.log(self.upper) - self.log(self.lower)) / math.sqrt(12)
 
     def relative(self, value: float) -> float:
@@ -175,7 +175,7 @@ def _upper_limit(robot: Robot, kind: str, joint: int | None) -> float:
 
 
 def _described(robot: Robot, kind: str, joint: int | None) -> float:
-    """Return the value of an unknown in the description."""
+    """Return the value [SI] of an unknown in the robot's description."""
     unit = drive_unit(robot)
     part: Any = unit if joint is None else joint_group(robot, joint)[1]
     if kind == "axis_buckling":  # None: it never buckles
@@ -218,7 +218,7 @@ def _check_bounds(robot: Robot, unknown: Unknown, low: float, high: float, key: 
 
 
 def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, checked: bool = True) -> Robot:
-    """Return the robot with other values (n,) of its unknowns, as `Unknown.described` counts them [SI].
+    """Return the robot with other values (n,) of unknowns, in the measure of `Unknown.described` [SI].
 
     checked: validate the whole description, which takes a thousand times longer.
     """

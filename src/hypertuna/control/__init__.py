@@ -1,4 +1,4 @@
-"""Numbers for what runs on board, computed from the description; what runs is core control/ and pilot/.
+"""Numbers for the controller and pilot on board, computed from the description; the algorithms are in the core.
 
 `sensors`: sensor models and faults. `controller`: constants of the controller. `mission`: where to go, in which water.
 `guidance`: constants of the pilot, its gait table and mission.

@@ -45,7 +45,7 @@ AMPLITUDE_MIN = math.radians(3.0)  # smallest sent amplitude at which the bend s
 
 @dataclass(frozen=True)
 class PumpMap:
-    """Servo angle of a circuit for a bend toward its side: three parabolas that join, and their residuals."""
+    """Servo angle of a circuit over the bend toward its side: three joined parabolas, and their residuals."""
 
     low: float  # rad, ends of the middle one
     high: float
@@ -59,7 +59,7 @@ class PumpMap:
 
 
 def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
-    """Compute the constants of a robot's controller, by their names in core controller_model.hpp.
+    """Return the constants of a robot's controller, by their names in core controller_model.hpp.
 
     One value per joint or circuit (2 joint + side) or one; at an oil temperature [K], the robot's own by default.
     """
@@ -81,7 +81,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
 
 
 def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
-    """Return the constants of a joint that a servo turns: no pressure bounds its beat, no sensor reads its bend."""
+    """Return the constants of a joint that a servo turns, which has no bounds of pressure and no bend sensor."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     zeros = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
     unlimited = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
@@ -122,12 +122,12 @@ def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> 
 
 
 def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
-    """Return how far the pressure of a filled circuit may fall before its oil cavitates [Pa]."""
+    """Return the largest fall of a filled circuit's pressure before its oil cavitates [Pa]."""
     return _fill(robot, circuit // 2) - float(hydraulics.column("cavitation")[circuit])
 
 
 def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
-    """Return powers of a bend, fitted to the pressure above the fill that holds it at rest [Pa/rad to Pa/rad^4]."""
+    """Return coefficients of a bend's powers 1 to 4 in the pressure above the fill that holds it [Pa/rad, Pa/rad^4]."""
     group, fill = robot.joints[circuit // 2], _fill(robot, circuit // 2)
     bend = np.linspace(-1, 1, 201) * _reach(robot, group)
     _, pressure, _ = _side_at_rest(robot, hydraulics, circuit, bend)
@@ -167,12 +167,13 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
 
 
 def _bend_powers(bend: Array, low: float, high: float) -> Array:
-    """Return the six functions (n, 6) of the bend that a pump map adds up, as core controller_model.hpp has them."""
+    """Return the six functions of the bend (n, 6) whose sum is a pump map (core controller_model.hpp)."""
     parts = (np.clip(bend, low, high), np.minimum(bend - low, 0), np.maximum(bend - high, 0))
     return np.stack([part**power for part in parts for power in (1, 2)], axis=1)
 
 
 def _reach(robot: Robot, group: JointGroup) -> float:
+    """Return the bend [rad] over which a joint's pump map is fitted."""
     return REACH * require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
 
 
@@ -185,7 +186,7 @@ def _held_reach(robot: Robot, control: Controller, hydraulics: Circuits, j: int)
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
-    """Return volume gained [m^3], pressures of both sides [Pa] and fill state of a side that holds bends toward itself.
+    """Return volume gained [m^3], pressure [Pa], and whether both are near the fill, of a side bent toward itself (n,).
 
     The moments balance with the two sides equally far above and below the fill pressure, where the third array is
     true; elsewhere the lower pressure has stopped where the braid would go slack, or short of cavitation.
@@ -200,6 +201,7 @@ def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array)
 
 
 def _fill(robot: Robot, joint: int) -> float:
+    """Return the fill pressure of a joint's circuits [Pa]."""
     return float(require(robot.joints[joint].line, "joints.line", robot).fill_pressure)
 
 
@@ -324,7 +326,7 @@ def _water_load(robot: Robot, frequency: float) -> Array:
 
 
 def _slope(hydraulics: Circuits, circuit: int) -> float:
-    """Return the largest volume that a servo displaces per angle [m^3/rad]."""
+    """Return the largest volume per angle that a circuit's servo displaces [m^3/rad]."""
     return float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
 
 

@@ -41,7 +41,7 @@ class GaitTable:
 
 
 def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] = ()) -> GaitTable:
-    """Return the gait table of a robot: of these gaits, or of the named gaits of ``[guidance]``.
+    """Return a robot's gait table: of given gaits, or of the named gaits of ``[guidance]``.
 
     Speeds [m/s] default to those of ``[guidance]``, then to the settled beats with the joints' bandwidth.
     """
@@ -67,7 +67,7 @@ def with_known_lag(robot: Robot) -> Robot:
 
 
 def _check_table(table: GaitTable) -> None:
-    """Check that speed and frequency increase, so that a speed has one gait."""
+    """Check that speed and frequency increase from gait to gait, so that each speed has one gait."""
     if not 1 <= len(table.gaits) <= _core.MAX_GAITS:
         rule, fix = f"must have 1 to {_core.MAX_GAITS} gaits", "omit some: gaits between two of them are interpolated"
         raise InputError(rule, key="guidance.gaits", value=f"{len(table.gaits)}", fix=fix)
@@ -135,7 +135,7 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
 
 
 def depth_tolerance(pilot: Guidance) -> float:
-    """Return the difference [m] from the depth of a waypoint within which it is reached."""
+    """Return the depth difference [m] within which a waypoint is reached."""
     return 2 * pilot.surface_depth
 
 
@@ -158,7 +158,7 @@ def _plain(pilot: Guidance) -> dict[str, float]:
 
 
 def _sensed(robot: Robot) -> dict[str, float]:
-    """Return the ranges and errors of the pilot's sensors."""
+    """Return ranges and errors of the pilot's sensors, by name."""
     position, depth = sensor_of(robot, "position"), sensor_range(robot, "depth")
     # A depth sensor counts from the standard atmosphere; its range may leave out a part of what the air can be.
     air_depths = [(pressure - STANDARD_AIR) / (robot.water.density * _core.GRAVITY) for pressure in AIR_PRESSURE]
@@ -184,7 +184,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
-    """Return the open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
+    """Return open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
     row, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
     voltage_span = row["full"] - row["empty"]
     mean_voltage, load = row["empty"] + 0.5 * voltage_span, pilot.power + row["efficiency"] * row["electronics"]

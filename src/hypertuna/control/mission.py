@@ -14,7 +14,7 @@ Point = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
-    """A place to go to, with the depth and speed of the leg that leads there."""
+    """A place to swim to, with depth and speed of the leg to it."""
 
     x: float  # m, east of the origin
     y: float  # m, north of the origin
@@ -66,7 +66,7 @@ class Mission:
 
     @property
     def course(self) -> list[Point]:
-        """Start, waypoints, and home unless the mission stays at the last waypoint [m]."""
+        """Points of the course: start, waypoints, and home unless the mission stays at the last waypoint [m]."""
         return [self.start, *((point.x, point.y) for point in self.waypoints), *[self.home] * (not self.stay)]
 
     @property
@@ -76,12 +76,12 @@ class Mission:
 
 
 def sides(fence: Sequence[Point]) -> list[tuple[Point, Point]]:
-    """Return the sides of a fence, each from one corner to the next; none for no fence."""
+    """Return the sides of a fence, from each corner to the next; none without a fence."""
     return list(zip(fence, (*fence[1:], *fence[:1]), strict=True))
 
 
 def fence_distance(mission: Mission, places: Array) -> Array:
-    """Return the distance of places (K, 2) to the nearest side of the fence [m], shape (K,).
+    """Return the distances (K,) of places (K, 2) to the nearest side of the fence [m].
 
     Negative outside, infinite without a fence.
     """

@@ -50,6 +50,7 @@ def sensor_of(robot: Robot, quantity: str) -> Sensor:
 
 
 def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
+    """Return the error models of the pilot's or the controller's sensors by name [SI]."""
     names = [name for name, channel in CHANNELS.items() if channel.pilot == pilot]
     zeros = dict.fromkeys(NUMBERS, 0.0)
     models = {name: zeros if sensor_absent(robot, name) else vars(sensor_of(robot, name)) for name in names}
@@ -66,7 +67,7 @@ def sensor_absent(robot: Robot, quantity: str) -> bool:
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
-    """Return first and last channel of every sensor that is read, also those of a pilot: ``bend-I``, ``imu``...
+    """Return first and last channel of every sensor by name, ``bend-I`` or ``imu``; with `pilot` also the pilot's.
 
     A name without joint or side means all of them.
     """
@@ -90,7 +91,7 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
 
 
 def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the texts of faults, one or several."""
+    """Return the texts of faults as a tuple, from one text or several."""
     texts = tuple(spelled) if isinstance(spelled, Iterable) and not isinstance(spelled, str) else (spelled,)
     for k, text in enumerate(texts):
         if not isinstance(text, str):
@@ -102,7 +103,7 @@ def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
 def faults(
     spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER, *, pilot: bool = False
 ) -> tuple[Fault, ...]:
-    """Read sensor faults as the command line spells them: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
+    """Return the faults that texts spell: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
 
     ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on; `KINDS` has the kinds. Each must start within
     the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
@@ -112,6 +113,8 @@ def faults(
 
 
 def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
+    """Return the fault that a text spells; errors name the text."""
+
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)
 
@@ -134,7 +137,7 @@ def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) 
 
 
 def fault_times(spelled: str, times: str) -> tuple[float, float]:
-    """Read START or START-END [s] of a fault."""
+    """Return start and end [s] of a fault from the text START or START-END."""
     start_text, dash, end_text = times.partition("-")
     start, end = parse_float(start_text), parse_float(end_text) if dash else FOREVER
     if not 0 <= start < end:

@@ -1,4 +1,4 @@
-"""What a robot needs to dive, to fly missions and to run the firmware: estimates from shape and joints."""
+"""Tables that a robot needs to dive, to fly missions and to run the firmware, estimated from its shape and joints."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -77,7 +77,7 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
 
 
 def antenna_of(robot: Robot) -> tuple[float, float]:
-    """Return the place of the satellite antenna: behind the nose and above the axis [m].
+    """Return the satellite antenna's distance behind the nose and height above the axis [m].
 
     It stands at the head's center of mass, at the upper end of what is highest.
     """
@@ -127,7 +127,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
 
 
 def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:
-    """Return the table ``[spatial]`` of links as elliptical sections of their height and volume; `roll` [Hz]."""
+    """Return the table ``[spatial]`` of links with elliptical sections, which roll at a frequency `roll` [Hz]."""
     volume = [mass / DENSITY for mass in links["mass_kg"]]
     columns = list(zip(volume, links["lateral_area_m2"], links["length_m"], strict=True))
     height = [area / length for _, area, length in columns]
@@ -164,7 +164,7 @@ def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, flo
 
 
 def _pins(drives: Sequence[Drive]) -> dict[str, list[int]]:
-    """Return the pins of servos and analog sensors of the joint groups, and of the fins' servos."""
+    """Return the pins of servos and analog sensors, of the joint groups' drives and the two fins."""
     servos = sum(len(drive.servos) for drive in drives)
     pumps = sum(len(drive.servos) for drive in drives if drive.oil)
     free_pins = iter(ANALOG_PINS)

@@ -14,7 +14,7 @@ WIDE = 1000  # units of the drawing in a body length
 
 @cards.of(Robot)
 def robot_card(robot: Robot) -> Card:
-    """Show the robot from the side, six numbers, and its links."""
+    """Show a robot from the side, with six numbers and a table of its links."""
     groups = {link: group.name for group in robot.joints for link in group.links}
     links = robot.links
     facts = {
@@ -45,7 +45,7 @@ def robot_card(robot: Robot) -> Card:
 
 @tables.of(Robot)
 def link_columns(robot: Robot) -> dict[str, Any]:
-    """Return the links of a robot as columns."""
+    """Return the quantities of a robot's links by column, one value per link."""
     links, groups = robot.links, {link: group.name for group in robot.joints for link in group.links}
     return {
         "link": links.name,

@@ -13,7 +13,7 @@ NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a
 
 
 def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> Robot:
-    """Return a robot with other values of keys as written in its file, in the file's units.
+    """Return a robot with new values [units of the file] of keys, written as in its file.
 
     A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either,
     the value is that of all: ``joints.line.bore_m``. `option` is named in errors.
@@ -42,7 +42,7 @@ def settable(robot: Robot) -> list[str]:
 
 
 def _settable(node: Any, key: str) -> list[str]:
-    """Return the keys of the values below a node; the tables of a list by name, or by index."""
+    """Return the keys of the values below a node; tables of a list are called by name, or by index."""
     if isinstance(node, dict):
         parts = list(node.items())
     elif isinstance(node, list) and node and all(isinstance(part, dict) for part in node):
@@ -61,7 +61,7 @@ def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
 
 
 def toml_value(text: str) -> Any:
-    """Read a value as TOML has it; numbers with commas are a list, other words are text."""
+    """Return the value of a text as TOML reads it; numbers with commas are a list, other words are text."""
     for candidate in (text, f"[{text}]" if "," in text else text):
         try:
             return parse_toml(f"value = {candidate}")["value"]

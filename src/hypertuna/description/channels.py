@@ -1,4 +1,4 @@
-"""Channels: the kinds of sensors that a robot can have, from the one table of the core (pilot/readings.hpp)."""
+"""Kinds of sensors that a robot can have, from the one table of the core (pilot/readings.hpp)."""
 
 from typing import Literal, NamedTuple
 
@@ -6,7 +6,7 @@ from hypertuna import _core
 
 
 class Channel(NamedTuple):
-    """A kind of sensor."""
+    """A kind of sensor: names, unit, number per robot, and its channels."""
 
     name: str  # the quantity of [[sensors]], and the prefix of its calibration
     part: str  # that its faults are named by

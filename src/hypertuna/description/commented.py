@@ -31,7 +31,7 @@ def commented(document: Mapping[str, Any], model: type[Any], *, hints: Mapping[s
 
 
 def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapping[str, str]) -> list[str]:
-    """Lay out a table: its values, then the tables in it."""
+    """Return the lines of a table: its values, then the tables in it."""
     lines = [_line(key, value, model, (*place, key)) for key, value in table.items() if not _has_tables(value)]
     for key, value in table.items():
         if not _has_tables(value):
@@ -50,7 +50,7 @@ def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapp
 
 
 def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
-    """Write a key with its value, and its meaning except below the first of several tables."""
+    """Return a key with its value, and with its meaning except below the first of several tables."""
     name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
     text = f"{name} = {literal(value)}"
     if len(text) > WIDTH and isinstance(value, str):
@@ -70,13 +70,13 @@ def _has_tables(value: Any) -> bool:
 
 
 def _wrapped(text: str) -> str:
-    """Break a text in lines, as TOML joins them."""
+    """Return a text broken in lines that TOML joins."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return "\\\n" + " \\\n".join(textwrap.wrap(escaped, WIDTH - 4))
 
 
 def literal(value: Any) -> str:
-    """Write a value in TOML."""
+    """Return a value as TOML writes it."""
     if isinstance(value, list):
         return f"[{', '.join(map(literal, value))}]"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Numbers of a robot's file as variables of a design: by key, with what follows them, and the caudal fin by its shape.
+"""Numbers of a robot's file as variables of a design, with the values that follow them; the caudal fin by its shape.
 
 A key has the unit of the file. What is declared to follow a link's length or mass (`following`) follows it as in the
 studio, and so do the sums. ``fin.span``, ``fin.chord``, ``fin.area`` and ``fin.aspect_ratio`` are factors on the caudal
@@ -44,7 +44,7 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Unit and meaning, as datasets have them."""
+        """Unit and meaning, as attributes of data sets."""
         return {"units": "1" if self.unit in ("", WHOLE_FIN) else self.unit, "long_name": f"{self.name} of the robot"}
 
 
@@ -131,7 +131,7 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
 
 
 def _check_ends(name: str, low: float, high: float) -> None:
-    """Check the ends of a range."""
+    """Check that a range of a variable has two finite ends in rising order."""
     key, value = f"design {name}", f"{low:g}:{high:g}"
     if not math.isfinite(low) or not math.isfinite(high):
         raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
@@ -200,7 +200,7 @@ def _follow(document: dict[str, Any], varied: Variable, value: float) -> None:
 
 
 def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
-    """Multiply what follows a link's length, mass or height."""
+    """Multiply the values that follow a link's length, mass or height by powers of a factor."""
     for key, power in given(document, followers(kind, link, alias=True)).items():
         table, last = table_of(document, key)
         table[last] *= factor**power
@@ -223,7 +223,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
 
 
 def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
-    """Return a factor on the caudal fin."""
+    """Return a factor on a size of the caudal fin as a variable between two values."""
     kind = name.removeprefix("fin.")
     if kind not in FIN:
         fix = did_you_mean(name, [f"fin.{size}" for size in FIN])
@@ -257,7 +257,7 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
 
 
 def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
-    """Exchange the plate at the end of the last link; return its added mass over that before."""
+    """Exchange the plate at the end of the last link; return the ratio of its new to its old added mass."""
     strip, links, defaults = document["water"]["strip"], document["links"], whole["water"]["strip"]
     length, area = links["length_m"][last], links["lateral_area_m2"][last]
     height, aspect = strip["edge_height_m"], strip.get("edge_aspect", defaults["edge_aspect"])

@@ -1,4 +1,4 @@
-"""Estimate the drag of a swimming body: friction, form, what stands in the flow, and what beating adds at the fin.
+"""Drag of a swimming body from its shape: friction, form, blunt parts in the flow, and beating of the fin.
 
 Chosen from handbooks and from drag that was measured, not from speeds of robots.
 """
@@ -24,7 +24,7 @@ FLAT, ROUNDED, APPENDAGES, FOLDED, GAPS = 0.8, 0.2, 0.2, 0.05, 0.1
 
 
 class Nose(NamedTuple):
-    """How a body meets the flow."""
+    """A form of nose, with the drag coefficients of its parts over the frontal area."""
 
     words: str  # for its builder
     parts: Mapping[str, float]  # drag coefficients of what is not streamlined, on the largest section
@@ -55,7 +55,7 @@ NOSES = {
 
 
 def friction(shape: Shape, frequency: float) -> float:
-    """Return the friction coefficient on the wetted area at the speed of a gait [Hz]: ITTC 1957."""
+    """Return the friction coefficient on the wetted area (ITTC 1957) at the speed of a gait of a frequency [Hz]."""
     reynolds = STRIDE * frequency * shape.length**2 / VISCOSITY
     return 0.075 / (math.log10(max(reynolds, 2000.0)) - 2) ** 2
 

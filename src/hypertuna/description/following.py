@@ -1,4 +1,4 @@
-"""What of a robot's file follows a link's length, mass or height, or the hinge's stiffness."""
+"""Values of a robot's file that follow a link's length, mass or height, or the hinge's stiffness."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fin
 
 
 def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
-    """Return the powers of a factor on a link's length, mass or height by attribute, or by key of the file."""
+    """Return powers of a factor on a link's length, mass or height by the attributes, or file keys, that follow it."""
     powers = {}
     for table, part in TABLES.items():
         for name, key in part.declared.items():
@@ -29,18 +29,18 @@ def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
 def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
     """Return the powers of those keys that a file gives; the others follow by the schema's defaults."""
 
-    def stands(key: str) -> bool:
+    def is_given(key: str) -> bool:
         try:
             table, last = table_of(document, key)
             return bool(table[last])  # nothing multiplies zero
         except (KeyError, IndexError, TypeError):
             return False
 
-    return {key: power for key, power in powers.items() if stands(key)}
+    return {key: power for key, power in powers.items() if is_given(key)}
 
 
 def table_of(document: Any, key: str) -> tuple[Any, Any]:
-    """Return the table or list of a document that a key such as ``links.length_m[3]`` is in, and its name there."""
+    """Return the table or list of a document that holds a key such as ``links.length_m[3]``, and its name there."""
     *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
     for part in path:
         document = document[part]

@@ -1,4 +1,4 @@
-"""The speed at which a hull's pitch inverts what its fins do, as submarines have it at their stern planes."""
+"""Speed at which a hull's pitch reverses the effect of its fins on depth, as with stern planes of submarines."""
 
 import math
 

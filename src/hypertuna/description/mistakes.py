@@ -1,4 +1,4 @@
-"""All mistakes of a document in one answer: each is mended by an example, so that the checks behind it run, too."""
+"""All mistakes of a document in one answer: an example mends each, so that the checks behind it run, too."""
 
 import copy
 import difflib
@@ -67,7 +67,7 @@ def translate(
 
 
 def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None) -> InputError | None:
-    """Return the only mistake of a file that is of another kind than the model."""
+    """Return the error for a file of another kind than the model's, such as a mission; None for the right kind."""
     (wanted,) = [kind for kind, (keys, _) in KINDS.items() if keys <= {*_keys(model)}] or [""]
     for kind, (keys, fix) in KINDS.items():
         if wanted not in ("", kind) and keys & document.keys() and not KINDS[wanted][0] & document.keys():
@@ -76,7 +76,7 @@ def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None
 
 
 def _in_order(error: ValidationError) -> list[Any]:
-    """Return pydantic's errors: unknown keys first, for they explain missing ones; none of defaults of bad values."""
+    """Return pydantic's errors: unknown keys first, as these explain missing ones; without those of bad defaults."""
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
     errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # bad items are not counted
@@ -123,7 +123,7 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
 
 
 def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
-    """Mend a document where pydantic found an error, noting keys set from an example; return whether this succeeded."""
+    """Mend a document at one of pydantic's errors; list keys set from an example; return whether it was possible."""
     place = item["loc"]
     owner = _at(document, place[:-1])
     if isinstance(item.get("ctx", {}).get("error"), InputError):
@@ -154,7 +154,7 @@ def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bo
 
 
 def _place(key: str) -> Place:
-    """Return the place of a key: ``joints[0].links[2]``."""
+    """Return a key such as ``joints[0].links[2]`` as a place: its names and indices."""
     parts = re.findall(r'"([^"]*)"|\[(\d+)\]|([^.\[\]"]+)', key)
     return tuple(int(index) if index else quoted or plain for quoted, index, plain in parts)
 
@@ -186,12 +186,12 @@ def _at(value: Any, place: Place) -> Any:
 
 
 def _keys(owner: Model | None) -> list[str]:
-    """Return the keys of a table."""
+    """Return the keys of a table as in the file, none without a table."""
     return [info.alias or name for name, info in owner.model_fields.items()] if owner else []
 
 
 def _meant(table: Any, owner: Model | None) -> dict[str, str]:
-    """Return which absent key each unknown key of a table is likely to mean."""
+    """Return by unknown key of a table the absent key that it is likely to mean."""
     if not isinstance(table, Mapping) or len(table) > MOST:
         return {}
     known_keys = _keys(owner)
@@ -202,7 +202,7 @@ def _meant(table: Any, owner: Model | None) -> dict[str, str]:
 
 
 def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[str, Any]:
-    """Return a document with the keys that its unknown ones are likely to mean."""
+    """Return a document with its unknown keys replaced by those that they are likely to mean."""
     meant = _meant(table, field_at(model, place)[0])
     keys = {key: meant.get(key, key) for key in table}
     return {
@@ -228,7 +228,7 @@ def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any
 
 
 def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: Mapping[str, Any]) -> str:
-    """Return the missing keys as TOML, with the values of an example."""
+    """Return the missing keys as TOML text, with an example's values."""
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
         value = _at(first, place) or _at(valid, place)
@@ -249,7 +249,7 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
 
 
 def _merge(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
-    """Merge a document into another."""
+    """Merge a document into another, in place."""
     for key, value in part.items():
         if isinstance(value, Mapping) and isinstance(whole.get(key), dict):
             _merge(whole[key], value)

@@ -1,4 +1,4 @@
-"""A first description of an own robot: every value an estimate with its rule, to be replaced by measured ones."""
+"""First description of a user's robot: every value is an estimate with its rule, to be replaced by a measured one."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,7 +43,7 @@ bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a s
 
 
 class Estimate(NamedTuple):
-    """The rule of an estimate, and the factor within which the true value lies in 90 % of cases, with its reason."""
+    """Rule of an estimate, and the factor that bounds the true value in 90 % of cases, with its reason."""
 
     rule: str
     factor: float = 1.0  # of a value that is no estimate, or does not matter to a settled beat
@@ -51,7 +51,7 @@ class Estimate(NamedTuple):
 
     @property
     def source(self) -> str:
-        """The entry of ``[sources]``."""
+        """Text of the estimate's entry in ``[sources]``."""
         if self.factor == 1:
             return self.rule
         return f"{self.rule}; within a factor of {self.factor:g} in 90 % of cases: {self.reason}"
@@ -134,7 +134,7 @@ class Sizes(TypedDict, total=False):
 
 
 def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
-    """Return a document for `parse`: a fish of given sizes that swims.
+    """Return a robot's document for `parse`: a fish of given sizes, with joints and a gait.
 
     `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
     """
@@ -172,7 +172,7 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
 
 
 def _sources(shape: Shape, sizes: Sizes) -> dict[str, str]:
-    """Return where each value is from, with the sizes that the builder gave."""
+    """Return the texts of ``[sources]`` by key, with the sizes that the builder gave."""
     sizes_given = {name: size for name, size in sizes.items() if name in OWN and size is not None}
     listed = [f"{name.replace('_', ' ')} {sizes_given[name]:g} m" for name in OWN if name in sizes_given]
     aspect = shape.width / shape.height
@@ -187,7 +187,7 @@ times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin
 
 
 def _mass_rule(sizes: Sizes) -> str:
-    """Return where a mass that is not given comes from."""
+    """Return the text of ``[sources]`` for the robot's mass."""
     if sizes.get("height") or sizes.get("width"):
         return "estimate: that of the water in the place of the fish"
     return f"estimate: {FULL:g} kg/m^3 times the cube of the length, a slender fish"
@@ -251,7 +251,7 @@ def _check_floats(shape: Shape, key: str) -> None:
 
 
 def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
-    """Share the joints, one at the front end of each link but the head, among named groups."""
+    """Return the links of each named group: the joints behind the head, shared equally."""
     count = links - 1
     names = names or [f"J{i}" for i in range(1, links)]
     if len(names) == 1 and names[0].isdigit():
@@ -265,7 +265,7 @@ def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
 
 
 def _wave(groups: int) -> dict[str, list[float]]:
-    """Return amplitudes [deg], more toward the tail, and phases [deg] of a wave."""
+    """Return amplitudes [deg], rising toward the tail, and phases [deg] of a traveling wave, by key of a gait."""
     if groups == 1:
         return {"amplitude_deg": [AMPLITUDE], "phase_deg": [0.0]}
     weights = [2 + g for g in range(groups)]
@@ -299,7 +299,7 @@ def example(document: Mapping[str, Any], file: str = "") -> tuple[dict[str, Any]
 def _like(
     document: Mapping[str, Any], columns: Mapping[str, Any], name: str, links: int, joints: list[str]
 ) -> dict[str, Any]:
-    """Return a first robot of the length and the mass of a document, as far as these make a fish."""
+    """Return a first robot with the length and mass of a document, or usual ones if these make no fish."""
     body = document.get("body")
     body_table: dict[str, Any] = body if isinstance(body, dict) else {}
     lengths = _positive(columns.get("length_m"))
@@ -316,7 +316,7 @@ def _like(
 
 
 def _positive(value: Any) -> list[float]:
-    """Return the positive numbers of a value, a number or a list."""
+    """Return the positive numbers among a value, which may be a number or a list."""
     values = value if isinstance(value, list) else [value]
     return [x for x in values if isinstance(x, int | float) and not isinstance(x, bool) and 0 < x < math.inf]
 

@@ -1,4 +1,4 @@
-"""Values that are allowed but unlikely, each in a sentence: slips of units and of powers of ten."""
+"""Allowed but unlikely values of a robot, each in a sentence: slips of units and of powers of ten."""
 
 import math
 from collections.abc import Iterator
@@ -61,7 +61,7 @@ def _unit_of_lengths(robot: Robot) -> str | None:
 
 
 def _unusual(robot: Robot) -> Iterator[str]:
-    """Compare single values with usual ones."""
+    """Yield a sentence for each value outside its usual range."""
     keys = declared(Robot)
     for entry in robot.entries():
         usual = keys[plain(entry.key)].usual
@@ -86,7 +86,7 @@ def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
 
 
 def _unlikely_links(robot: Robot) -> Iterator[str]:
-    """Compare the links' masses, lengths and areas with each other."""
+    """Yield sentences on masses, lengths and areas of links that do not fit each other."""
     links, whole = robot.links, robot.body.length
     if not BULK[0] <= robot.body.mass / whole**3 <= BULK[1]:
         like = (20 * whole**3, f"{20 * whole**3:.2g}")[1]
@@ -119,7 +119,7 @@ def _unlikely_links(robot: Robot) -> Iterator[str]:
 
 
 def _unlikely_sizes(robot: Robot) -> Iterator[str]:
-    """Compare fins and sections with the length of the robot."""
+    """Yield sentences on fins and sections that do not fit the robot's length."""
     length, fins, strip, spatial = robot.body.length, robot.fins, robot.water.strip, robot.spatial
     sizes = {
         "body.height_m": robot.body.height or 0.0,
@@ -140,7 +140,7 @@ def _unlikely_sizes(robot: Robot) -> Iterator[str]:
 
 
 def _unlikely_speeds(robot: Robot) -> Iterator[str]:
-    """Compare given speeds with the length of the robot."""
+    """Yield sentences on speeds that are unusual in body lengths per second."""
     speeds_by_key = {"guidance.speed_m_s": (robot.guidance and robot.guidance.speed) or ()}
     speeds_by_key["fit.speed_m_s"] = (robot.fit and robot.fit.speed) or ()
     for key, speeds in speeds_by_key.items():
@@ -151,7 +151,7 @@ def _unlikely_speeds(robot: Robot) -> Iterator[str]:
 
 
 def _coarse_sensors(robot: Robot) -> Iterator[str]:
-    """Find sensors whose readings repeat while they work: equal readings are how a stuck one is recognized."""
+    """Yield sentences on sensors so coarse that working ones repeat readings, and so look stuck."""
     effects = {
         "depth": "a stuck one is recognized only on the way up or down",
         "field": "a stuck one is recognized only by a reading out of range",
@@ -168,7 +168,7 @@ def _coarse_sensors(robot: Robot) -> Iterator[str]:
 
 
 def _idle_factors(robot: Robot) -> Iterator[str]:
-    """Find factors of values that are no estimates any more: they have no effect."""
+    """Yield sentences on factors of ``[uncertainty]`` without effect, as their values are no estimates."""
     for key in robot.uncertainty or {}:
         if not is_estimate(robot, key):
             yield (
@@ -178,7 +178,7 @@ def _idle_factors(robot: Robot) -> Iterator[str]:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """Yield the numbers of a value, a list or a list of lists."""
+    """Yield the numbers of a value, which may be a list or a list of lists."""
     if isinstance(value, list):
         for part in value:
             yield from _numbers(part)

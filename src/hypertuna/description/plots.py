@@ -96,7 +96,7 @@ def _title(axes: Axes, text: str) -> None:
 
 
 def _mark(group: int) -> dict[str, Any]:
-    """Return color and shape of a joint group."""
+    """Return color and marker of a joint group by its index."""
     cycle, index = divmod(group, len(COLORS))  # another shape of a color each time around
     color, shape = COLORS[index], SHAPES[(index + cycle) % len(SHAPES)]
     return {"color": color, "marker": shape, "ls": "none", "ms": 6.5, "mec": "white", "mew": 0.8}

@@ -1,4 +1,4 @@
-"""Where the links of a robot are, seen from above."""
+"""Positions of a robot's links, seen from above."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ Points = NDArray[np.complex128]
 
 
 def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
-    """Place the joints of the body: nose, front end of every link, tail tip.
+    """Return positions x + i y (instants, links + 1) [m] of nose, front end of every link behind it, and tail tip.
 
     `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns x + i y (times, links + 1) [m].
     """
@@ -21,7 +21,7 @@ def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
 
 
 def group_shares(robot: Robot) -> Array:
-    """Return the part of each group's bend that the joint at the front of every link takes (links, groups) [1]."""
+    """Return the share of each group's bend at the joint in front of every link (links, groups) [1]."""
     share = np.zeros((len(robot.links.name), len(robot.joints)))
     for g, group in enumerate(robot.joints):
         share[list(group.links), g] = group.share

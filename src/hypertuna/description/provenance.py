@@ -1,4 +1,4 @@
-"""Provenance of a result: version, instruction set, robot, model; which of its values are estimates."""
+"""Provenance of a result: version, instruction set, robot, model; and which values are estimates."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,7 +24,7 @@ def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
 
 
 def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the header of a journal, which resumes only work of the same header.
+    """Return the header of a journal, by which only the same work resumes it.
 
     `kind` is the work ("optimize", "identify"); `options` has everything that its course depends on, seed included.
     """
@@ -33,7 +33,7 @@ def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[
 
 
 def is_estimate(robot: Robot, key: str) -> bool:
-    """Return whether no source says that a value is more than an estimate."""
+    """Return whether a value is an estimate: its source says so, or it has none."""
     return (robot.source(key) or "estimate").startswith("estimate")
 
 
@@ -43,7 +43,7 @@ def factor_of(robot: Robot, key: str) -> float:
 
 
 def robot_path(file: str) -> Path:
-    """Return the path of ``Robot.file``, which may be that of a robot that comes with hypertuna."""
+    """Return the path of ``Robot.file``; a relative one may be that of a robot that comes with hypertuna."""
     path = Path(file)
     by_name = path.parent == Path("robots") and path.stem in robots()
     return shipped("robots") / path.name if by_name else path

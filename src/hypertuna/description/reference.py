@@ -1,4 +1,4 @@
-"""The pages that document a schema."""
+"""Documentation pages of a schema."""
 
 import json
 import re
@@ -19,7 +19,7 @@ _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 class Key(NamedTuple):
-    """A key of a robot's file that has a value: what users need to know of it, in words."""
+    """A key of a robot's file with what its documentation says, in words."""
 
     key: str  # joints.line.bore_m; gaits.NAME.frequency_hz
     unit: str
@@ -31,7 +31,7 @@ class Key(NamedTuple):
 
 
 def keys() -> list[Key]:
-    """List all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
+    """Return all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
     schema, result = json_schema(), []
     typical = _typical()
     for heading, table in _tables(schema, schema["$defs"], ""):
@@ -57,7 +57,7 @@ def _default(rule: Mapping[str, Any]) -> str:
 
 
 def _typical() -> dict[str, str]:
-    """Return typical values by key without indices and names of gaits and materials."""
+    """Return typical values as text, by key without indices and names of gaits and materials."""
     typical = {key: "{:g} to {:g}".format(*k.usual) for key, k in declared(Robot).items() if k.usual}
     own_values: dict[str, str] = {}
     for entry in load("hypertuna").entries():
@@ -93,10 +93,10 @@ def reference() -> str:
     columns = {"default": 3, "typical": 4, "how to find it": 5}
     rows = {key.key: key for key in keys()}
 
-    def more(key: str) -> dict[str, str]:
+    def extra_cells(key: str) -> dict[str, str]:
         return {title: rows[key][place] if key in rows else "" for title, place in columns.items()}
 
-    return markdown(json_schema(), title="Robot description", introduction=introduction, more=more)
+    return markdown(json_schema(), title="Robot description", introduction=introduction, more=extra_cells)
 
 
 def markdown(
@@ -150,7 +150,7 @@ def _unless_null(rule: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
-    """Describe the values of a key, such as "number > 0"; number 1 is the plural."""
+    """Return the allowed values of a key in words, such as "number > 0"; with `number` 1 in the plural."""
     rule = _unless_null(rule)
     if choices := rule.get("enum", [rule["const"]] if "const" in rule else None):
         return " or ".join(f"`{json.dumps(choice)}`" for choice in choices)

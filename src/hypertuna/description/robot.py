@@ -119,12 +119,12 @@ class Robot(Part, Plotted, Tabular):
     @field_validator("body")
     @classmethod
     def _sum_links(cls, body: Body, info: ValidationInfo) -> Body:
-        """Fill in the body's length and mass; without valid links there is another error."""
+        """Return the body with length and mass filled in from the links, if these are valid."""
         return body.of(info.data["links"]) if "links" in info.data else body
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:
-        """The passive hinges, whose bends follow those of the joint groups among the coordinates of the tail."""
+        """The passive hinges; in coordinates of the tail, their bends follow those of the joint groups."""
         return self.hinge_list or () if self.hinge is None else (self.hinge,)
 
     @property
@@ -145,7 +145,7 @@ class Robot(Part, Plotted, Tabular):
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def __copy__(self) -> Self:
-        """Copy the fields: what was computed from them is left behind, for a changed copy would not fit it."""
+        """Return a copy of the fields, without cached results, which would not fit a changed copy."""
         copy = super().__copy__()
         for name in copy.__dict__.keys() - type(self).model_fields.keys():
             del copy.__dict__[name]
@@ -201,7 +201,7 @@ class Robot(Part, Plotted, Tabular):
         return entry_of(self.sources, key)
 
     def entries(self) -> tuple[Entry, ...]:
-        """List all values of the robot with defaults.
+        """Return all values of the robot with their units and sources, defaults included.
 
         Returns
         -------
@@ -222,7 +222,7 @@ class Robot(Part, Plotted, Tabular):
         return tuple(entries)
 
     def unsourced(self) -> tuple[str, ...]:
-        """List the numbers of the file without a source.
+        """Return the keys of the file's numbers that have no source.
 
         Returns
         -------
@@ -232,7 +232,7 @@ class Robot(Part, Plotted, Tabular):
         return tuple(e.key for e in self.entries() if not e.default and e.numeric and e.source is None)
 
     def _checks(self) -> Iterator[Check]:
-        """Check tables against each other."""
+        """Check the tables of the file against each other."""
         links, groups, length, mass = self.links, len(self.joints), sum(self.links.length), sum(self.links.mass)
         text, fix = f"must add up to body.length_m = {self.body.length:g}", "correct the links or the body length"
         adds_up = math.isclose(length, self.body.length, rel_tol=TOLERANCE)
@@ -310,7 +310,7 @@ class Robot(Part, Plotted, Tabular):
 
 
 class _Cache(dict[Hashable, Any]):
-    """What other rooms have built from one robot object; its copies and pickles are empty."""
+    """Objects that other rooms built from a robot, by key; its copies and pickles are empty."""
 
     def __reduce__(self) -> tuple[type[_Cache], tuple[()]]:
         return _Cache, ()
@@ -326,7 +326,7 @@ def cached(robot: Robot, key: Hashable, make: Callable[[], T]) -> T:
 
 
 def robots() -> tuple[str, ...]:
-    """List the robots that come with hypertuna.
+    """Return the names of the robots that come with hypertuna.
 
     Returns
     -------
@@ -338,7 +338,7 @@ def robots() -> tuple[str, ...]:
 
 @checked
 def load(robot: str | Path) -> Robot:
-    """Read a robot description.
+    """Read a robot description, by name or from a file.
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ def load(robot: str | Path) -> Robot:
 
 
 def robot_of(robot: Robot | str | Path) -> Robot:
-    """Return a robot, or that of a name or a file."""
+    """Return a robot as it is, or load the one of a name or file."""
     return robot if isinstance(robot, Robot) else load(robot)
 
 

@@ -1,4 +1,4 @@
-"""Estimate a robot's numbers from the shape of a slender fish: sections, links, water; each has its rule in a sentence.
+"""Numbers of a robot from the shape of a slender fish: sections, links, water; each has its rule in a sentence.
 
 The body is a NACA four-digit profile in side view, of elliptical sections, and ends in a trapezoidal caudal fin as high
 as the body. Its height follows from the mass, for it floats neutrally.
@@ -49,7 +49,7 @@ class Shape:
         fin_span: float | None = None,
         fin_chord: float | None = None,
     ) -> Self:
-        """Fill in what is not given, so that the fish floats: a height, a width, a mass; and a usual tail fin.
+        """Return the shape of a fish that floats, with a height, width, mass and tail fin estimated where not given.
 
         `height` and `width` [m] are those of the body without fins; `fin_chord` [m] is the fin's area over its span.
         """
@@ -70,7 +70,7 @@ class Shape:
 
     @property
     def buoyancy(self) -> float:
-        """Volume of the sections over that of the water which the fish weighs: 1 where it floats."""
+        """Volume of the sections over the volume of water as heavy as the fish: 1 where it floats."""
         _, height, width = self.sections(0.0, self.fin_start * self.length)
         body = math.pi / 4 * float((height * width).mean()) * self.fin_start * self.length
         return DENSITY * body / self.mass
@@ -97,7 +97,7 @@ class Shape:
 
     @property
     def fin_reduction(self) -> float:
-        """Added mass of the fin, a plate, over that of its sections one by one."""
+        """Added mass of the fin as a plate over the sum of its sections' added masses [1]."""
         _, height, _ = self.sections(self.fin_start * self.length, self.length)
         chord = self.fin_span / self.fin_aspect
         plate = plate_mass(self.fin_aspect) * chord**2 * self.fin_span
@@ -105,7 +105,7 @@ class Shape:
 
     @property
     def slenderness(self) -> float:
-        """Diameter of the circle of the largest section over the length."""
+        """Diameter of a circle with the area of the largest section, over the length [1]."""
         return math.sqrt(self.height * self.width) / self.length
 
     @property
@@ -117,14 +117,14 @@ class Shape:
 
 
 def naca(s: ArrayLike) -> Array:
-    """Return the height of a NACA four-digit profile at fractions of its length, 1 at its largest."""
+    """Return the height of a NACA four-digit profile at fractions of its length, relative to its largest."""
     s = np.asarray(s)
     result: Array = 2.969 * np.sqrt(s) - 1.26 * s - 3.516 * s**2 + 2.843 * s**3 - 1.015 * s**4
     return result
 
 
 def ellipse_drag(aspect: float) -> float:
-    """Return the drag coefficient across the flow of an ellipse by its width over its height (Hoerner)."""
+    """Return the drag coefficient of an ellipse across the flow, by its width over its height (Hoerner)."""
     return 1.98 - 0.78 * aspect
 
 
@@ -140,7 +140,7 @@ def _section(height: float | None, width: float | None, area: float | None) -> t
 
 
 def link_lengths(count: int, length: float) -> tuple[float, ...]:
-    """Return the lengths of the links [m]: the head is half of the fish, seven tenths before a single joint."""
+    """Return the lengths of links [m]: the head is half of the fish, or seven tenths before a single joint."""
     head_length = round(length * (0.7 if count == 2 else 0.5), 4)
     link = round((length - head_length) / (count - 1), 4)
     return (head_length, *[link] * (count - 2), round(length - head_length - link * (count - 2), 10))
@@ -149,7 +149,7 @@ def link_lengths(count: int, length: float) -> tuple[float, ...]:
 def link_columns(
     shape: Shape, lengths: Sequence[float], friction: float, beating: float
 ) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
-    """Return the columns of ``[links]`` and of ``[water.strip]`` that follow from the sections of each link.
+    """Return the columns of ``[links]`` and ``[water.strip]`` that follow from the sections of each link.
 
     `friction` is the coefficient on the wetted area, `beating` what the fin's drag coefficient gains in a beat.
     """
@@ -166,14 +166,14 @@ def link_columns(
 
 
 def edge(shape: Shape) -> dict[str, float]:
-    """Return the keys of the trailing edge in ``[water.strip]``; lift by Helmbold's equation."""
+    """Return the keys of ``[water.strip]`` for the trailing edge; its lift is by Helmbold's equation."""
     aspect = shape.fin_aspect
     edge = {"height_m": shape.fin_span, "aspect": aspect, "added_mass": plate_mass(aspect), "lift": helmbold(aspect)}
     return {f"edge_{key}": float(f"{value:.3g}") for key, value in edge.items()} | {"edge_suction": 0.0}
 
 
 def _link(shape: Shape, start: float, length: float) -> dict[str, float]:
-    """Integrate the sections of a link that starts at a station [m]."""
+    """Return the numbers of a link that begins at a station [m], integrated over its sections, by key."""
     x, height, width = shape.sections(start, start + length)
     fin = start + x >= shape.fin_start * shape.length
     section = np.where(fin, height * width, math.pi / 4 * height * width)

@@ -1,4 +1,4 @@
-"""Why a robot has no twin, and the command that writes a robot of its size that has one."""
+"""Reasons why a robot has no twin, and the command that writes a robot of its size that has one."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ MAX_HINGES = 1  # that a twin bends
 
 
 def why_no_twin(robot: Robot) -> str:
-    """Return why a robot has no twin, as the end of a sentence; empty if it has one."""
+    """Return the reason why a robot has no twin, as the end of a sentence; empty if it has one."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
     if len(robot.hinges) > MAX_HINGES:
@@ -34,7 +34,7 @@ def twin_note(robot: Robot) -> str:
 
 
 def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> None:
-    """Refuse a robot with more joint groups than twin or firmware takes, and name a command as `new_command` does."""
+    """Refuse a robot with more joint groups than the twin or the firmware allows; the fix is `new_command`'s."""
     count, most = len(robot.joints), _core.BOARD_JOINTS if board else _core.MAX_JOINTS
     if count > most:
         rule, file = f"must be at most {most} groups for the {'firmware' if board else 'twin'}", robot.file or None
@@ -93,7 +93,7 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
 
 
 def _accepted(options: Mapping[str, Any]) -> bool:
-    """Whether `robot new` takes a size."""
+    """Return whether `robot new` accepts sizes and joints."""
     try:
         new_robot("fish", **options)
     except InputError:

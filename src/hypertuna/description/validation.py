@@ -1,4 +1,4 @@
-"""Places in a document and the words for them: key as written in the file, rule, fix."""
+"""Places of values in a document, and the words for them: key as written in the file, rule, fix."""
 
 import re
 import types
@@ -40,7 +40,7 @@ def nested_model(annotation: Any) -> type[BaseModel] | None:
 
 @cache
 def declared(table: type[Part]) -> Mapping[str, Key]:
-    """Return the keys of a table and of those below it as declared, by key without indices and names."""
+    """Return the declared keys of a table and the tables below it, by key without indices and names."""
     keys: dict[str, Key] = {}
     for name, field in table.model_fields.items():
         keys[str(field.alias)] = table.declared[name]
@@ -63,7 +63,7 @@ def entry_of(table: Mapping[str, T], key: str) -> T | None:
 
 
 def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:
-    """Return the table at a place in a document, None if there is no table, and the field, None if it is unknown."""
+    """Return the table at a place in a document, None without one, and the field there, None if it is unknown."""
     field: FieldInfo | None = None
     named = False  # in a table of named entries, such as [gaits.NAME]: the next part is a name
     for part in place:
@@ -80,7 +80,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
 
 
 def fix_for(model: type[BaseModel], key: str) -> str | None:
-    """Return what to write for a key that is missing: ``joints[0].line``, or ``joints.I.line`` by name."""
+    """Return what to write for a missing key such as ``joints[0].line``, or ``joints.I.line`` by name."""
     place: list[str] = []
     for part in re.split(r"[.\[\]]+", key):
         if field_at(model, (*place, part))[1] is not None:
@@ -120,7 +120,7 @@ def rule_of(message: str) -> str:
 
 
 def fix_of(field: FieldInfo | None) -> str | None:
-    """Return what to write instead, from description and unit of the field."""
+    """Return what to write instead, from meaning and unit of the field."""
     if field is None or field.description is None:
         return None
     unit, meaning = unit_of(field), re.sub(r" \(default: .*\)$", "", field.description)

@@ -1,4 +1,4 @@
-"""Write a robot into the text of its file, with comments and layout kept."""
+"""Write a changed robot into the text of its file, with comments and layout kept."""
 
 import contextlib
 import math
@@ -30,7 +30,7 @@ def robot_text(robot: Robot, *, note: str | None = None) -> str:
 
 
 def _ended(text: str) -> str:
-    """Return text with a newline at its end."""
+    """Return a text with a newline at its end."""
     return text if text.endswith("\n") else f"{text}\n"
 
 
@@ -40,7 +40,7 @@ def write_robot(robot: Robot, path: str | Path, *, note: str | None = None) -> P
 
 
 def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
-    """Change a table of a document to its target; values that are equal stay as written."""
+    """Change a table of a document to equal its target; values that are equal stay as written."""
     for key in [key for key in table if key not in target]:
         del table[key]
     changed = []
@@ -71,7 +71,7 @@ def _has_tables(value: Any) -> bool:
 
 
 def _remark(table: Any, changed: Sequence[str], note: str) -> None:
-    """Note the change in comments beside changed values and in that of their table's header."""
+    """Add a note on changes to the comments of changed values and of their table's header."""
     for key in changed:
         trivia = getattr(table.item(key), "trivia", None) if hasattr(table, "item") else None
         if trivia is not None and trivia.comment:
@@ -82,7 +82,7 @@ def _remark(table: Any, changed: Sequence[str], note: str) -> None:
 
 
 def _new(value: Any) -> Any:
-    """Lay out a new value of the document: tables by key, matrices by row."""
+    """Return a new value laid out for the document: tables by key, matrices by row."""
     import tomlkit
 
     if isinstance(value, Mapping):
@@ -99,7 +99,7 @@ def _new(value: Any) -> Any:
 
 
 def _merge_list(items: Any, target: list[Any], note: str) -> None:
-    """Change the items of a list of equal length."""
+    """Change the items of a list to those of a target of equal length."""
     for i, value in enumerate(target):
         if not _same(items[i], value):
             if isinstance(value, Mapping):

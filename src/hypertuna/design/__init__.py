@@ -1,4 +1,4 @@
-"""Experimental design: which run the tank makes next, by what it is expected to narrow.
+"""Experimental design: the run that a tank should make next, by what it is expected to narrow.
 
 unknowns: coefficients with their prior, of a fit and of handbooks. kinds: kinds of runs that a tank can make. runs:
 such runs, and their results. prediction: logarithms of what runs measure, with exact derivatives. discrepancy: what the

@@ -1,4 +1,4 @@
-"""What is shown of a design."""
+"""Card and columns of a design of tank runs."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Which run comes next: the greedy choice by the exact expected narrowing, with discrepancies in the design."""
+"""Choice of the next run: greedy, by its exact expected narrowing, with the model's discrepancy included."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ class Design:
     made: tuple[TankRun, ...]
 
     def width(self) -> float:
-        """Root mean square of the standard deviations of the log targets."""
+        """Return the root mean square of the standard deviations of the log targets."""
         return float(np.sqrt(np.diag(self.covariance)[self.targets].mean()))
 
     def sd(self) -> Array:

@@ -1,4 +1,4 @@
-"""Discrepancy: what the model misses, a smooth random function of the gait, and offsets of days."""
+"""Discrepancy of the model: a smooth random function of the gait, and offsets of days."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The kinds of runs that a tank can make, by the kinds of trials that they give: all that a design knows of each."""
+"""Kinds of runs that a tank can make, by the kind of trial that results: all that a design knows of each."""
 
 import math
 from abc import ABC, abstractmethod
@@ -53,7 +53,7 @@ class RunKind(ABC):
 
     @abstractmethod
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Return a quantity of each run (rows,) [SI], NaN where it has none, and its derivatives (rows, n)."""
+        """Return predicted quantities of runs (rows,) [SI], NaN where a run has none, and derivatives (rows, n)."""
 
 
 class Swims(RunKind):

@@ -1,4 +1,4 @@
-"""Logarithms of what runs measure, with exact derivatives by the unknown coefficients."""
+"""Predicted logarithms of measured quantities, with exact derivatives by the unknown coefficients."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

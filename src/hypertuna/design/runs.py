@@ -1,4 +1,4 @@
-"""Runs that a tank can make, each of a kind of trial; what they measure with which noise; those to choose from."""
+"""Runs that a tank can make, each of a kind of trial: their quantities, the noise of these, and the candidates."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -46,7 +46,7 @@ FREQUENCIES, AMPLITUDES, LAGS, FINS, BIASES = 5, (0.4, 0.7, 1.0), (0.17, 0.45, 0
 
 @dataclass(frozen=True)
 class TankRun:
-    """A run that a tank can make: a trial without what it measures.
+    """A run that a tank can make: kind, gait and speed, without results.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def swims(gaits: Iterable[Gait]) -> list[TankRun]:
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured number of a run of a design.
+    """A measured value of one quantity of a run.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class Measurement:
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the logarithm of the value."""
+        """Standard deviation of the logarithm of the measured value."""
         return self.sd / self.value if self.sd is not None else noise_of(self.quantity, self.value)
 
 

@@ -1,4 +1,4 @@
-"""Steps of a design: what was predicted of a run, what it measured, and what was known after it; what they warn of."""
+"""Steps of a design: prediction, results and knowledge after each run; and warnings from them."""
 
 import math
 from collections.abc import Sequence

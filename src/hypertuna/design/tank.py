@@ -1,4 +1,4 @@
-"""The design of tank runs in a file: it says which run comes next, takes what was measured, and survives everything."""
+"""Design of tank runs in a file, which names the next runs, takes their results and continues after an interruption."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -182,7 +182,7 @@ class TankDesign(TankState):
 
     @property
     def results(self) -> list[Measurement]:
-        """All results in their order."""
+        """All results, in the order of the runs."""
         return [result for step in self.steps for result in step.results]
 
     def ask(self, count: int = 1) -> NextRuns:
@@ -219,7 +219,7 @@ class TankDesign(TankState):
         )
 
     def tell(self, trials: Sequence[Told], day: str = "") -> None:
-        """Take what runs measured, in the order in which they were made; what one run measured follows each other.
+        """Take the results of runs, in the order in which they were made; those of one run follow each other.
 
         Parameters
         ----------

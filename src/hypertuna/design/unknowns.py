@@ -1,4 +1,4 @@
-"""Unknown coefficients of a design: those of a fit with their covariance, and what handbooks leave open."""
+"""Unknown coefficients of a design: those of a fit with their covariance, and those that handbooks leave uncertain."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -93,7 +93,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
         return straightness(self.pressure, self.angle)
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers with units in their names, a step for each pressure."""
+        """Return all numbers by names with units, with a step for each pressure."""
         r_squared = self.r_squared()
         facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint, "side": self.side}
         numbers = {
@@ -134,7 +134,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
 
 
 def described_bend(robot: Robot, joint: str) -> tuple[float, float] | None:
-    """Return the largest pressure [Pa] and the bend there [rad] as described, if both are."""
+    """Return largest pressure [Pa] and bend [rad] of a joint by its description; None if one is not given."""
     group, _ = joint_group(robot, joint)
     return None if group.pressure_max is None or group.bend_max is None else (group.pressure_max, group.bend_max)
 
@@ -207,7 +207,7 @@ def fe_bend(
 
 
 def _status_text(pressure: Array, reached: int, fault: str) -> str:
-    """Describe how many pressures [Pa] were reached, and the failure at the next."""
+    """Return a sentence on the number of pressures [Pa] reached, and on the failure at the next."""
     if not fault:
         subjects = {1: "The pressure was", 2: "Both pressures were"}
         return f"{subjects.get(reached, f'All {reached} pressures were')} reached."

@@ -29,7 +29,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class FeComparison(Displayed):
-    """Both models of a joint at the same pressures."""
+    """A joint by both models at the same pressures."""
 
     fe: FeBend
     analytic: Bend  # at the pressures of the finite elements, with the described friction, at rising pressure
@@ -37,12 +37,12 @@ class FeComparison(Displayed):
 
     @property
     def difference(self) -> Array:
-        """Relative difference of the angle, fast model minus finite elements, (n,); NaN at rest."""
+        """Relative difference of the angle (n,), fast model minus finite elements [1]; NaN at rest."""
         return _relative(self.analytic.angle, self.fe.angle)
 
     @property
     def oil_difference(self) -> Array:
-        """Relative difference of the oil, (n,)."""
+        """Relative difference of the oil (n,), fast model minus finite elements [1]; NaN at rest."""
         return _relative(self.analytic.volume, self.fe.oil)
 
     @property
@@ -52,7 +52,7 @@ class FeComparison(Displayed):
         return 1 - np.array([state.length for state in self.fe.measured]) / length
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers with units in their names, a step for each pressure."""
+        """Return all numbers by names with units, with a step for each pressure."""
         fe, analytic = self.fe, self.analytic
         columns = {
             "pressure_kpa": fe.pressure / 1e3,
@@ -76,13 +76,13 @@ class FeComparison(Displayed):
 
 
 def _relative(value: Array, reference: Array) -> Array:
-    """Return the difference over the reference, NaN where the reference is nearly zero."""
+    """Return the difference over the reference [1], NaN where the reference is nearly zero."""
     small = np.abs(reference) <= 1e-9 * max(1e-300, float(np.abs(reference).max(initial=0.0)))
     return np.where(small, math.nan, (value - reference) / np.where(small, 1.0, reference))
 
 
 def compare(fe: FeBend, *, reasons: bool = False) -> FeComparison:
-    """Compare the fast model with finite elements, optionally with the reasons of the difference."""
+    """Compare the fast model with finite elements, optionally with the reasons for their difference."""
     if not len(fe.pressure):
         raise InputError("must reach a pressure", key="pressure", value=fe.status_text, fix="start with a lower one")
     analytic = bend(fe.robot, fe.joint, fe.pressure, side=fe.side, material=fe.material)

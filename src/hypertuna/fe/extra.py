@@ -1,4 +1,4 @@
-"""Check of the optional packages of finite elements, the extra `fe`."""
+"""Check that the optional packages of finite elements, the extra `fe`, are installed."""
 
 import ctypes
 import os
@@ -34,7 +34,7 @@ def need_screenless() -> None:
 
 
 def _loadable(library: str) -> bool:
-    """Return whether a shared library can be loaded; without one, VTK ends the process."""
+    """Return whether a shared library can be loaded; VTK ends the process without one."""
     try:
         ctypes.CDLL(library)
     except OSError:

@@ -99,7 +99,7 @@ def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np
 
 
 def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int) -> None:
-    """Write fields on elements or faces, whole or not at all."""
+    """Write fields on elements or faces as a VTU file, whole or not at all."""
     from ngsolve import VTKOutput
 
     with scratch() as folder:
@@ -110,7 +110,7 @@ def _write(mesh: Any, fields: dict[str, Any], path: Path, where: Any, finer: int
 
 
 def _smooth(model: FeModel, field: Any) -> Any:
-    """Return a field of the matrix made continuous: its best fit in each element, averaged between elements."""
+    """Return a continuous field of the matrix: the best fit in each element, averaged between elements."""
     import ngsolve as ngs
 
     matrix = model.mesh.Materials("matrix")
@@ -120,7 +120,7 @@ def _smooth(model: FeModel, field: Any) -> Any:
 
 
 def _stress(model: FeModel) -> Any:
-    """Return the true von Mises stress [Pa]."""
+    """Return the von Mises stress from the true stress [Pa]."""
     from ngsolve import Det, Grad, Id, InnerProduct, Trace, sqrt
 
     F = Id(3) + Grad(model.displacement)

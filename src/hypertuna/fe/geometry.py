@@ -41,7 +41,7 @@ FACES = {
 
 @dataclass(frozen=True)
 class Channel:
-    """A straight channel of a drive unit along x."""
+    """A straight channel of a drive unit along x: its side and its place in the section."""
 
     side: int  # 0 for left, at positive y; 1 for right
     y: float  # of the axis [m]
@@ -79,7 +79,7 @@ class JointBody:
         return float(math.pi / 3 * (cone * dx).sum()) - len(self.channels) * math.pi * self.radius**2 * self.length
 
     def record(self) -> dict[str, Any]:
-        """Return the body with units in the names."""
+        """Return the body's sizes by names with units."""
         return {
             "joint": self.name,
             "station_mm": MM * self.stations,
@@ -101,7 +101,7 @@ class JointBody:
 
 
 def joint_body(robot: Robot, joint: str | int) -> JointBody:
-    """Return the soft body of a joint.
+    """Return the soft body of a joint, with its channels placed; refuse one without room for them.
 
     The half axes of ``[joints.actuator]`` apply at the middle of their segments; elsewhere the body tapers linearly.
     """
@@ -172,7 +172,7 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
-    """Return the half body with z >= 0 in mm: matrix without channels, tip plate; solids, faces and edges named."""
+    """Return the half body with z >= 0 in mm: matrix without channels, tip plate; solids, faces and edges are named."""
     need_fe()
     from netgen.occ import Axes, Box, Glue, WorkPlane, X, Y
 
@@ -197,7 +197,7 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
 
 
 def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> tuple[Any, Any]:
-    """Return matrix with channels, and tip plate, in mm, both halves."""
+    """Return the solids of matrix with channels, and of the tip plate, in mm, both halves."""
     from netgen.occ import Cylinder, Pnt, ThruSections, X
 
     stations, length = MM * body.stations / squeeze, MM * body.length / squeeze
@@ -272,7 +272,7 @@ def _surface(solid: Any, size: float) -> Any:
 
 
 def _ellipse(body: JointBody, k: int, x: float) -> Any:
-    """Return the rim of a section across x [mm]; the kernel takes the longer half axis first."""
+    """Return the rim of a section at x [mm] as an ellipse, which the kernel wants by its longer half axis first."""
     from netgen.occ import Axes, WorkPlane, X, Y, Z
 
     height, width = MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])

@@ -72,7 +72,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class JointMap(Displayed):
-    """A joint by finite elements and by the fast model, under the same pressures and moments."""
+    """A joint by finite elements and by the fast model, on a grid of pressures and couples."""
 
     robot: Robot
     joint: str
@@ -97,7 +97,7 @@ class JointMap(Displayed):
 
     @property
     def volume_difference(self) -> float:
-        """Largest difference of the volumes over the range of those of the elements [1]."""
+        """Largest difference of the volumes between the models over the range of the elements' volumes [1]."""
         volume = self.elements.volume[np.isfinite(self.elements.volume)]
         return self.largest("volume") / float(np.ptp(volume)) if len(volume) else math.nan
 
@@ -106,7 +106,7 @@ class JointMap(Displayed):
         return map_layout(self).dataset(state_columns(self.elements, self.model))
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers with units in their names."""
+        """Return all numbers by names with units."""
         facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint} | self.options.facts(self.robot)
         grid = {f"pressure_{side}_kpa": self.pressure[:, s] / 1e3 for s, side in enumerate(("left", "right"))}
         largest = {
@@ -195,7 +195,7 @@ def joint_map_shards(
     progress: Callable[[int, int], None] | None = None,
     solve: Joint | None = None,
 ) -> int:
-    """Solve a joint on a grid into a folder of shards, by default of a couple each.
+    """Solve a joint on a grid into a folder of shards, by default one couple each; return the number of shards.
 
     The arguments are those of `joint_map` and of `hypertuna.sweep_shards`; returns the number of shards made.
     """

@@ -21,7 +21,7 @@ MARGIN = 0.02  # relative, of a volume beyond the braid's limit
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurements of a model in equilibrium."""
+    """Measurements of a model in equilibrium: bend, volumes, stretches, strain and stress."""
 
     angle: float  # of the tip plate, counter-clockwise [rad]
     tip: tuple[float, float]  # x and y of the far face's center [m]
@@ -41,7 +41,7 @@ class Measured:
     fault: str  # why the state is invalid; empty if it is valid
 
     def record(self) -> dict[str, float]:
-        """Return all numbers with units in their names."""
+        """Return all measurements by names with units."""
         record = {f"tip_{axis}_mm": 1e3 * place for axis, place in zip("xy", self.tip, strict=True)}
         record["length_mm"] = 1e3 * self.length
         for side, volume, swelling in zip(SIDES, self.volume, self.swelling, strict=True):
@@ -55,7 +55,7 @@ class Measured:
 
 
 def measure(model: FeModel) -> Measured:
-    """Measure a model and check its state."""
+    """Return the measurements of a model, with a fault if its state is impossible."""
     angle, tip = _tip(model)
     moved, at_rest = _inside(model), _inside(model, moved=False)
     share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of hoses in the braids at rest; hoses are incompressible
@@ -88,7 +88,7 @@ def von_mises(stress: Array) -> Array:
 
 
 def _length(model: FeModel) -> float:
-    """Return the length of the bent axis [m]: the length of chords over that at rest, which is known.
+    """Return the length of the bent axis [m]: its known length at rest times the ratio of its chords.
 
     The mesh, in mm and squeezed along x, ends with the tip plate. Its points are slightly off y = z = 0 in both states.
     """
@@ -104,7 +104,7 @@ def _length(model: FeModel) -> float:
 
 
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
-    """Return angle [rad] and center [m] of the tip plate's far face: the rotation that fits its points best."""
+    """Return angle [rad] and center [m] of the tip plate's far face, from the rotation that best fits its points."""
     import ngsolve as ngs
 
     def mean(field: Any) -> float:
@@ -129,7 +129,7 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
 
 
 def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
-    """Return stretches at points of the walls, one family of fibers after the other, and the points' areas."""
+    """Return stretches at points of the walls, both families of fibers in a row, and the points' areas [m^2]."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)

@@ -52,7 +52,7 @@ def mesh_size(mesh: str | MeshSize) -> MeshSize:
 
 
 def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
-    """Mesh the upper half of a body: mesh in mm, squeezed along x, and its deformation to the true shape in m."""
+    """Return a mesh of a body's upper half in mm, squeezed along x, and its deformation to the true shape in m."""
     from netgen.meshing import NgException
 
     value = "no mesh of Netgen"
@@ -84,7 +84,7 @@ def _straight(body: JointBody, size: MeshSize) -> Any:
 
 
 def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
-    """Return the motion of all points from the straight mesh to the true shape, in m."""
+    """Return the displacement of all points from the straight mesh to the true shape [m]."""
     import ngsolve as ngs
 
     curved = {name: _to_channels(body) for name in ("wall_left", "wall_right")} | {
@@ -111,7 +111,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
 
 
 def _to_channels(body: JointBody) -> Any:
-    """Return the motion from a chord of a channel's wall to the wall [mm]."""
+    """Return the displacement from chords of a channel's wall to the wall [mm]."""
     import ngsolve as ngs
 
     motion, radius = ngs.CF((0.0, 0.0, 0.0)), MM * body.radius
@@ -124,7 +124,7 @@ def _to_channels(body: JointBody) -> Any:
 
 
 def _to_rim(body: JointBody, squeeze: float) -> Any:
-    """Return the motion from a chord of the body's rim to the rim, along the ray from the section's center [mm]."""
+    """Return the displacement from chords of the body's rim to the rim [mm], along rays from the section's center."""
     import ngsolve as ngs
 
     stations = [MM / squeeze * float(x) for x in body.stations]

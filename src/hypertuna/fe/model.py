@@ -38,7 +38,7 @@ ARC = 2  # order of the angle along the arc of a held axis
 
 @dataclass(frozen=True)
 class FeOptions:
-    """Options of a finite-element model."""
+    """Options of a finite-element model: mesh, material set, law and compressibility."""
 
     material: str | None = None  # material set, the robot's by default
     law: str = "mooney_rivlin"  # of the matrix, one of `energies.LAWS`
@@ -51,7 +51,7 @@ class FeOptions:
         return mesh_size(self.mesh)
 
     def material_of(self, robot: Robot) -> str:
-        """Return the material set of a robot."""
+        """Return the material set: that of the options, or of the robot."""
         return self.material or drive_unit(robot).material_set
 
     def facts(self, robot: Robot) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def model_on(robot: Robot, body: JointBody, options: FeOptions, mesh: Any, defor
 
 
 def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
-    """Return the matrix, and hose with braid, of a robot."""
+    """Return the matrix, and the wall of hose and braid, of a robot."""
     unit = drive_unit(robot)
     hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
     wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)

@@ -31,7 +31,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Result of the search for an equilibrium."""
+    """Result of the search for an equilibrium: whether it converged, iterations, and a sentence."""
 
     converged: bool
     iterations: int  # Newton steps of all load steps
@@ -73,7 +73,7 @@ def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: f
 
 
 def _newton(problem: Problem, least: float) -> tuple[int, str]:
-    """Minimize the energy under the present loads; return the number of steps and the failure, empty without one."""
+    """Minimize the energy under the present loads; return the number of steps and the failure, empty if none."""
     u, energy = problem.state.vec, problem.energy
     gradient, step, trial = (u.CreateVector() for _ in range(3))
     value_first = value_now = _value(problem, u)

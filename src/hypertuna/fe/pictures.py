@@ -190,7 +190,7 @@ def _round_up(value: float) -> float:
 
 
 def _faces(path: Path) -> dict[str, Any]:
-    """Read the faces of the upper half by kind."""
+    """Return the faces of the upper half by kind, from a file."""
     import pyvista as pv
 
     points, cells, types, fields = read_surface(path)
@@ -207,7 +207,7 @@ def _faces(path: Path) -> dict[str, Any]:
 
 
 def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
-    """Render a view at a pressure: pixels (height, width, 3)."""
+    """Return a view at the k-th pressure as pixels (height, width, 3)."""
     import pyvista as pv
 
     if not os.environ.get("DISPLAY"):  # which VTK would warn of
@@ -236,7 +236,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
 
 
 def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float, bool]]:
-    """List the deformed parts of a view with their opacity, and whether they are colored, not gray.
+    """Return the deformed parts of a view, each with its opacity and whether it is colored or gray.
 
     Drive units without pressure are faded, so that they do not hide those under pressure.
     """
@@ -254,7 +254,7 @@ def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float
 
 
 def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
-    """Return size of the picture, camera and scale that frame the body at rest and at the last pressure."""
+    """Return picture size, camera and scale that frame the body both at rest and at the last pressure."""
     direction = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     right = np.cross((0.0, 0.0, 1.0), direction)
     right /= np.linalg.norm(right)

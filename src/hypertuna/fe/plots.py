@@ -1,4 +1,4 @@
-"""Figure of a bend by finite elements: angle over pressure, and the oil that it takes."""
+"""Figure of a bend by finite elements: angle over pressure, and pressure over the oil taken in."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A joint without ends: one section in uniform bending, by finite elements in its plane.
+"""A joint without end effects: its sections in uniform bending, by finite elements in the section's plane.
 
 In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x, l
 the stretch of the axis and k the curvature per length at rest. With these two unknowns beside u, energies, pressure and
@@ -46,7 +46,7 @@ def section_bend(
     options: FeOptions | None = None,
     segments: bool = True,
 ) -> Section:
-    """Bend the sections of a joint at pressures (n,) [Pa] of one side, without friction.
+    """Return the deformation of a joint's sections at pressures (n,) [Pa] of one side, without friction.
 
     Without `segments`, one mean section stands for all.
     """
@@ -93,7 +93,7 @@ def _bent(
 
 
 def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
-    """Mesh the upper half of a section in mm; x of the mesh is y of the body, y is z."""
+    """Return a mesh of a section's upper half in mm; its x is the body's y, its y the body's z."""
     import ngsolve as ngs
     from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 

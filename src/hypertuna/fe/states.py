@@ -35,7 +35,7 @@ class States:
     length: Array  # (m, n) of the bent axis [m]
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers with units in their names, a row for each couple."""
+        """Return all numbers by names with units, a row for each couple."""
         oil = {f"volume_{side}_ml": 1e6 * self.volume[..., s] for s, side in enumerate(("left", "right"))}
         angle = {"angle_deg": np.degrees(self.angle), "moment_n_m": self.moment}
         return angle | oil | {"length_mm": 1e3 * self.length}
@@ -87,12 +87,12 @@ def fast_states(robot: Robot, model: JointModel, pressure: Array, elements: Stat
 
 
 def holding_moment(model: JointModel, angle: float, pressure: ArrayLike) -> float:
-    """Return the moment from outside [N m] that holds an angle [rad] under a pair of pressures [Pa]."""
+    """Return the external moment [N m] that holds an angle [rad] under a pair of pressures [Pa]."""
     pair = np.asarray(pressure, dtype=np.float64)
 
-    def pulled(strain: float) -> float:
+    def axial_force(strain: float) -> float:
         loads = model.at(angle, strain, pair)
         return float(loads["axial"][0] + loads["gain"][0] @ pair)
 
-    loads = model.at(angle, brentq(pulled, -STRAIN, STRAIN, xtol=1e-12), pair)
+    loads = model.at(angle, brentq(axial_force, -STRAIN, STRAIN, xtol=1e-12), pair)
     return -float(loads["elastic"][0] + loads["slope"][0] @ pair)

@@ -26,7 +26,7 @@ def _no_findings(result: Any) -> Iterable[Finding]:
 
 @dataclass(frozen=True)
 class Chapter(Generic[T]):
-    """A chapter of the ledger."""
+    """A chapter of the ledger: how it is computed, its findings and its sections."""
 
     name: str  # of its result
     sections: Callable[[T], list[Section]]

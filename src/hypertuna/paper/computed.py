@@ -1,4 +1,4 @@
-"""Simulations of all that the paper reports: swims with its own model and ours, runs of the twin."""
+"""Simulations of all tests that the paper reports: swims by the paper's model and ours, and runs of the twin."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ BORES = (0.003, 0.004, 0.005, 0.006)  # m, possible oil lines
 
 @dataclass(frozen=True)
 class Trial:
-    """Swims of all that the paper reports, by one model."""
+    """Swims of all tests that the paper reports, by one model."""
 
     robot: Robot
     gaits: dict[str, Swim]  # the robot's named gaits
@@ -63,7 +63,7 @@ def bandwidths(robot: Robot) -> str:
 def swim_published(
     robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
 ) -> dict[str, Trial]:
-    """Swim all that the paper reports, by model; in full also with the areas as Table II prints them."""
+    """Return swims of all tests in the paper by model; in full also with the areas as Table II prints them."""
     trials = {}
     for name, choice in (MODELS | (AS_PRINTED if full else {})).items():
         trials[name] = try_robot(robot.using(**choice), paper)
@@ -73,7 +73,7 @@ def swim_published(
 
 
 def try_robot(robot: Robot, paper: Mapping[str, Any]) -> Trial:
-    """Swim all that the paper reports with one model."""
+    """Return swims of all tests in the paper by one robot."""
     tank, turn, start = paper["tank"], named_gait(robot, "turning"), paper["start"]
     phases = [(0.0, float(phase)) for phase in np.radians(tank["phase_deg"])]
     amplitudes = np.radians(list(tank["amplitude_deg"].values())).tolist()
@@ -94,7 +94,7 @@ def try_robot(robot: Robot, paper: Mapping[str, Any]) -> Trial:
 
 
 def _turns(robot: Robot, paper: Mapping[str, Any], gait: Gait) -> xr.Dataset:
-    """Swim a one-sided beat over phases."""
+    """Return settled beats of a one-sided gait over phase differences."""
     phases = [(0.0, float(phase)) for phase in np.radians(paper["turning"]["phase_deg"])]
     return sweep(
         robot, Gaits.grid(frequency=[gait.frequency], amplitude=[gait.amplitude], phase=phases, bias=[gait.bias])
@@ -103,7 +103,7 @@ def _turns(robot: Robot, paper: Mapping[str, Any], gait: Gait) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class Twins:
-    """Runs of the twin."""
+    """Runs of the twin of the tests that the paper reports."""
 
     robot: Robot
     gaits: dict[str, TwinRun]  # the eight gaits of Table IV
@@ -115,7 +115,7 @@ class Twins:
 def run_published(
     robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
 ) -> Twins:
-    """Run the twin through all that the paper reports; in full also with other oil lines."""
+    """Return runs of the twin of all tests in the paper; in full also with other oil lines."""
     tank, posture = paper["tank"], paper["posture"]
     amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
     swept = [Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase) for hertz in tank["frequency_hz"]]
@@ -129,7 +129,7 @@ def run_published(
 
 
 def swim_bores(robot: Robot) -> Bores:
-    """Swim the eight gaits with oil lines of other bores, which are not published."""
+    """Return speed, swing and power of the eight gaits with other bores of the oil lines, which are not published."""
     results = {}
     for bore in BORES:
         with_bores = with_bore(robot, bore)
@@ -141,6 +141,6 @@ def swim_bores(robot: Robot) -> Bores:
 
 
 def _swims(robot: Robot, gaits: Sequence[Gait]) -> list[TwinRun]:
-    """Swim gaits until they have settled."""
+    """Return runs of the twin in gaits, long enough to settle."""
     options = [{"robot": robot, "gait": gait, "duration": SWIM, "start": "swimming"} for gait in gaits]
     return twins(options, measure=lambda run: run, threads=THREADS)

@@ -30,13 +30,13 @@ KINDS = {
 
 
 def _axes(height: float) -> tuple[Figure, Axes]:
-    """Return a figure of one plot, and its axes; the height in inches."""
+    """Return a figure with one plot, and its axes; the height is in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, figure.subplots()
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Name the rows of a plot, from top to bottom."""
+    """Label the rows of a plot, from top to bottom."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="y", visible=False)
@@ -80,7 +80,7 @@ def plot_map(
 
 @styled
 def plot_dots(rows: Sequence[tuple[str, float, str]], label: str, *, log: bool = False) -> Figure:
-    """Draw named numbers as dots on one scale."""
+    """Draw named numbers as dots on one scale, linear or logarithmic."""
     figure, axes = _axes(0.235 * len(rows) + 0.6)
     if log:
         axes.set_xscale("log")
@@ -208,7 +208,7 @@ def plot_intervals(
 
 @styled
 def plot_paths(paths: Mapping[str, ArrayLike], names: Sequence[str]) -> Figure:
-    """Plot coefficients over iterations, as places between their bounds [1]: a column for each model, a row a kind."""
+    """Plot coefficients over iterations, relative to their bounds [1]: a column for each model, a row for each kind."""
     kinds = [name.partition("[")[0] for name in names]
     links = [name.partition("[")[2].rstrip("]") for name in names]
     rows, lines = list(dict.fromkeys(kinds)), list(dict.fromkeys(links))

@@ -27,7 +27,7 @@ ENOUGH = 0.9  # of the seeds must hold
 
 
 class Finding(NamedTuple):
-    """A computed number of the paper."""
+    """A computed value for a number of the paper."""
 
     id: str
     model: str  # that computed it
@@ -110,7 +110,7 @@ FAMILY = "the family was chosen with this claim in view"
 
 @dataclass(frozen=True)
 class Seeds:
-    """A number over seeds of the noise."""
+    """Median, range and agreement of a number over seeds of the noise."""
 
     count: int
     passed: int | None  # seeds whose number agrees with the published one; None without one
@@ -120,7 +120,7 @@ class Seeds:
 
 @dataclass(frozen=True)
 class Entry:
-    """One number of the paper beside ours; id and model together are unique."""
+    """A number of the paper beside ours; id and model together are unique."""
 
     id: str
     source: str  # place in the paper
@@ -140,7 +140,7 @@ class Entry:
 
     @property
     def error(self) -> str:
-        """The relative error as text; empty for percentages and angles, whose difference says more, and for bounds."""
+        """Relative error as text; empty for percentages, angles and bounds."""
         decided = self.verdict != "undetermined" or self.why
         if self.relative_error is None or self.unit in ("%", "deg") or self.bound or not decided:
             return ""
@@ -148,7 +148,7 @@ class Entry:
 
     @property
     def published_text(self) -> str:
-        """The published number with its unit; a dash instead where the paper has words alone."""
+        """Published number with its unit; a dash where the paper gives no number."""
         if self.published is None:
             return f"– {self.unit}"
         number = f"{self.bound} {self.published:g}".lstrip()
@@ -175,7 +175,7 @@ class Entry:
 
     @property
     def why(self) -> str:
-        """Why the family leaves the verdict open; empty where it does not."""
+        """Reason why the family leaves the verdict open; empty if it does not."""
         if self.band is None or self.verdict != "undetermined" or self.class_ == "not judged":
             return ""
         return UNPUBLISHED if fast(self.id) else "not all robots that the paper allows agree"
@@ -187,7 +187,7 @@ def published_value(key: str) -> float:
 
 
 def judge(paper: Mapping[str, Any], finding: Finding) -> Entry:
-    """Return the entry of a computed number: beside the published one, with a verdict."""
+    """Return the entry of a finding: beside the published number, with a verdict."""
     fact = paper["values"][finding.id]
     value, rule, computed = fact.get("value"), _rule(finding, fact), finding.computed
     return Entry(
@@ -210,7 +210,7 @@ def judge(paper: Mapping[str, Any], finding: Finding) -> Entry:
 
 
 def _verdict(finding: Finding, fact: Mapping[str, Any], rule: Rule) -> str:
-    """Judge by the interval, by seeds and family, or by the number; a number that is not finite is not computed."""
+    """Return the verdict by interval, seeds and family, or number; a number that is not finite is "not computed"."""
     if finding.computed is None or not np.isfinite(finding.computed):
         return "not-computed"
     if "value" not in fact or rule.how == "open":
@@ -246,7 +246,7 @@ def _open(finding: Finding, published: float, rule: Rule, holds: bool) -> bool:
 
 
 def fast(key: str) -> bool:
-    """Return whether a number belongs to gaits at 4.75 to 6 Hz."""
+    """Return whether a number, by its id, belongs to gaits at 4.75 to 6 Hz."""
     return any(fnmatch(key, ids) for ids in FAST)
 
 

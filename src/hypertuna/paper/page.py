@@ -52,7 +52,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
 
 
 def ledger_html(ledger: Ledger, sections: list[Section], docs: str = "") -> str:
-    """Return tool and ledger as an HTML page that needs no other file; it links to a folder of `docs`, if given."""
+    """Return the ledger as an HTML page that needs no other file; it links to a folder of `docs`, if given."""
     from hypertuna.swimming.outline import swimming_svg
 
     best = ledger.trials[OURS].gaits["unoptimised-max"]
@@ -72,7 +72,7 @@ computed as you turn."""
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:
-    """Group the entries by the first word of their id, then by id."""
+    """Return the entries grouped by the first word of their id, then by id."""
     chapters: dict[str, dict[str, list[Entry]]] = {}
     for entry in ledger.entries:
         chapters.setdefault(entry.id.partition("/")[0], {}).setdefault(entry.id, []).append(entry)
@@ -119,7 +119,7 @@ def _facts(ledger: Ledger) -> list[Fact]:
 
 
 def _robot(ledger: Ledger) -> list[Section]:
-    """Draw the robot."""
+    """Return the section with the figure of the robot."""
     from hypertuna.description.plots import plot_robot
 
     robot = ledger.trials[OURS].robot

@@ -1,4 +1,4 @@
-"""Joint II as a passive hinge of tuned stiffness, and other fins: the robots that the paper's last section asks for."""
+"""Robots of the paper's last section: joint II as a passive hinge of tuned stiffness, and other fins."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def swim_passive(
 
 
 def gait_of(best: Best) -> Gait:
-    """Return a cheapest gait of a passive robot."""
+    """Return the gait of a cheapest gait's numbers for a passive robot."""
     return Gait.from_degrees(frequency=best.frequency, amplitude=(best.size,), phase=(0.0,))
 
 

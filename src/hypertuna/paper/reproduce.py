@@ -56,7 +56,7 @@ CHAPTERS: tuple[Chapter[Any], ...] = (
 
 @dataclass(frozen=True)
 class Ledger:
-    """All entries, their summary, and the results behind them."""
+    """All entries, their summary, and the results that they come from."""
 
     entries: tuple[Entry, ...]
     summary: dict[str, Any]
@@ -106,12 +106,12 @@ def ledger_record(ledger: Ledger) -> dict[str, Any]:
 
 
 def ledger_sections(ledger: Ledger) -> list[Section]:
-    """Return the sections of all chapters."""
+    """Return the sections of all chapters, in order."""
     return [section for chapter in CHAPTERS for section in chapter.sections(ledger.results[chapter.name])]
 
 
 def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
-    """Return how many numbers are predicted and reproduced, verdicts of all and by class, errors of the eight speeds.
+    """Return counts of predicted and reproduced numbers and of verdicts, in all and by class, and errors of speeds.
 
     A number that several models predict counts once; it is reproduced if one of them reproduces it.
     """
@@ -140,6 +140,6 @@ def _summary(entries: tuple[Entry, ...]) -> dict[str, Any]:
 
 
 def _verdicts(entries: Sequence[Entry]) -> dict[str, int]:
-    """Return the number of every verdict."""
+    """Return how many entries have each verdict."""
     verdicts = [entry.verdict for entry in entries]
     return {verdict: verdicts.count(verdict) for verdict in VERDICTS}

@@ -1,4 +1,4 @@
-"""Numbers over seeds of the noise: computed once, stored in data/seeds with what made them, computed again in full.
+"""Numbers over seeds of the noise, stored in data/seeds with their provenance, and computed again in full.
 
 python -m hypertuna.paper.seeds                 # compute and store all studies, about 20 min of one core
 python -m hypertuna.paper.seeds postures dives  # some of them
@@ -57,7 +57,7 @@ class Stored:
 
 
 def read_seeds(study: str, robot: Robot) -> Stored:
-    """Read a study; it is stale where the robot has changed since."""
+    """Return a stored study; without a record if the robot has changed since."""
     try:
         record = json.loads(_path(study, robot).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -68,7 +68,7 @@ def read_seeds(study: str, robot: Robot) -> Stored:
 
 
 def compute_seeds(study: str, robot: Robot) -> Stored:
-    """Compute a study over all seeds, and store it."""
+    """Compute a study over all seeds, store it, and return it."""
     with ThreadPoolExecutor(THREADS) as pool:
         rows = list(pool.map(lambda seed: STUDIES[study].run(robot, seed), SEEDS))
     numbers = {name: [float(f"{row[name]:.{DIGITS}g}") for row in rows] for name in rows[0]}
@@ -96,7 +96,7 @@ def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> 
 
 
 def taken_hash(robot: Robot) -> str:
-    """Return the SHA-256 of what the twin takes of a robot: all that affects results but water laws not chosen."""
+    """Return the SHA-256 of a robot's values that the twin uses: without water laws that are not chosen."""
     others = {"description", "sources", "guidance", "firmware"}  # no study has a pilot
     content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=others)
     content["sensors"] = [part for part in content["sensors"] if not CHANNELS[part["quantity"]].pilot]
@@ -105,12 +105,12 @@ def taken_hash(robot: Robot) -> str:
 
 
 def _path(study: str, robot: Robot) -> Any:
-    """Return the file of a study."""
+    """Return the path of the file of a study."""
     return shipped("data/seeds") / f"{study}-{robot.name}.json"
 
 
 def main() -> None:
-    """Compute the studies of the command line, or all."""
+    """Compute and store the studies named on the command line, or all."""
     for study in sys.argv[1:] or STUDIES:
         stored = compute_seeds(study, STUDIES[study].robot())
         print(f"stored: {_path(study, stored.robot)}")

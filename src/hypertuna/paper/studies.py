@@ -1,4 +1,4 @@
-"""Studies of the twin that depend on the noise of its sensors: what one seed gives, by name of the number."""
+"""Studies of the twin that depend on its sensors' noise: the numbers of one seed, by name."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and the pilot'
 
 
 class Diverged(Exception):
-    """A run of a study diverged: no robot has such a state."""
+    """Error: a run of a study diverged, so that its numbers mean nothing."""
 
 
 def swims(robot: Robot, seed: int) -> dict[str, float]:
@@ -36,7 +36,7 @@ def swims(robot: Robot, seed: int) -> dict[str, float]:
 
 
 def swim_gaits(robot: Robot) -> dict[str, Gait]:
-    """Return the eight gaits, and large amplitude over frequency, by name."""
+    """Return the eight gaits, and the gaits of large amplitude over frequency, by name."""
     tank = {tank_name(hertz): tank_gait(TANK, hertz, TANK_PHASE) for hertz in published()["tank"]["frequency_hz"]}
     return {name: named_gait(robot, name) for name in SPEEDS} | tank
 
@@ -128,7 +128,7 @@ def dives(robot: Robot, seed: int) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Study:
-    """A study, and the robots that it is stored of."""
+    """A study: its function of robot and seed, and the water law of the robot."""
 
     run: Callable[[Robot, int], dict[str, float]]
     water: WaterLaw | None = None  # law, where not the robot's own
@@ -151,17 +151,17 @@ STUDIES = {
 
 
 def tank_gait(level: str, hertz: float, phase: float) -> Gait:
-    """Return a gait of the tank tests; phase difference in degrees."""
+    """Return a gait of the tank tests, with a phase difference in degrees."""
     return Gait.from_degrees(frequency=hertz, amplitude=published()["tank"]["amplitude_deg"][level], phase=(0.0, phase))
 
 
 def tank_name(hertz: float) -> str:
-    """Name the tank test of large amplitude at a frequency."""
+    """Return the name of the tank test of large amplitude at a frequency [Hz]."""
     return f"tank {hertz:g} Hz"
 
 
 def phase_name(level: str, hertz: float, phase: float) -> str:
-    """Name a gait of the tank tests."""
+    """Return the name of a gait of the tank tests: amplitude, frequency and phase."""
     return f"{level} {hertz:g} Hz {phase:g} deg"
 
 

@@ -1,4 +1,4 @@
-"""Verdicts of the ledger: stored with what made them, for the studio, which shows them without computing the ledger.
+"""Verdicts of the ledger, stored with their provenance for the studio, which does not compute the ledger.
 
 python -m hypertuna.paper.verdicts  # compute the ledger and store its verdicts, about 20 s
 """
@@ -17,7 +17,7 @@ FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")
 
 
 def verdicts_of(ledger: Ledger) -> dict[str, Any]:
-    """Return the record of a ledger's verdicts: what made them, what their words mean, and an entry for each."""
+    """Return the record of a ledger's verdicts: provenance, meanings of the words, and an entry for each."""
     water = ledger.trials[next(iter(MODELS))].robot.model.water
     entries = [
         {

@@ -1,4 +1,4 @@
-"""What is shown of runs of the twin, its losses, posture tests and dives."""
+"""Cards of runs of the twin, its losses, posture tests and dives, as terminals and notebooks show them."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ def swims_forward(run: TwinRun) -> bool:
 
 
 def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
-    """Return setpoint and motion of each joint group over the last whole beats."""
+    """Return a row for each joint group: setpoints and motion over the last whole beats."""
     return _rows(
         run.joints,
         amplitude_set_deg=np.degrees(run.gait.amplitude),
@@ -60,7 +60,7 @@ def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
 
 
 def twin_sentences(run: TwinRun) -> list[str]:
-    """Describe the run, and add a sentence if the robot did not swim forward."""
+    """Return the run's sentences, with one more if the robot did not swim forward."""
     return [*run.sentences, *([] if swims_forward(run) else [BACKWARD])]
 
 
@@ -91,7 +91,7 @@ def twin_card(run: TwinRun) -> Card:
 
 
 def _pressures(run: TwinRun) -> Iterator[Part]:
-    """Lay out the pressures of the oil circuits."""
+    """Yield the card's part on pressures of the oil circuits."""
     yield f"cylinder pressure, peaks within ticks, {_beats(run)}", "dim"
     names = ("min", "max", "highest")
     rows = [(row["name"], *(f"{row[f'pressure_{name}_kpa']:.0f}" for name in names)) for row in circuit_rows(run)]
@@ -100,7 +100,7 @@ def _pressures(run: TwinRun) -> Iterator[Part]:
 
 
 def _losses(run: TwinRun) -> Iterator[Part]:
-    """Lay out where the power goes, a line a place."""
+    """Yield the card's part on losses: the power lost at each place."""
     losses = run.losses
     yield f"where the {number(losses.power, 'W')} of the cells go, {_beats(run)}", "dim"
     rows = [
@@ -117,7 +117,7 @@ def _beats(run: TwinRun) -> str:
 
 
 def _joint_table(run: TwinRun) -> Table:
-    """Lay out setpoints and motions of the joints."""
+    """Return the table of setpoints and motions of the joints [deg]."""
     columns = [("swing", "swing_deg", ".1f"), ("amplitude set", "amplitude_set_deg", ".1f")]
     columns += [("swing error", "swing_error_deg", "+z.1f")]
     columns += [("bias", "bias_deg", "z.1f"), ("set", "bias_set_deg", ".1f")] if any(run.gait.bias) else []
@@ -128,7 +128,7 @@ def _joint_table(run: TwinRun) -> Table:
 
 @cards.of(SeaRun)
 def sea_card(run: SeaRun) -> Card:
-    """Show where a run at sea went."""
+    """Show a run at sea: distance, depth, speed, power, heading and track."""
     title = f"Twin of {run.robot.name} at sea: {gait_text(run.gait)}"
     if run.status == "diverged":
         return Card(title, [run.divergence])
@@ -158,12 +158,12 @@ def losses_card(losses: Losses) -> Card:
 
 
 def _height_svg(run: SeaRun) -> str:
-    """Draw the height of the nose over time."""
+    """Draw the height of the nose over time as SVG."""
     return curve_svg(run.time, -run.depth, "height [m] over time [s]")
 
 
 def _track_svg(run: SeaRun) -> str:
-    """Draw the track of the nose from above, without its swing."""
+    """Draw the track of the nose from above as SVG, averaged over the beat."""
     east, north = (run.averaged(run.position[:, axis]) for axis in (0, 1))
     return track_svg(east, north, run.duration, "mean of the beat: north [m] over east [m]")
 
@@ -208,7 +208,7 @@ def spelled_limits(names: Sequence[str]) -> str:
 
 
 def limit_sentences(result: PostureTest) -> list[str]:
-    """Explain each limit that acted."""
+    """Return a sentence on each limit that acted."""
     meanings = {name: text for name, (_, text) in CONDITIONS.items()} | {"cavitation": CAVITATED}
     limits = [one.limits for one in result.held] + [one.limits for one in result.reach]
     acted = dict.fromkeys(name for names in limits for name in names)
@@ -216,7 +216,7 @@ def limit_sentences(result: PostureTest) -> list[str]:
 
 
 def posture_table(test: PostureTest) -> Table:
-    """Lay out a row for each frequency and joint."""
+    """Return the table of a test, with a row for each frequency and joint."""
     header = ["f\n[Hz]", "\njoint", "set\n[deg]", "settles\n[s]", "error\n[deg]", "\nlimited by"]
     header += ["holds up to\n[deg]", "\nthen limited by"] if test.reach else []
     header += ["within reach\nsettles"] if test.eased else []
@@ -237,7 +237,7 @@ def _settles(held: Held) -> str:
 
 @cards.of(PostureTest)
 def posture_card(test: PostureTest) -> Card:
-    """Show a test, a row for each frequency and joint."""
+    """Show a posture test: its table, the limits that acted, and whether all joints settled."""
     parts: list[Part] = [posture_table(test), *((text, "dim") for text in limit_sentences(test))]
     unsettled = ", ".join(f"{held.name} at {held.frequency:g} Hz" for held in test.held if held.settling is None)
     within = f"within {math.degrees(CLOSE):g} deg"
@@ -252,7 +252,7 @@ def posture_card(test: PostureTest) -> Card:
 
 @cards.of(Dive)
 def dive_card(dive: Dive) -> Card:
-    """Show both halves of a dive, and describe them."""
+    """Show a dive: a row for each half, and its sentences."""
     run = dive.run
     rows = []
     for leg in dive.legs:

@@ -1,4 +1,4 @@
-"""Dive: the pectoral fins down, then up, as in the paper's Fig. 15, and what depth, pitch and speed make of it."""
+"""Dive: the pectoral fins down, then up, as in the paper's Fig. 15, with depth rate, pitch and speed of each half."""
 
 import math
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ RESTING = 0.05  # of the speed: a robot that goes up or down by less does neithe
 
 @dataclass(frozen=True)
 class Leg:
-    """One half of a dive, measured over its last half."""
+    """One half of a dive, the fins down or up, measured over its second half."""
 
     fins: Annotated[float, Format("deg")]  # target angle of both fins, leading edge up [rad]
     depth_rate: Annotated[float, Format("m/s")]  # at which the depth grows [m/s]
@@ -40,7 +40,7 @@ class Leg:
 
     @property
     def steady(self) -> bool:
-        """Whether the pitch stays within 2 degrees."""
+        """Whether the pitch, averaged over beats, stays within 2 degrees."""
         return self.pitch_range < STEADY
 
     @property
@@ -66,12 +66,12 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
 
     @property
     def symmetry(self) -> float:
-        """Rate up over rate down, one if they are alike [1]; NaN without both."""
+        """Rate of rising over rate of diving [1]: 1 if they are equal, NaN without both legs."""
         return -self.legs[1].depth_rate / self.legs[0].depth_rate if len(self.legs) == 2 else math.nan
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What happened, in words."""
+        """Sentences on each leg and on the speed at which the fins' effect inverts."""
         if self.run.status == "diverged":
             return (self.run.divergence,)
         sentences = []

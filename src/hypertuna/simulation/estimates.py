@@ -1,4 +1,4 @@
-"""How far the estimates of a description may be off, and random robots within these ranges."""
+"""Ranges of the estimates of a description, and random robots within these ranges."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from hypertuna.errors import InputError
 
 
 def spreads(robot: Robot) -> dict[str, Spread]:
-    """Return how far the estimates of a robot may be off, by key: ``joints.line.bore_m`` is that of all joints.
+    """Return the ranges of a robot's estimates by key; ``joints.line.bore_m`` is that of all joints.
 
     By the factor in its ``[uncertainty]``, else as declared with the key; a default is an estimate.
     """
@@ -28,7 +28,7 @@ def spreads(robot: Robot) -> dict[str, Spread]:
 
 
 def varied(robot: Robot, parts: Mapping[str, float]) -> Robot:
-    """Return a robot with some of its estimates at parts of their `spreads`, by key."""
+    """Return a robot with estimates moved to parts, 0 to 1, of their `spreads`, by key."""
     document, ranges = robot.document(), spreads(robot)
     for key, part in parts.items():
         if key not in ranges:

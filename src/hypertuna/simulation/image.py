@@ -42,7 +42,7 @@ def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any])
 
 
 def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
-    """Return all columns of a robot's image."""
+    """Return all columns of a robot's image, by name."""
     columns = _model_columns(robot, models)
     if not why_no_twin(robot):
         columns |= {f"plant.{name}": value for name, value in plant_columns(robot).items()}
@@ -54,7 +54,7 @@ def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
 
 
 def _steps(robot: Robot) -> int:
-    """Return how many steps the twin takes within a tick of its controller."""
+    """Return the number of the twin's inner steps within a tick of its controller."""
     return steps_of(1 / require_controller(robot).rate, parts_of(robot, "water", None), robot)
 
 
@@ -81,7 +81,7 @@ def _numbers(robot: Robot) -> dict[str, Array]:
 
 
 def pack(columns: Mapping[str, Any], text: str) -> bytes:
-    """Return columns of numbers, each of one or two dimensions, and a text as an image."""
+    """Return an image as bytes, from columns of numbers with one or two dimensions and a text."""
     arrays = {name: np.atleast_1d(np.asarray(value, dtype="<f8")) for name, value in columns.items()}
     names = [name.encode() for name in arrays]
     shapes = [(len(array), *array.shape[1:], *(1,) * (2 - array.ndim)) for array in arrays.values()]

@@ -1,4 +1,4 @@
-"""Body of a robot image: what a page may change of a robot's body, and what of the image follows it.
+"""Body of a robot image: the values of a robot's body that a page may change, and the numbers that follow them.
 
 A knob multiplies values of the robot's file by a factor. A number of the image follows as its key in the file is
 declared to (`follows` of an entry): it is ``(v + sum of s (f^q - 1)) * product of f^p`` over the knobs' factors f. A
@@ -40,7 +40,7 @@ Laws = dict[tuple[str, int], Law]  # by column and place in it
 
 @dataclass
 class Knob:
-    """A factor on values of a robot's file."""
+    """A factor on values of a robot's file, with the laws by which the image's numbers follow it."""
 
     name: str
     label: str
@@ -57,7 +57,7 @@ class Knob:
 def body_facts(
     robot: Robot, models: Sequence[Robot], numbers: Numbers, steps: Callable[[Robot], int]
 ) -> tuple[dict[str, Any], Source]:
-    """Return the knobs of a robot's body as the image's text has them, and the source that holds their values.
+    """Return a robot's knobs for the image's text, and the source that holds their values.
 
     `numbers` computes those of the image of a robot that swims by `models`, `steps` those of its twin within a tick.
     """
@@ -127,7 +127,7 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
 
 
 def _changed(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> Robot | None:
-    """Return the robot with factors on its knobs; None where its file would be refused."""
+    """Return the robot with factors on its knobs; None if its file would be refused."""
     try:
         return parse(with_factors(document, knobs, factors))
     except InputError:
@@ -135,7 +135,7 @@ def _changed(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[st
 
 
 def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[str, Array]) -> Laws:
-    """Return how numbers follow a link's length, mass or height, or the stiffness of the hinge."""
+    """Return the laws by which numbers follow a link's length, mass or height, or the stiffness of the hinge."""
     kind, link = knob.part
     powers, laws = followers(kind, link), Laws()
     for name, place in _places(robot, models, link).items():
@@ -168,7 +168,7 @@ def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
 
 
 def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
-    """Return the laws of numbers that are sums: of all links, or of an ellipsoid's moments of inertia."""
+    """Return the laws of numbers that are sums over links, or of an ellipsoid's moments of inertia."""
     links, spatial, laws = robot.links, robot.spatial, Laws()
     if column := {"length": "body_length", "mass": "robot_mass"}.get(kind):
         value = getattr(links, kind)[link]

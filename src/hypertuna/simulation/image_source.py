@@ -1,4 +1,4 @@
-"""Source of a robot image: the robot's file as text, and where each of its numbers stands."""
+"""Source of a robot image: the robot's file as text, and the places of its numbers in it."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -21,7 +21,7 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Source:
-    """A robot's file, and places of its numbers by key."""
+    """A robot's file as text, with the places of its numbers by key."""
 
     text: str
     places: dict[str, int]
@@ -31,7 +31,7 @@ class Source:
         return all(key in self.places for key in keys)
 
     def at(self, key: str) -> int:
-        """Return the place of a number in the text, in units of UTF-16 as a browser counts."""
+        """Return the place of a key's number in the text, counted in UTF-16 units as a browser does."""
         return len(self.text[: self.places[key]].encode("utf-16-le")) // 2
 
 
@@ -74,7 +74,7 @@ def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _places(text: str) -> Iterator[tuple[str, int]]:
-    """Yield key and place of the numbers of tables in the usual layout: headers, keys, lists; no inline tables."""
+    """Yield key and place of each number in tables of the usual layout: headers, keys, lists; no inline tables."""
     table, path = "", ""
     counts: dict[str, int] = {}  # tables of each list so far
     index: list[int] = []  # in the lists around
@@ -109,7 +109,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
 
 
 def _indexed(names: list[str], counts: dict[str, int]) -> Iterator[str]:
-    """Yield the parts of a table's name, with the index of each list of tables."""
+    """Yield the parts of a table's name, with an index after each list of tables."""
     for n, name in enumerate(names, 1):
         full_name = ".".join(names[:n])
         yield f"{name}[{counts[full_name]}]" if full_name in counts else name

@@ -1,4 +1,4 @@
-"""Text of a robot image: what a program without Python shows of a robot, and between which bounds its gaits lie.
+"""Text of a robot image: what programs without Python show of a robot, and the ranges of its gaits.
 
 All in SI units and radians, as in the rest of the image; keys are those of the robot's file without units.
 """
@@ -88,7 +88,7 @@ def _links(robot: Robot) -> list[dict[str, Any]]:
 
 
 def _tail(robot: Robot) -> dict[str, Any]:
-    """Return the span of the tail at its trailing edge; None where no water law has one."""
+    """Return the span of the tail's trailing edge [m] by key; None where no water law has one."""
     strip = robot.water.strip
     return {"edge_height": (strip.edge_height or None) if strip is not None else None}
 
@@ -100,7 +100,7 @@ def _joint(group: JointGroup) -> dict[str, Any]:
 
 
 def _limits(robot: Robot) -> dict[str, Any] | None:
-    """Return the lowest and highest value of each part of a gait that optimizers search; None without bounds."""
+    """Return lowest and highest value of each part of a gait for optimizers; None without bounds."""
     bounds = robot.gait_bounds
     return None if bounds is None else {key: getattr(bounds, key) for key in ("frequency", *KINDS)}
 
@@ -131,7 +131,7 @@ def _span(values: Iterable[float]) -> tuple[float, float]:
 
 
 def _twin(robot: Robot) -> dict[str, Any] | None:
-    """Return what is shown of the twin: ticks a second, sensors by channels, conditions by bit; None without one."""
+    """Return the text's part on the twin: ticks per second, sensors by channel, conditions by bit; None without one."""
     if why_no_twin(robot):
         return None
     conditions, losses = (
@@ -147,7 +147,7 @@ def _twin(robot: Robot) -> dict[str, Any] | None:
 
 
 def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
-    """Return a gait of the robot's file, with the numbers that are published of it."""
+    """Return a gait of the robot's file, with its published numbers."""
     parts = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
     return {"name": name} | parts | {"published": _published(robot, name, gait)}
 
@@ -159,7 +159,7 @@ def _shipped() -> Robot:
 
 
 def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
-    """Return the published numbers of a gait by quantity: value, unit, kind, source, and the ledger's verdicts."""
+    """Return a gait's published numbers by quantity: value, unit, kind, source and the ledger's verdicts."""
     if robot.name != PUBLISHED or _shipped().gaits.get(name) != gait:
         return {}
     quantities = {f"speed/{name}": "speed"} | {key: quantity for key, (quantity, of) in MEASURES.items() if of == name}
@@ -172,7 +172,7 @@ def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
 
 
 def _verdicts(robot: Robot, key: str) -> list[dict[str, Any]]:
-    """Return the stored verdicts on a published number, one of each model that computes it."""
+    """Return the stored verdicts on a published number, one for each model that computes it."""
     entries = verdicts()["entries"] if _judged(robot) else ()
     return [{part: entry[part] for part in VERDICT} for entry in entries if entry["id"] == key]
 

@@ -28,7 +28,7 @@ class Loss(NamedTuple):
 
 @dataclass(frozen=True)
 class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
-    """Mean losses over a part of a run; they add up to the power that the battery's cells give."""
+    """Mean losses of power over a part of a run; their sum is the power that the battery's cells give."""
 
     title: str  # robot and gait
     losses: tuple[Loss, ...]
@@ -39,7 +39,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         return sum(loss.power for loss in self.losses)
 
     def at(self, place: str) -> float:
-        """Return the sum of the losses at a place.
+        """Return the sum of the losses at a place [W].
 
         Parameters
         ----------
@@ -54,7 +54,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         return sum(loss.power for loss in self._at(place))
 
     def named(self, place: str) -> str:
-        """Name the losses at a place that are not small, in W: ``windings 4.53, gears 1.87``.
+        """Return names and powers [W] of the losses at a place that are not small: ``windings 4.53, gears 1.87``.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
 
 
 def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:
-    """Return the mean losses over some rows of a record."""
+    """Return the mean losses over given rows of a record."""
     battery = battery_columns(robot)
     voltage, current = data["battery_voltage"][rows], data["battery_current"][rows]
     supplied = float((voltage * current).mean())

@@ -1,4 +1,4 @@
-"""The core's objects of a robot: plant, sensors and controller; simulate a command with them."""
+"""Objects of the core for a robot: plant, sensors and controller; and the simulation of a command with them."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -49,7 +49,7 @@ class Parts:
 
 
 def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:
-    """Build plant and sensors of a robot in water or air, at a temperature of its oil [K]."""
+    """Return plant and sensors of a robot in water or air, at a temperature of its oil [K]."""
     return cached(robot, ("plant", medium, temperature), lambda: _make_parts(robot, medium, temperature))
 
 
@@ -59,6 +59,7 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 
 
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
+    """Return plant and sensors for `parts_of`, which keeps them with the robot."""
     oil, models = circuits(robot, temperature), _viscous(robot)
     law, zeros = robot.model.water, [0.0] * len(robot.links.name)
     # In air: no density, no added mass, no drag that needs no density.
@@ -70,11 +71,12 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
 
 
 def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, Any]:
-    """Return the columns that the core makes a robot's plant from, at a temperature of its oil [K]."""
+    """Return the columns from which the core makes a robot's plant, at a temperature of its oil [K]."""
     return _plant_columns(robot, circuits(robot, temperature), _viscous(robot))
 
 
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
+    """Return the plant's columns from circuits and joints."""
     require_mass_at_hinge(robot)
     fin_servos = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
@@ -178,7 +180,7 @@ def _oil_rates(
 
 
 def check_command(robot: Robot, gait: Gait) -> None:
-    """Refuse a command beyond the controller's bounds; on board it is clamped, which would hide a mistake here."""
+    """Refuse a command beyond the controller's bounds, to which the robot on board would clamp it."""
     limit = require_controller(robot).frequency_max
     if gait.frequency > limit * (1 + EXACT):
         rule = f"must be at most {limit:g} Hz, the controller.frequency_max_hz of {robot.name}"
@@ -189,7 +191,7 @@ def check_command(robot: Robot, gait: Gait) -> None:
 
 
 def check_bend(group: JointGroup, bend: float, key: str) -> None:
-    """Refuse a bend [rad] beyond that which a joint group reaches by its description."""
+    """Refuse a bend [rad] beyond the largest of a joint group by its description."""
     if group.bend_max is not None and abs(bend) > group.bend_max * (1 + EXACT):
         rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
         raise InputError(rule, key=key, value=f"{math.degrees(bend):g} deg", fix="give a bend that the joint reaches")
@@ -252,7 +254,7 @@ def plan_command(
     fins: Callable[[int, float], Array] | None = None,
     every: int = 1,
 ) -> PlannedRun:
-    """Prepare a command; `speed` [m/s] None is that of the settled beat.
+    """Return a command with its plant and start; `speed` [m/s] None is the speed of the settled beat.
 
     `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
     """
@@ -316,7 +318,7 @@ def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array
 
 
 def existing(data: dict[str, Array], robot: Robot) -> dict[str, Array]:
-    """Cut a record to the robot's circuits and servos: a joint with a servo on its axle has no oil and one servo."""
+    """Return a record cut to the robot's circuits and servos; a joint with a servo on its axle has one, without oil."""
     names = drive_names(robot)
     drives = [c for c, name in enumerate(names) if name]
     oil = [c for c, name in enumerate(drive_names(robot, oil=True)) if name]

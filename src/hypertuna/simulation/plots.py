@@ -99,7 +99,7 @@ def _draw_angles(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_pressures(axes: Axes, run: TwinRun) -> None:
-    """Draw the pressures in the pumps over the last beats: a line, and a band of what lies within the ticks."""
+    """Draw pressures in the pumps over the last beats: values at the ticks, and bands of values within ticks."""
     rows = _last(run, BEATS)
     _draw_bounds(axes, run)
     for c, name in enumerate(run.circuits):
@@ -111,7 +111,7 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
-    """Mark the pressures between which the circuits may work."""
+    """Draw the soft limit and the pressure of cavitation."""
     cavitation = require(run.robot.oil, "oil").cavitation
     style: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
     style["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
@@ -141,7 +141,7 @@ def _draw_speed(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_peaks(axes: Axes, run: TwinRun) -> None:
-    """Draw the bends of the whole run, and the peaks that were set."""
+    """Draw the bends of the whole run, and the peaks that the setpoints give."""
     for j, group in enumerate(run.robot.joints):
         color = COLORS[j % len(COLORS)]
         axes.plot(run.time, np.degrees(run.data["angle"][:, j]), color=color, lw=0.8, label=f"joint {group.name}")
@@ -160,7 +160,7 @@ def _draw_path(axes: Axes, run: TwinRun) -> None:
 
 
 def _finish(axes: Axes, time: Array, label: str) -> None:
-    """Label the axes of a panel over time [s], and put the legend above, in as many rows as its texts need."""
+    """Label the axes of a panel over time [s], and put the legend above it in as many rows as needed."""
     axes.set(xlabel="time [s]", ylabel=label, xlim=(time[0], time[-1]))
     longest = max((len(text) for text in axes.get_legend_handles_labels()[1]), default=1) + HANDLE
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // longest)), **TIGHT)
@@ -174,7 +174,7 @@ ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
 @plots.of(PostureTest)
 @styled
 def plot_posture(test: PostureTest, *, width: float = WIDTH) -> Figure:
-    """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and its peaks' error: `width` [inch]."""
+    """Plot the paper's Fig. 8: the growth of a joint's bend to its set angle, and errors of peaks: `width` [inch]."""
     joints = list(dict.fromkeys(one.joint for one in test.held))
     frequencies = sorted({one.frequency for one in test.held})
     frequency = frequencies[min(1, len(frequencies) - 1)]

@@ -1,4 +1,4 @@
-"""Flow picture of the losses: power flows down from the battery to the water, and losses leave it to the right."""
+"""Flow picture of losses: power flows down from the battery to the water, and losses branch off to the right."""
 
 import textwrap
 
@@ -20,7 +20,7 @@ WIDEST = 1.3  # inch, of the flow
 @plots.of(Losses)
 @styled
 def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
-    """Plot the flow of power, one place after another: `width` [inch]."""
+    """Plot the flow of power from place to place: `width` [inch]."""
     scale = min(WIDEST, 0.25 * width)  # inches of the whole power
     edge = 1 + TURN + REACH + 0.08  # of the texts
     letters = int((width - edge * scale) / LETTER)
@@ -55,7 +55,7 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
 
 
 def _draw(axes: Axes, corners: Array, color: str) -> None:
-    """Draw a part of the flow; heights count downward."""
+    """Draw a part of the flow as a polygon; its heights count downward."""
     axes.add_patch(Polygon(corners * [1, -1], closed=True, fc=color, ec=color, lw=0.4))
 
 

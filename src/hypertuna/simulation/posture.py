@@ -1,4 +1,4 @@
-"""Test of the posture control, the paper's Fig. 8: how fast peak bends reach the set angle, and what limits them."""
+"""Test of the posture control, the paper's Fig. 8: times in which peak bends reach the set angle, and their limits."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Held:
 
     @property
     def error_measured(self) -> Array:
-        """The same by the bending sensor, which is all that the controller knows (beats,) [rad]."""
+        """Larger error of both peak bends of each beat (beats,) [rad], by the bend sensor that the controller reads."""
         return np.asarray(np.abs(self.measured - self.angle_set).max(axis=1))
 
     @property
@@ -75,7 +75,7 @@ class Held:
 
     @property
     def settling_measured(self) -> float | None:
-        """The same by the bending sensor [s]."""
+        """Time by the bend sensor after which the error stays below half a degree [s]; None if it does not."""
         return _settling(self.time, self.error_measured)
 
 
@@ -90,7 +90,7 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True)
 class PostureTest(Plotted, Tabular):
-    """The paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
+    """Result of the paper's Fig. 8, computed: joints commanded to a set angle at several frequencies."""
 
     robot: Robot
     medium: str  # "air" or "water"
@@ -193,7 +193,7 @@ class Asked(NamedTuple):
 
 
 def _hold(robot: Robot, asked: Sequence[Asked], **options: Any) -> list[Held]:
-    """Make runs side by side, and measure the joints that each moves; options are those of `twin`."""
+    """Return peak bends of all joints that the asked runs move; options are those of `twin`."""
     gaits = [Gait(run_asked.frequency, run_asked.angle, (0.0,) * len(run_asked.angle)) for run_asked in asked]
     runs = [
         {"robot": robot, "gait": gait, "duration": run_asked.duration, **options}
@@ -214,12 +214,12 @@ def _held(run: TwinRun) -> list[Held]:
 
 
 def _alone(robot: Robot, joint: int, angle: float) -> tuple[float, ...]:
-    """Return an angle for one joint group, and 0 for the others (groups,)."""
+    """Return the angles (groups,) with one joint group at an angle, the others at 0."""
     return tuple(angle if j == joint else 0.0 for j in range(len(robot.joints)))
 
 
 def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **options: Any) -> Reach:
-    """Find the largest amplitude that a joint group holds at a frequency [Hz], the others kept straight.
+    """Return the largest amplitude that a joint group holds at a frequency [Hz], the others kept straight.
 
     An amplitude is held if in a run of 8 s and 8 beats the mean peak bend of the last second and beat is within 0.5 deg
     of it. Trials start from the largest bend of the description and step down to one that is held; bisection follows.
@@ -310,7 +310,7 @@ def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
 
 
 def _harmonics(phase: Array, order: int) -> Array:
-    """Return 1, cosines and sines of a phase (instants, 2 order + 1)."""
+    """Return columns 1, cosines and sines of a phase (instants, 2 order + 1)."""
     turns = np.outer(phase, np.arange(1, order + 1))
     return np.column_stack([np.ones_like(phase), np.cos(turns), np.sin(turns)])
 

@@ -1,4 +1,4 @@
-"""What a run of the twin records: names, dimensions, units and meanings."""
+"""Quantities that a run of the twin records: names, dimensions, units and meanings."""
 
 from hypertuna import _core
 

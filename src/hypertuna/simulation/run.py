@@ -34,7 +34,7 @@ FINER = 8  # instants between two ticks where a peak is looked for
 
 @dataclass(frozen=True)
 class Run(Tabular, data=lambda run: run.dataset()):
-    """A run of the twin, in the plane or at sea."""
+    """A run of the twin, in the plane or at sea: its command, its record, and what follows from both."""
 
     robot: Robot = field(repr=False)
     gait: Gait  # command
@@ -60,7 +60,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Names of the servos that move the joints: those of the circuits, and those on an axle by its joint."""
+        """Names of the servos that move the joints: those of circuits, and for a servo on an axle its joint."""
         return tuple(name for name in drive_names(self.robot) if name)
 
     @property
@@ -102,7 +102,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @property
     def divergence(self) -> str:
-        """Sentence of a run that diverged."""
+        """Sentence that the run diverged, and when."""
         seconds = self.time.size * self.tick
         return f"The run diverged after {seconds:.2f} s: the plant's state is no longer a robot's."
 
@@ -132,7 +132,7 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def speeds(self) -> Array:
-        """Speed of each of the last beats, displacement of the nose over the period, negative backward [m/s]."""
+        """Speed in each last beat (beats,) [m/s]: the nose's displacement over the period, negative backward."""
         if self.medium == "air" or not self.beat_count:
             return np.full(max(1, self.beat_count), math.nan)
         instants = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
@@ -211,7 +211,7 @@ class TwinRun(Run, Plotted):
 
     @property
     def swing(self) -> Array:
-        """Half of peak to peak of each joint group's bend, mean over the last beats (joints,) [rad]."""
+        """Half of the peak-to-peak bend of each joint group, mean over the last beats (joints,) [rad]."""
         return np.asarray(self._swings.mean(axis=0))
 
     @property
@@ -284,7 +284,7 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def sentences(self) -> tuple[str, ...]:
-        """One sentence for the run, and one for each condition that held in it, with where and how often."""
+        """One sentence on the run, and one on each condition that held in it: where and how often."""
         settled = "settled" if self.settled else "not settled"
         first = f"The run is {settled}: the largest change is {_percent(abs(self.change_per_beat))} per beat."
         if math.isnan(self.change_per_beat):
@@ -333,7 +333,7 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def _swings(self) -> Array:
-        """Half of peak to peak of each joint group in each of the last beats (beats, joints) [rad]."""
+        """Half of the peak-to-peak bend of each joint group in each of the last beats (beats, joints) [rad]."""
         angle, rate = self.data["angle"], self.data["rate"]
         if not self.beat_count:
             return np.full((1, angle.shape[1]), math.nan)
@@ -355,13 +355,13 @@ class TwinRun(Run, Plotted):
 
 
 def _percent(part: float) -> str:
-    """Write a part as a percentage of two digits, never as a power of ten."""
+    """Return a part of 1 as a percentage of two digits, never with an exponent."""
     percent = 100 * float(part)
     return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
 
 
 def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
-    """Interpolate between ticks by cubics that have the values and rates there."""
+    """Return values at instants between ticks, by cubics through the ticks' values and rates."""
     step = time[1] - time[0]
     k = np.clip(((at - time[0]) / step).astype(int), 0, len(time) - 2)
     t = (at - time[k]) / step
@@ -372,7 +372,7 @@ def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
 
 
 def _trend(series: Array) -> float:
-    """Relative change per item of a series, by least squares, less twice its standard error."""
+    """Return the relative change of a series per item, by least squares, less twice its standard error."""
     n = len(series)
     mean = float(series.mean())
     if n < 2 or not math.isfinite(mean) or mean == 0:

@@ -1,4 +1,4 @@
-"""Sea: the water around a robot in space, and the columns of both for the core."""
+"""Sea: the water around a robot in space, and the columns of water and robot for the core."""
 
 import math
 from collections.abc import Sequence
@@ -73,7 +73,7 @@ def _current(key: str, values: Any) -> tuple[float, float]:
 
 
 def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
-    """Build the world around a robot at sea; in the gaps [s] there are no satellites."""
+    """Return the core's world around a robot at sea, without satellites in the gaps [s]."""
     space_columns(robot)  # raises where a table is missing
     return _core.World(world_columns(robot, sea, gaps))
 

@@ -79,7 +79,7 @@ class Motion:
 
     @property
     def speed(self) -> Array:
-        """Velocity of the nose through the water along the head's axis, ahead (T,) [m/s]."""
+        """Velocity of the nose through the water, ahead along the head's axis (T,) [m/s]."""
         result: Array = -self.data["velocity"][:, 0]
         return result
 
@@ -92,7 +92,7 @@ class SeaRun(Run, Motion, Plotted):
 
     @cached_property
     def sink(self) -> Array:
-        """Rate at which the nose goes down (T,) [m/s]."""
+        """Rate at which the nose moves down (T,) [m/s]."""
         result: Array = -np.einsum("tj,tj->t", rotation_of(self.attitude)[:, 2], self.data["velocity"])
         return result
 

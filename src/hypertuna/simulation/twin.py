@@ -106,7 +106,7 @@ def twin(
 
 
 def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start: str, **options: Any) -> PlannedRun:
-    """Prepare a run from the arguments of `twin`."""
+    """Return the planned run for the arguments of `twin`."""
     robot = robot_of(robot)
     gait = gait_of(robot, gait)
     check_choice(medium, ("water", "air"), "medium")
@@ -281,7 +281,7 @@ def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> 
 
 
 def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Array:
-    """Target angles of both fins in every tick (ticks, 2) [rad]."""
+    """Return target angles of both fins in every tick (ticks, 2) [rad] from one angle, two, or a function of time."""
     pairs: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
     try:
         angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in pairs])

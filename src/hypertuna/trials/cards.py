@@ -19,15 +19,15 @@ from hypertuna.trials.trials import Trials
 
 @cards.of(Trials)
 def trials_card(trials: Trials) -> Card:
-    """Show the runs."""
+    """Return the card of trials: how many of each kind, and a row with gait and speed for each run."""
     facts = {f"{kind.label}s": f"{len(members)}" for kind, members in trials.kinds.items()}
     rows = [kind_of(trial).cells(trial) for trial in trials.members]
-    parts: list[Part] = [Facts(facts), Table(("run", "gait", "speed"), rows)]
-    return Card(f"Trials: {len(trials.runs)} runs", parts, lambda: _trials_svg(trials))
+    content: list[Part] = [Facts(facts), Table(("run", "gait", "speed"), rows)]
+    return Card(f"Trials: {len(trials.runs)} runs", content, lambda: _trials_svg(trials))
 
 
 def _trials_svg(trials: Trials) -> str:
-    """Draw the first kind of the trials."""
+    """Return an SVG of the trials of the first kind, as that kind draws its own."""
     return next((kind.picture(members) for kind, members in trials.kinds.items()), "")
 
 
@@ -42,7 +42,7 @@ def trial_columns(trials: Trials) -> dict[str, Any]:
 
 @tables.of(SteadyRun)
 def steady_columns(run: SteadyRun) -> dict[str, Any]:
-    """Return a steady run as columns."""
+    """Return a steady run as columns of one row: its gait and what was measured, units in the names."""
     columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
     for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
         value = getattr(run, key)
@@ -52,7 +52,7 @@ def steady_columns(run: SteadyRun) -> dict[str, Any]:
 
 @cards.of(SteadyRun)
 def steady_card(run: SteadyRun) -> Card:
-    """Show what a steady run measured."""
+    """Return the card of a steady run: its gait, and each measured quantity with its standard deviation."""
     facts = {
         one.label: number(value, one.unit) + ("" if sd is None else f" ± {number(sd)}")
         for one in Steady.quantities
@@ -65,7 +65,7 @@ def steady_card(run: SteadyRun) -> Card:
 
 @cards.of(Recording)
 def recording_card(recording: Recording) -> Card:
-    """Show the size of a recording."""
+    """Return the card of a recording: samples and ranges of its joint angles, and the number of its runs."""
     series = recording.joints
     facts = _series_facts(series) | {"tracked runs": f"{len(recording.tracks)}"}
     return Card(f"Recording {recording.name}", [Facts(facts)], lambda: _series_svg(series))
@@ -73,13 +73,13 @@ def recording_card(recording: Recording) -> Card:
 
 @cards.of(JointSeries)
 def series_card(series: JointSeries) -> Card:
-    """Show length and ranges of measured joint angles."""
+    """Return the card of measured joint angles: samples, time and ranges."""
     return Card("Measured joint angles", [Facts(_series_facts(series))], lambda: _series_svg(series))
 
 
 @cards.of(SmoothSeries)
 def smooth_card(smoothed: SmoothSeries) -> Card:
-    """Show the curves of smoothed joint angles."""
+    """Return the card of smoothed joint angles: samples, noise and kinds of curves."""
     noise = ", ".join(number(float(level), digits=2) for level in np.degrees(smoothed.noise))
     kinds = ", ".join(dict.fromkeys(type(curve).__name__ for curve in smoothed.curves))
     facts = _series_facts(smoothed.series) | {"noise": f"{noise} deg", "curves": kinds}
@@ -88,13 +88,13 @@ def smooth_card(smoothed: SmoothSeries) -> Card:
 
 @cards.of(Track)
 def track_card(track: Track) -> Card:
-    """Show length and path of a tracked run."""
+    """Return the card of a tracked run: its frames, its time and its path."""
     facts = {"frames": f"{len(track.time)}", "time": f"{track.time[0]:g} to {track.time[-1]:g} s"}
     return Card(f"Track {track.run}", [Facts(facts)], lambda: _track_svg(track))
 
 
 def _track_svg(track: Track) -> str:
-    """Draw the path of a tracked run."""
+    """Return an SVG of the path of a tracked run."""
     x, y = track.pose[:, :2].T
     return curve_svg(x, y, "y [m] over x [m]", equal=True)
 
@@ -112,5 +112,5 @@ def _series_facts(series: JointSeries) -> dict[str, str]:
 
 
 def _series_svg(series: JointSeries) -> str:
-    """Draw the angle of the last joint group."""
+    """Return an SVG of the angle of the last joint group over time."""
     return curve_svg(series.time, np.degrees(series.angle[:, -1]), "angle of the last joint group [deg] over time [s]")

@@ -39,7 +39,7 @@ class Chain:
     groups: tuple[str, ...]
 
     def __call__(self, z: Array) -> tuple[Array, Array]:
-        """Return places (frames, markers, 2) and their Jacobian (frames, markers, 2, unknowns) at z (frames, n)."""
+        """Return places (frames, markers, 2) [m] and their Jacobian (frames, markers, 2, n) at unknowns (frames, n)."""
         angle = z[:, 2:3] + z[:, 3:] @ self.share.T
         axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         normal = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
@@ -47,11 +47,11 @@ class Chain:
         # the heading of link i moves marker m along that link's normal
         by_link = self.along[..., np.newaxis] * normal[:, np.newaxis]
         by_link = by_link - self.across[..., np.newaxis] * axis[:, np.newaxis]
-        by = np.zeros((*place.shape, z.shape[1]))
-        by[..., 0, 0] = by[..., 1, 1] = 1.0
-        by[..., 2] = by_link.sum(axis=2)
-        by[..., 3:] = np.einsum("fmia,ig->fmag", by_link, self.share)
-        return place, by
+        jacobian = np.zeros((*place.shape, z.shape[1]))
+        jacobian[..., 0, 0] = jacobian[..., 1, 1] = 1.0
+        jacobian[..., 2] = by_link.sum(axis=2)
+        jacobian[..., 3:] = np.einsum("fmia,ig->fmag", by_link, self.share)
+        return place, jacobian
 
 
 @dataclass(frozen=True)
@@ -73,45 +73,45 @@ class ChainFit:
 
 
 def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
-    """Return the chain of a robot with markers on its links, `along` behind the link's front end [m], to starboard."""
+    """Return the chain of a robot with markers on its links [m]: `along` behind a link's front end, `across` it."""
     length = np.array(robot.links.length)
     turn = np.zeros((len(length), len(robot.joints)))
     for g, group in enumerate(robot.joints):
         turn[list(group.links), g] = group.share
-    at = np.arange(len(length))
+    each = np.arange(len(length))
     own = np.asarray(link)[:, np.newaxis]
-    lead = np.where(at < own, length, np.where(at == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
-    side = np.where(at == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
-    return Chain(length, np.cumsum(turn, axis=0), lead, side, tuple(group.name for group in robot.joints))
+    ahead = np.where(each < own, length, np.where(each == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
+    side = np.where(each == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
+    return Chain(length, np.cumsum(turn, axis=0), ahead, side, tuple(group.name for group in robot.joints))
 
 
 def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -> tuple[Chain, Array]:
-    """Return the chain with joint groups merged into one bend each, and their shares (groups, bends) of the bends.
+    """Return the chain with the groups in each of `joints` merged to one bend, and each group's share (groups, bends).
 
     A group takes as much of the bend as it has joints (`sizes`).
     """
-    heads = {name: own[0] for own in joints for name in own}
-    bends = list(dict.fromkeys(heads.get(name, name) for name in chain.groups))
+    first_names = {name: members[0] for members in joints for name in members}
+    bends = list(dict.fromkeys(first_names.get(name, name) for name in chain.groups))
     share = np.zeros((len(chain.groups), len(bends)))
     for g, name in enumerate(chain.groups):
-        share[g, bends.index(heads.get(name, name))] = sizes[g]
+        share[g, bends.index(first_names.get(name, name))] = sizes[g]
     share /= share.sum(axis=0)
-    names = ["+".join(next((own for own in joints if own[0] == bend), [bend])) for bend in bends]
+    names = ["+".join(next((members for members in joints if members[0] == bend), [bend])) for bend in bends]
     return replace(chain, share=chain.share @ share, groups=tuple(names)), share
 
 
 def apart(fit: ChainFit, share: Array) -> ChainFit:
-    """Return a fit of bends as one of joint groups, by their shares (groups, bends)."""
-    by = np.zeros((3 + len(share), fit.covariance.shape[1]))
-    by[:3, :3], by[3:, 3:] = np.eye(3), share
-    return replace(fit, angle=fit.angle @ share.T, covariance=by @ fit.covariance @ by.T)
+    """Return a fit of merged bends converted to angles of joint groups, by the shares (groups, bends) of `merge`."""
+    jacobian = np.zeros((3 + len(share), fit.covariance.shape[1]))
+    jacobian[:3, :3], jacobian[3:, 3:] = np.eye(3), share
+    return replace(fit, angle=fit.angle @ share.T, covariance=jacobian @ fit.covariance @ jacobian.T)
 
 
 def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:
-    """Check that markers, all seen, determine pose and joint angles, with a coordinate more than unknowns."""
+    """Check that markers, if all are seen, determine pose and joint angles, with more coordinates than unknowns."""
     unknowns, size = 3 + chain.share.shape[1], float(chain.length.sum())
-    _, by = chain(np.zeros((1, unknowns)))
-    jacobian = by[0].reshape(-1, unknowns) / np.append([1.0, 1.0], np.full(unknowns - 2, size))
+    _, slope = chain(np.zeros((1, unknowns)))
+    jacobian = slope[0].reshape(-1, unknowns) / np.append([1.0, 1.0], np.full(unknowns - 2, size))
     _, singular, vectors = np.linalg.svd(jacobian)
     singular = np.append(singular, np.zeros(unknowns - len(singular)))
     if singular[-1] < MIN_RANK * singular[0]:
@@ -138,13 +138,13 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     noise = math.inf
     z, _ = _minimize(chain, target, weight, z, _typical(chain, z, target, seen), tukey=False)
     for _ in range(ROUNDS):
-        now = _typical(chain, z, target, seen)
-        if abs(now / noise - 1) < SAME_NOISE:
+        estimate = _typical(chain, z, target, seen)
+        if abs(estimate / noise - 1) < SAME_NOISE:
             break
-        noise = now
+        noise = estimate
         z, cost = _minimize(chain, target, weight, z, noise, tukey=True)
         z = _start_again(chain, target, weight, z, cost, noise)
-    computed, by = chain(z)
+    computed, slope = chain(z)
     residual = np.where(seen[..., np.newaxis], computed - target, np.nan)
     distance = np.sqrt(weight * np.nansum(residual**2, axis=2))
     robust = np.where(seen, _tukey(distance / noise), 0.0)
@@ -154,60 +154,60 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     freedom = float((2 * kept.sum(axis=1) - unknowns)[enough].sum())
     if freedom > 0:
         noise = max(math.sqrt(float((distance**2 * kept)[enough].sum()) / freedom), MIN_NOISE)
-    scaled = by * np.sqrt(weight * kept)[..., np.newaxis, np.newaxis]
+    scaled = slope * np.sqrt(weight * kept)[..., np.newaxis, np.newaxis]
     information = np.einsum("fmai,fmaj->fij", scaled, scaled)
     covariance = noise**2 * _inverse(information, float(chain.length.sum()))
     sd = np.sqrt(np.einsum("fii->fi", covariance))
     determined = (sd[:, 2:] < MAX_SD).all(axis=1) & (2 * kept.sum(axis=1) >= unknowns)
     pose, angle = z[:, :3].copy(), _nearest(z[:, 3:])
-    own = np.flatnonzero(determined)
-    pose[own, 2] = np.unwrap(pose[own, 2])
+    frames = np.flatnonzero(determined)
+    pose[frames, 2] = np.unwrap(pose[frames, 2])
     return ChainFit(pose, angle, covariance, residual, seen & ~kept, determined, noise)
 
 
 def _nearest(angle: Array) -> Array:
-    """Return angles within half a turn."""
+    """Return angles [rad] less whole turns, from -pi to pi."""
     return np.asarray((angle + math.pi) % (2 * math.pi) - math.pi)
 
 
 def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
-    """Return unknowns (frames, n) along the line through the markers, without gaps and single jumps in time."""
+    """Return first unknowns (frames, n) from a line through the markers, with gaps filled and single jumps removed."""
     frames = np.arange(len(place))
     line = np.zeros_like(place)
     for m in range(place.shape[1]):
         own = seen[:, m]
         for axis in range(2):
             filled = np.interp(frames, frames[own], place[own, m, axis]) if own.any() else np.full(len(frames), np.nan)
-            near = np.lib.stride_tricks.sliding_window_view(np.pad(filled, 2, mode="edge"), 5)
-            line[:, m, axis] = np.median(near, axis=1)
+            window = np.lib.stride_tricks.sliding_window_view(np.pad(filled, 2, mode="edge"), 5)
+            line[:, m, axis] = np.median(window, axis=1)
     distance = chain.along.sum(axis=1)  # from the nose
     order = [m for m in np.argsort(distance, kind="stable") if seen[:, m].any()]
     order = [m for k, m in enumerate(order) if k == 0 or distance[m] > distance[order[k - 1]] + 1e-12]
     ends = np.concatenate([[0.0], np.cumsum(chain.length)])
-    at = np.stack([_between(ends, distance[order], line[:, order, axis]) for axis in range(2)], axis=-1)
-    step = np.diff(at, axis=1)
+    joints = np.stack([_between(ends, distance[order], line[:, order, axis]) for axis in range(2)], axis=-1)
+    step = np.diff(joints, axis=1)
     heading = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)
     matrix = np.column_stack([np.ones(len(chain.length)), chain.share])
     angles = np.linalg.lstsq(matrix, heading.T, rcond=None)[0].T
-    return np.column_stack([at[:, 0], angles])
+    return np.column_stack([joints[:, 0], angles])
 
 
 def _between(at: Array, known: Array, values: Array) -> Array:
-    """Interpolate values (frames, known) at other places, straight on beyond the ends."""
+    """Return values (frames, known) interpolated linearly at positions `at`, and extrapolated beyond the ends."""
     left = np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2)
-    part = (at - known[left]) / (known[left + 1] - known[left])
-    return np.asarray(values[:, left] * (1 - part) + values[:, left + 1] * part)
+    fraction = (at - known[left]) / (known[left + 1] - known[left])
+    return np.asarray(values[:, left] * (1 - fraction) + values[:, left + 1] * fraction)
 
 
 def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
-    """Estimate the noise [m] from the median distance of the markers, corrected for the unknowns.
+    """Return an estimate of the markers' noise [m]: their median distance from the chain, corrected for the unknowns.
 
     A frame of as many coordinates as unknowns, or fewer, lies on its markers and says nothing.
     """
-    spare = 2 * seen.sum(axis=1) > z.shape[1]
-    own = spare if spare.any() else np.ones(len(z), dtype=bool)
-    distance = np.linalg.norm(chain(z[own])[0] - target[own], axis=2)[seen[own]]
-    share = 1 - z.shape[1] * own.sum() / max(2 * len(distance), 1)
+    redundant = 2 * seen.sum(axis=1) > z.shape[1]
+    used = redundant if redundant.any() else np.ones(len(z), dtype=bool)
+    distance = np.linalg.norm(chain(z[used])[0] - target[used], axis=2)[seen[used]]
+    share = 1 - z.shape[1] * used.sum() / max(2 * len(distance), 1)
     return max(float(np.median(distance)) / MEDIAN_NORM / math.sqrt(max(share, 0.1)), MIN_NOISE)
 
 
@@ -217,7 +217,7 @@ def _tukey(t: Array) -> Array:
 
 
 def _losses(t: Array, tukey: bool) -> tuple[Array, Array]:
-    """Return the loss of distances over the noise, and the weight that goes with it."""
+    """Return the loss of distances `t`, over the noise, and the weight of that loss in least squares."""
     if tukey:
         return TUKEY**2 / 6 * (1 - (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 3), _tukey(t)
     return np.where(t < HUBER, t**2 / 2, HUBER * (t - HUBER / 2)), np.minimum(1.0, HUBER / np.maximum(t, 1e-12))
@@ -230,18 +230,18 @@ def _minimize(
     size, n = float(chain.length.sum()), z.shape[1]
     unit = np.append([size, size], np.ones(n - 2))
 
-    def at(z: Array, own: Flags) -> tuple[Array, Array, Array]:
+    def terms(z: Array, frames: Flags) -> tuple[Array, Array, Array]:
         """Return the gradient, the Gauss-Newton matrix and the loss of frames."""
         place, by = chain(z)
-        residual = place - target[own]
-        loss, robust = _losses(np.sqrt(weight[own]) * np.linalg.norm(residual, axis=2) / noise, tukey)
-        root = np.repeat(np.sqrt(weight[own] * robust), 2, axis=1)
+        residual = place - target[frames]
+        loss, robust = _losses(np.sqrt(weight[frames]) * np.linalg.norm(residual, axis=2) / noise, tukey)
+        root = np.repeat(np.sqrt(weight[frames] * robust), 2, axis=1)
         rows = root[..., np.newaxis] * (by * unit).reshape(len(z), -1, n)
         gradient = (rows.transpose(0, 2, 1) @ (root * residual.reshape(len(z), -1))[..., np.newaxis])[..., 0]
-        return gradient, rows.transpose(0, 2, 1) @ rows, (loss * (weight[own] > 0)).sum(axis=1)
+        return gradient, rows.transpose(0, 2, 1) @ rows, (loss * (weight[frames] > 0)).sum(axis=1)
 
     z, damping, active = z.copy(), np.full(len(z), 1e-3), np.ones(len(z), dtype=bool)
-    gradient, matrix, cost = at(z, active)
+    gradient, matrix, cost = terms(z, active)
     for _ in range(ITERATIONS):
         diagonal = np.einsum("fii->fi", matrix[active])
         floor = TINY * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
@@ -249,31 +249,31 @@ def _minimize(
         system = matrix[active] + ridge[..., np.newaxis] * np.eye(n)
         step = -np.linalg.solve(system, gradient[active, :, np.newaxis])[..., 0]
         trial = z[active] + unit * step
-        new = at(trial, active)
+        new = terms(trial, active)
         better = new[2] <= cost[active]
-        own = np.flatnonzero(active)[better]
-        z[own] = trial[better]
-        gradient[own], matrix[own], cost[own] = (part[better] for part in new)
+        frames = np.flatnonzero(active)[better]
+        z[frames] = trial[better]
+        gradient[frames], matrix[frames], cost[frames] = (part[better] for part in new)
         damping[active] = np.clip(np.where(better, damping[active] / 5, damping[active] * 10), 1e-9, MAX_DAMPING)
-        still = np.abs(step).max(axis=1) < SMALL
-        active[active] = ~still & (damping[active] < MAX_DAMPING)
+        settled = np.abs(step).max(axis=1) < SMALL
+        active[active] = ~settled & (damping[active] < MAX_DAMPING)
         if not active.any():
             break
     return z, cost
 
 
 def _start_again(chain: Chain, target: Array, weight: Array, z: Array, cost: Array, noise: float) -> Array:
-    """Fit frames of large loss again from their neighbors of small loss; keep what is better."""
+    """Fit frames of large loss again, from unknowns of neighbors with small loss; keep fits of smaller loss."""
     limit = 3 * float(np.median(cost)) + 1.0
     good, bad = np.flatnonzero(cost <= limit), np.flatnonzero(cost > limit)
     if not len(good) or not len(bad):
         return z
-    smooth = z[good].copy()
-    smooth[:, 2] = np.unwrap(smooth[:, 2])
-    start = np.stack([np.interp(bad, good, smooth[:, k]) for k in range(z.shape[1])], axis=1)
-    again, reached = _minimize(chain, target[bad], weight[bad], start, noise, tukey=True)
+    filtered = z[good].copy()
+    filtered[:, 2] = np.unwrap(filtered[:, 2])
+    start = np.stack([np.interp(bad, good, filtered[:, k]) for k in range(z.shape[1])], axis=1)
+    retried, new_cost = _minimize(chain, target[bad], weight[bad], start, noise, tukey=True)
     z = z.copy()
-    z[bad] = np.where((reached < cost[bad])[:, np.newaxis], again, z[bad])
+    z[bad] = np.where((new_cost < cost[bad])[:, np.newaxis], retried, z[bad])
     return z
 
 

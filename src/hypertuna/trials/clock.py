@@ -18,7 +18,7 @@ FAR = 1e5  # s: a clock that begins later counts from the first frame
 
 
 def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:
-    """Return the times of the rows [s], and sentences on how they were found.
+    """Return the time of each row [s], and sentences on the columns and rates that it follows from.
 
     frame_rate: as the user says [Hz]. A column of frames or time is always used; the order of the rows only without.
     """
@@ -60,7 +60,7 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
 
 
 def _check(points: Points, values: Array, name: str, fix: str) -> None:
-    """Check that the numbers of a clock are there and grow."""
+    """Check that a column of times or frame numbers has no gap and increases."""
     for k in np.flatnonzero(~np.isfinite(values))[:1]:
         key = f"{points.where[k]}, {name}"
         raise InputError("must be a finite number", file=points.file, key=key, value="missing", fix=fix)
@@ -71,17 +71,17 @@ def _check(points: Points, values: Array, name: str, fix: str) -> None:
 
 
 def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
-    """Return the unit of the column of time [s]: as its name says, or the one that gives a possible rate."""
+    """Return the unit [s] of the time column, by its name or by a possible frame rate, and sentences on a guess."""
     assert points.time is not None
     if points.time_unit is not None or len(points.time) < 2:
         return points.time_unit or 1.0, []
     step = float(np.median(np.diff(points.time)))
-    possible = [name for name, unit in UNITS.items() if 1 / (step * unit) in RATE]
-    if possible == ["s"] or not possible:
+    candidates = [name for name, unit in UNITS.items() if 1 / (step * unit) in RATE]
+    if candidates == ["s"] or not candidates:
         return 1.0, []  # no unit gives a possible rate: the check of the rate says so
-    name, counted = possible[0], step == round(step) and step < SMALL_STEP
+    name, whole_steps = candidates[0], step == round(step) and step < SMALL_STEP
     agrees = rate is not None and abs(1 / (step * UNITS[name]) / rate - 1) < SAME
-    if counted and not agrees:
+    if whole_steps and not agrees:
         key, rule = f"column {points.time_name}", "must say its unit in its name"
         fix = f"it grows by {step:g}: call it frame if it counts frames, or time_{name}"
         raise InputError(rule, file=points.file, key=key, fix=fix)
@@ -90,36 +90,36 @@ def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
 
 
 def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:
-    """Compare the times with the numbers of frames and with the rate; return what to tell."""
+    """Check times against frame numbers and frame rate [Hz]; return sentences on frames left out and on differences."""
     if len(time) < 2:
         return []
     step = np.diff(time) / (np.diff(frame) if frame is not None else 1.0)
     # the mean over the whole run has no rounding errors of single times; without frames, lost ones must not count
-    each = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
+    interval = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
     if rate is not None:
-        times = 1 / each / rate
-        part = round(1 / times) if frame is None else 1
-        rounded = 3 * _resolution(points) / each if frame is None else 0.0
-        if abs(times * max(part, 1) - 1) > SAME + rounded:
-            rule = f"must be {1 / each:.4g} Hz, as the column {points.time_name} says"
+        ratio = 1 / interval / rate
+        stride = round(1 / ratio) if frame is None else 1
+        rounded = 3 * _resolution(points) / interval if frame is None else 0.0
+        if abs(ratio * max(stride, 1) - 1) > SAME + rounded:
+            rule = f"must be {1 / interval:.4g} Hz, as the column {points.time_name} says"
             fix = "leave it out, or correct the column"
             raise InputError(rule, file=points.file, key="--frame-rate", value=f"{rate:g}", fix=fix)
-        if part > 1:
-            return [f"one frame of {part} is there, by the column {points.time_name}"]
+        if stride > 1:
+            return [f"one frame of {stride} is there, by the column {points.time_name}"]
     if frame is None:
         return []
-    off = time - time[0] - each * (frame - frame[0])
-    k = int(np.argmax(np.abs(off)))
-    if abs(off[k]) > HALF * each:
+    error = time - time[0] - interval * (frame - frame[0])
+    k = int(np.argmax(np.abs(error)))
+    if abs(error[k]) > HALF * interval:
         return [
-            f"the columns {points.time_name} and {points.frame_name} disagree by {abs(off[k]) / each:.1f} frames "
+            f"the columns {points.time_name} and {points.frame_name} disagree by {abs(error[k]) / interval:.1f} frames "
             f"in {points.where[k]}: the times are those of {points.time_name}"
         ]
     return []
 
 
 def _resolution(points: Points) -> float:
-    """Return how finely times are written [s]: in the steps of which they are whole numbers."""
+    """Return the resolution of the time column [s]: the largest power of ten whose multiples all times are."""
     assert points.time is not None
     values = np.abs(points.time[: min(len(points.time), 200)])
     for digits in range(7):

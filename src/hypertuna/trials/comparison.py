@@ -64,15 +64,15 @@ def replay_recording(robot: Robot | str | Path, recording: Recording, *, step: f
 
 
 def how_begun(robot: Robot, recording: Recording, curve: SmoothSeries) -> tuple[Array | None, list[Track], str]:
-    """Return twist (3,) at the start, None at rest; tracks whose first poses the first beat shows; a sentence."""
-    given, inexact = recording.begin(robot)
+    """Return the twist (3,) at the start, None at rest; tracks with first poses corrected by a beat; how runs begin."""
+    stated, inexact = recording.begin(robot)
     joints, step = joint_grid(robot, curve)
-    parts = robot, joints, step, recording.tracks, given, inexact
-    twist, error = begin_of(*parts, until=1 / beat_of(curve)[0])
-    begin = "in motion, velocity given" if recording.velocity is not None else "at rest"
+    arguments = robot, joints, step, recording.tracks, stated, inexact
+    twist, error = begin_of(*arguments, until=1 / beat_of(curve)[0])
+    text = "in motion, velocity given" if recording.velocity is not None else "at rest"
     if recording.moving and recording.velocity is None:
-        begin = "in motion, velocity estimated from the first beat"
-    return twist, with_first_poses(recording.tracks, error), begin
+        text = "in motion, velocity estimated from the first beat"
+    return twist, with_first_poses(recording.tracks, error), text
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
@@ -111,8 +111,8 @@ def compare_recording(robot: Robot | str | Path, recording: Recording, result: x
     time = result["time"]
     shifted = result.assign_coords(time=("time", time.to_numpy() + shift, time.attrs))
     best = rmse(robot, shifted, tracks)
-    unit = np.where(errors.repeatability > 0, errors.repeatability, np.nan)
-    compared = errors.assign(ratio=errors.rmse / unit, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / unit)
+    rms = np.where(errors.repeatability > 0, errors.repeatability, np.nan)
+    compared = errors.assign(ratio=errors.rmse / rms, best_offset_rmse=best.rmse, best_offset_ratio=best.rmse / rms)
     offset = recording.time_offset
     return compared.assign_attrs(time_offset_s=offset, best_time_offset_s=offset + shift)
 
@@ -127,10 +127,10 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
     time, direction = result["time"].to_numpy(), tracks[0].pose[0, 2]
     limit = min(MAX_SHIFT, float(np.ptp(time)) / 4)
     computed = seen_from_start(head_center(robot, result), direction)
-    kept = [track.time <= time[-1] - limit for track in tracks]
-    clock = np.concatenate([track.time[frames] for track, frames in zip(tracks, kept, strict=True)])
-    seen = [seen_from_start(track.pose, direction)[frames] for track, frames in zip(tracks, kept, strict=True)]
-    target = np.concatenate(seen)
+    used = [track.time <= time[-1] - limit for track in tracks]
+    clock = np.concatenate([track.time[frames] for track, frames in zip(tracks, used, strict=True)])
+    tracked = [seen_from_start(track.pose, direction)[frames] for track, frames in zip(tracks, used, strict=True)]
+    target = np.concatenate(tracked)
     if not len(target):
         return 0.0
 
@@ -139,12 +139,12 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
 
     grid = np.linspace(-limit, limit, GRID)
     k = int(np.argmin([cost(shift) for shift in grid]))
-    between = (grid[max(k - 1, 0)], grid[min(k + 1, GRID - 1)])
-    return float(minimize_scalar(cost, bounds=between, method="bounded", options={"xatol": 1e-5}).x)
+    interval = (grid[max(k - 1, 0)], grid[min(k + 1, GRID - 1)])
+    return float(minimize_scalar(cost, bounds=interval, method="bounded", options={"xatol": 1e-5}).x)
 
 
 def repeatability(tracks: Sequence[Track]) -> Array:
-    """Return the root mean square (3,) of tracked runs about their mean [m, m, rad]; NaN for a single run."""
+    """Return the root mean square deviation (3,) [m, m, rad] of tracked runs from their mean; NaN for a single run."""
     time, poses = together(tracks)
     if len(tracks) < 2 or not len(time):
         return np.full(3, np.nan)

@@ -23,7 +23,7 @@ MIN_ROWS = 4  # of a decay: one of them goes into the rate at its start
 
 @dataclass(frozen=True)
 class Decay(Tabular, data=lambda decay: decay.rows()):
-    """How the motion of a body dies away while its joints stay at 0; time increases, all numbers are finite."""
+    """Speed or yaw rate of a coasting body over time, its joints at 0; time increases, all numbers are finite."""
 
     name: str
     time: Array  # (rows,) [s]
@@ -48,7 +48,7 @@ class Decay(Tabular, data=lambda decay: decay.rows()):
             raise InputError(rule, file=self.file, key=f"run {self.name}", value="0 in its first row", fix=fix)
 
     def rows(self) -> dict[str, Array]:
-        """Return the rows as columns, as a file has them."""
+        """Return times and values as columns of a CSV file, in its units."""
         return {self.columns["time"]: self.time, self.columns["value"]: self.per_si * self.value}
 
 
@@ -75,7 +75,7 @@ class Glide(Decay):
     columns = {"value": "speed_m_s", "sd": "speed_sd_m_s"} | ENDS
 
     def coasting(self) -> tuple[float, float, float]:
-        """Return the length over which the speed falls by a factor of e, by a line through 1/u, and where that holds.
+        """Return the distance [m] of an e-fold loss of speed, from a line through 1/u, and the span of speeds used.
 
         Returns
         -------
@@ -99,8 +99,8 @@ class Glide(Decay):
             rule, fix = "must slow down", "leave out the rows before the body was let go"
             raise InputError(rule, file=self.file, key=f"run {self.name}", fix=fix)
         line = np.average(1 / value, weights=weight) + slope * (time - middle)
-        off = float(weight @ (1 / value - line) ** 2) / (len(time) - 2)
-        sd = math.sqrt(off) if self.sd is None else self.sd
+        variance = float(weight @ (1 / value - line) ** 2) / (len(time) - 2)
+        sd = math.sqrt(variance) if self.sd is None else self.sd
         return 1 / slope, sd / (slope**2 * math.sqrt(spread)), float(1 / math.sqrt(line[0] * line[-1]))
 
 
@@ -124,9 +124,9 @@ D = TypeVar("D", bound=Decay)
 
 def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[D, ...]:
     """Read decays of a type from a CSV file, a row per instant; without a column `run` the file is one run."""
-    table, own = table_of(path), made.columns
-    needed = {key: own[key] for key in ("time", "value")}
-    keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
+    table, names = table_of(path), made.columns
+    needed = {key: names[key] for key in ("time", "value")}
+    keys = table.keys({column: key for key, column in names.items()}, needed, fix="add it")
 
     def row(_: int, cells: dict[str, str]) -> tuple[str, float, float, float]:
         fix = "give a number, or leave out the line"
@@ -134,16 +134,16 @@ def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[
         sd = SIZE.check(number(cells["sd"], "sd"), "sd", "leave it out") if cells.get("sd") else math.nan
         return cells.get("name") or Path(table.file).stem, time, value, sd
 
-    rows = table.parse(row, keys, own)
+    rows = table.parse(row, keys, names)
     runs: dict[str, list[tuple[str, float, float, float]]] = {}
-    for one in rows:
-        runs.setdefault(one[0], []).append(one)
+    for record in rows:
+        runs.setdefault(record[0], []).append(record)
     return tuple(
-        _decay(made, name, np.array([one[1:] for one in own_rows]), table.file) for name, own_rows in runs.items()
+        _decay(made, name, np.array([record[1:] for record in own_rows]), table.file) for name, own_rows in runs.items()
     )
 
 
 def _decay(made: type[D], name: str, rows: Array, file: str) -> D:
-    """Return a decay of rows (rows, 3): time, value and standard deviation, whose root mean square counts."""
+    """Return the decay of rows (rows, 3) of time, value and deviation; its one deviation is their root mean square."""
     sd = float(np.sqrt(np.mean(rows[:, 2] ** 2))) / made.per_si
     return made(name, rows[:, 0], rows[:, 1] / made.per_si, None if math.isnan(sd) else sd, file)

@@ -1,4 +1,4 @@
-"""Base of the forms of text: points of named columns, columns of time and frames, and what holds one point only."""
+"""Base of the text forms: points of named columns, columns of time and frames, and the error of one-point files."""
 
 import re
 from collections.abc import Callable
@@ -34,23 +34,23 @@ def of_columns(
     """Return the points of columns: of x, y and maybe z and weight, for each point."""
     if len(columns) < 2:
         raise InputError("must have at least two markers", file=samples.file, value=f"{len(columns)}", fix=FIX)
-    for name, own in columns.items():
-        if axis := next((axis for axis in "xy" if axis not in own), None):
+    for name, axes in columns.items():
+        if axis := next((axis for axis in "xy" if axis not in axes), None):
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
-    deep = all("z" in own for own in columns.values())
+    deep = all("z" in axes for axes in columns.values())
     place = np.full((len(samples.rows), len(columns), 3 if deep else 2), np.nan)
     weight = np.full(place.shape[:2], np.nan)
-    for m, own in enumerate(columns.values()):
+    for m, axes in enumerate(columns.values()):
         for axis in "xyz"[: place.shape[2]]:
-            place[:, m, AXES[axis]] = samples.numbers(own[axis], infinite=infinite)
-        if "weight" in own:
-            weight[:, m] = samples.numbers(own["weight"], words=words, infinite=infinite)
+            place[:, m, AXES[axis]] = samples.numbers(axes[axis], infinite=infinite)
+        if "weight" in axes:
+            weight[:, m] = samples.numbers(axes["weight"], words=words, infinite=infinite)
     place[~np.isfinite(place).all(axis=2)] = np.nan
     return Points(form, samples.file, tuple(columns), place, weight, samples.where, **known)
 
 
 def one_point(form: str, file: str, fix: str) -> InputError:
-    """Return the error of a file that holds one point of each animal."""
+    """Return the error to raise for a file of one point per animal, which shows no joint angles."""
     rule = f"is of the form of {form}, and holds one point of each animal: joint angles need several along one body"
     return InputError(rule, file=file, fix=fix)
 
@@ -74,14 +74,14 @@ TIME = re.compile(
 
 
 def plain(name: str) -> str:
-    """Return the name of a column without signs between its words."""
+    """Return the name of a column in lower case, without separators and brackets."""
     return re.sub(r"[\W_]", "", name.lower())
 
 
 def time_and_frame(head: list[str]) -> tuple[int | None, float | None, int | None]:
-    """Return the columns of time and of frames, and the unit of the time in s where the name says."""
-    found = [(k, match) for k, name in enumerate(head) if (match := TIME.fullmatch(plain(name)))]
-    units = {k: SECONDS.get(match["unit"] or match["bare"] or "") for k, match in found}
+    """Return the time column's index, its unit [s] and the frame column's index; None where a name is missing."""
+    matches = [(k, match) for k, name in enumerate(head) if (match := TIME.fullmatch(plain(name)))]
+    units = {k: SECONDS.get(match["unit"] or match["bare"] or "") for k, match in matches}
     time = next((k for k in units if units[k] is not None), next(iter(units), None))
     frame = next((k for k, name in enumerate(head) if FRAME.fullmatch(plain(name))), None)
     return time, None if time is None else units[time], frame

@@ -9,5 +9,5 @@ LARGEST = CELL.max or np.inf
 
 
 def seen(place: Array) -> Array:
-    """Return places (..., 2 or 3), NaN where a coordinate is missing or no place in any unit."""
+    """Return places (..., 2 or 3) with NaN where a coordinate is missing or too large in any unit."""
     return np.where((np.abs(place) <= LARGEST).all(axis=-1, keepdims=True), place, np.nan)

@@ -23,7 +23,7 @@ AXES = {"+X": 0, "+Y": 1, "+Z": 2}
 
 @dataclass(frozen=True)
 class _Numbers:
-    """Numbers as a kind of processor writes them."""
+    """Reader of binary numbers in the byte order and float format of one of three processors."""
 
     processor: int
 
@@ -32,7 +32,7 @@ class _Numbers:
         return ">" if self.processor == SGI else "<"
 
     def floats(self, data: bytes) -> Array:
-        """Return floats: those of DEC are four times as large, with their halves swapped."""
+        """Return the floats of some bytes; in DEC's format halves are swapped and the value is four times too large."""
         if self.processor != DEC:
             with np.errstate(invalid="ignore"):  # what is no number
                 return np.frombuffer(data, f"{self.order}f4").astype(float)
@@ -41,11 +41,11 @@ class _Numbers:
             return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
 
     def words(self, data: bytes) -> Array:
-        """Return integers of 16 bits with a sign."""
+        """Return the signed 16-bit integers of some bytes."""
         return np.frombuffer(data, f"{self.order}i2")
 
     def value(self, kind: int, data: bytes) -> Any:
-        """Return a parameter: numbers, or bytes."""
+        """Return the value of a parameter by its kind: an array of numbers, or bytes for text."""
         return data if kind in (-1, 1) else self.words(data) if kind == 2 else self.floats(data)
 
 
@@ -62,14 +62,14 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 
 def _points(file: str, content: bytes) -> Points:
-    """Return the points of the content of a file."""
-    at = (content[0] - 1) * BLOCK
-    if content[1] != MARK or at < BLOCK:
+    """Return the points of the bytes of a C3D file."""
+    start_ = (content[0] - 1) * BLOCK
+    if content[1] != MARK or start_ < BLOCK:
         raise ValueError
-    numbers = _Numbers(content[at + 3])
+    numbers = _Numbers(content[start_ + 3])
     if numbers.processor not in (INTEL, DEC, SGI):
         raise ValueError
-    head, about = numbers.words(content[:BLOCK]).astype(int) & 0xFFFF, _parameters(content, at + 4, numbers)
+    head, about = numbers.words(content[:BLOCK]).astype(int) & 0xFFFF, _parameters(content, start_ + 4, numbers)
     count, analog, first, last = head[1], head[2], head[3], head[4]
     scale, rate = numbers.floats(content[12:16])[0], numbers.floats(content[20:24])[0]
     scale, rate = (float(one[0]) if one is not None and len(one) else own for own, one in (
@@ -93,13 +93,13 @@ def _points(file: str, content: bytes) -> Points:
     rows = (numbers.floats(data) if scale < 0 else numbers.words(data)).reshape(frames, -1)[:, : 4 * count]
     rows = rows.reshape(frames, count, 4).astype(float)
     # a negative residual marks a point that was not seen; some programs write zeros alone
-    there = (rows[..., 3] >= 0) & (rows[..., :3] != 0).any(axis=2)
-    place = np.where(there[..., np.newaxis], rows[..., :3] * (1.0 if scale < 0 else scale), np.nan)
+    visible = (rows[..., 3] >= 0) & (rows[..., :3] != 0).any(axis=2)
+    place = np.where(visible[..., np.newaxis], rows[..., :3] * (1.0 if scale < 0 else scale), np.nan)
     return _named(file, about, place, rate, np.arange(float(first), last + 1.0))
 
 
 def _named(file: str, about: dict[str, Any], place: Array, rate: float, frame: Array) -> Points:
-    """Return points with their names, unit and vertical; points without a label (*12) are left out."""
+    """Return points with their labels, unit and vertical axis; points without a label (*12) are left out."""
     labels: list[str] = []
     for k in range(1, 100):
         labels += about.get(f"POINT:LABELS{k if k > 1 else ''}:text", [])
@@ -125,7 +125,7 @@ def _named(file: str, about: dict[str, Any], place: Array, rate: float, frame: A
 
 
 def _long(about: dict[str, Any], name: str, own: int) -> int:
-    """Return a number of two words of 16 bits, where the file has it; `own` otherwise."""
+    """Return the parameter of two 16-bit words as one number; `own` where the file lacks it."""
     words = about.get(name)
     if words is None or len(words) != 2 or words.dtype.kind != "i":
         return own
@@ -133,9 +133,9 @@ def _long(about: dict[str, Any], name: str, own: int) -> int:
 
 
 def _parameters(content: bytes, at: int, numbers: _Numbers) -> dict[str, Any]:
-    """Return parameters by GROUP:NAME, those of texts also as lists of texts by GROUP:NAME:text."""
+    """Return the parameters at a byte offset by GROUP:NAME; text also as a list of strings by GROUP:NAME:text."""
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, int, list[int], bytes]] = []
+    entries: list[tuple[int, str, int, list[int], bytes]] = []
     for _ in range(PARAMETERS):
         length, group = struct.unpack_from("bb", content, at)
         if length == 0 or group == 0:
@@ -150,12 +150,12 @@ def _parameters(content: bytes, at: int, numbers: _Numbers) -> dict[str, Any]:
             begin, size = end + 4 + count, abs(kind) * math.prod(sizes)
             if kind not in (-1, 1, 2, 4) or begin + size > len(content):
                 raise ValueError
-            found.append((group, name, kind, sizes, content[begin : begin + size]))
+            entries.append((group, name, kind, sizes, content[begin : begin + size]))
         if step <= 0:
             break
         at = end + step
     values: dict[str, Any] = {}
-    for group, name, kind, sizes, data in found:
+    for group, name, kind, sizes, data in entries:
         key = f"{groups.get(group, '')}:{name}"
         values[key] = numbers.value(kind, data)
         if kind == -1 and sizes and sizes[0]:

@@ -21,36 +21,36 @@ def _is_motive(grid: Grid) -> bool:
 
 
 def _top(grid: Grid) -> list[list[str]]:
-    """Return the first lines, lower case."""
+    """Return the cells of the first lines of a grid, in lower case."""
     return [grid.cells(k) for k in range(min(FIRST_LINES, len(grid.rows)))]
 
 
 def _motive(grid: Grid, individual: str | None) -> Points:
     """Read an export of Motive: settings, lines of type and name of each column, then frame, time, x, y, z, ..."""
     settings = grid.rows[0][1]
-    said = {key.lower(): value for key, value in zip(settings[::2], settings[1::2], strict=False)}
+    info = {key.lower(): value for key, value in zip(settings[::2], settings[1::2], strict=False)}
     top = _top(grid)
-    at = next((k for k, row in enumerate(top) if row[:1] == ["frame"]), None)
-    lines = {row[1]: k for k, row in enumerate(top[:at]) if len(row) > 2 and row[1] in ("type", "name")}
-    if at is None or "name" not in lines:
+    head_row = next((k for k, row in enumerate(top) if row[:1] == ["frame"]), None)
+    lines = {row[1]: k for k, row in enumerate(top[:head_row]) if len(row) > 2 and row[1] in ("type", "name")}
+    if head_row is None or "name" not in lines:
         fix = "export the markers' positions again, with the lines of names"
         raise InputError("is of the form of Motive, but has no lines Name and Frame", file=grid.file, fix=fix)
     names = grid.rows[lines["name"]][1]
     kinds = top[lines["type"]] if "type" in lines else ["marker"] * len(names)
-    what = next((row for row in top[lines["name"] + 1 : at] if "position" in row or "rotation" in row), [])
-    head = grid.rows[at][1]
+    types = next((row for row in top[lines["name"] + 1 : head_row] if "position" in row or "rotation" in row), [])
+    head = grid.rows[head_row][1]
     width = len(head)
-    names, kinds, what = ([*row, *[""] * width][:width] for row in (names, kinds, what or ["position"] * width))
-    samples = grid.below(at + 1, [f"{name} {axis}".strip() for name, axis in zip(names, head, strict=True)])
+    names, kinds, types = ([*row, *[""] * width][:width] for row in (names, kinds, types or ["position"] * width))
+    samples = grid.below(head_row + 1, [f"{name} {axis}".strip() for name, axis in zip(names, head, strict=True)])
     columns: dict[str, dict[str, int]] = {}
     for k, axis in enumerate(head):
         if names[k].lower().startswith("unlabeled"):
             continue
-        if kinds[k] in POINTS and what[k] in ("position", "") and axis.lower() in ("x", "y", "z") and names[k]:
+        if kinds[k] in POINTS and types[k] in ("position", "") and axis.lower() in ("x", "y", "z") and names[k]:
             columns.setdefault(names[k], {})[axis.lower()] = k
-    columns = {name.rpartition(":")[2] if _unique(columns) else name: own for name, own in columns.items()}
-    rate = next((parse_float(said[key]) for key in ("export frame rate", "capture frame rate") if key in said), None)
-    unit = said.get("length units", "").lower()
+    columns = {name.rpartition(":")[2] if _unique(columns) else name: axes for name, axes in columns.items()}
+    rate = next((parse_float(info[key]) for key in ("export frame rate", "capture frame rate") if key in info), None)
+    unit = info.get("length units", "").lower()
     if unit and unit not in MOTIVE_UNITS:
         raise InputError(
             "must be a known unit", file=grid.file, key="Length Units", value=shown(unit), fix="export in m"
@@ -71,7 +71,7 @@ def _motive(grid: Grid, individual: str | None) -> Points:
 
 
 def _unique(columns: dict[str, dict[str, int]]) -> bool:
-    """Whether names are unique without what stands before the colon."""
+    """Whether the names of markers stay unique without their prefix before a colon."""
     return len({name.rpartition(":")[2] for name in columns}) == len(columns)
 
 
@@ -84,28 +84,28 @@ def _qualisys(grid: Grid, individual: str | None) -> Points:
 
     A marker at the origin is one that was not seen.
     """
-    said = {row[0].upper(): row[1:] for _, row in grid.rows[:FIRST_LINES] if re.fullmatch("[A-Z_]+", row[0])}
+    stated = {row[0].upper(): row[1:] for _, row in grid.rows[:FIRST_LINES] if re.fullmatch("[A-Z_]+", row[0])}
     # a marker that was not seen may leave the first cell of numbers empty
-    heads = [k for k, row in enumerate(_top(grid)) if re.fullmatch("[a-z_ ]+", row[0])]
-    at = heads[-1] + 1 if heads and heads[-1] + 1 < len(grid.rows) else None
-    names = [name for name in said.get("MARKER_NAMES", []) if name]
-    if at is None or not names or len(set(names)) < len(names):
+    head_rows = [k for k, row in enumerate(_top(grid)) if re.fullmatch("[a-z_ ]+", row[0])]
+    first_row = head_rows[-1] + 1 if head_rows and head_rows[-1] + 1 < len(grid.rows) else None
+    names = [name for name in stated.get("MARKER_NAMES", []) if name]
+    if first_row is None or not names or len(set(names)) < len(names):
         fix = "export the 3-D data again, with the header and a name for each marker"
         raise InputError("is of the form of Qualisys, but lacks names or numbers of markers", file=grid.file, fix=fix)
-    width = len(grid.rows[at][1]) - (not grid.rows[at][1][-1])  # lines may end with a tab
-    lead = width - 3 * len(names)
-    if lead not in (0, 1, 2):
+    width = len(grid.rows[first_row][1]) - (not grid.rows[first_row][1][-1])  # lines may end with a tab
+    before = width - 3 * len(names)
+    if before not in (0, 1, 2):
         rule = f"must have x, y and z of each of {len(names)} markers, maybe behind frame and time"
         value, fix = f"{width} long", "export the 3-D data again, without other data"
-        raise InputError(rule, file=grid.file, key=f"line {grid.rows[at][0]}", value=value, fix=fix)
-    head = [*("Frame", "Time")[:lead], *(f"{name} {axis}" for name in names for axis in "XYZ")]
-    if lead == 1 and any(row[:1] == ["time"] for row in _top(grid)):
+        raise InputError(rule, file=grid.file, key=f"line {grid.rows[first_row][0]}", value=value, fix=fix)
+    head = [*("Frame", "Time")[:before], *(f"{name} {axis}" for name in names for axis in "XYZ")]
+    if before == 1 and any(row[:1] == ["time"] for row in _top(grid)):
         head[0] = "Time"
-    cut = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
-    samples = cut.below(at, head)
-    columns = {name: {a: lead + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
-    time, second, frame = time_and_frame(head[:lead])
-    rate = parse_float((said.get("FREQUENCY") or [""])[0])
+    trimmed = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
+    samples = trimmed.below(first_row, head)
+    columns = {name: {a: before + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
+    time, second, frame = time_and_frame(head[:before])
+    rate = parse_float((stated.get("FREQUENCY") or [""])[0])
     points = of_columns(
         "Qualisys",
         samples,
@@ -130,17 +130,17 @@ def _is_digitized(grid: Grid) -> bool:
 def _digitized(grid: Grid, individual: str | None) -> Points:
     """Read points of DLTdv: pt1_cam1_X, ..., or pt1_X, pt1_Y, pt1_Z, a row for each frame of the film."""
     head = grid.rows[0][1]
-    found = {k: match for k, name in enumerate(head) if (match := DIGITIZED.fullmatch(name.lower()))}
-    cameras = [f"cam{match['camera']}" for match in found.values() if match["camera"]]
-    own = choose_individual(grid.file, cameras, individual, what="camera") if cameras else None
+    matches = {k: match for k, name in enumerate(head) if (match := DIGITIZED.fullmatch(name.lower()))}
+    cameras = [f"cam{match['camera']}" for match in matches.values() if match["camera"]]
+    camera = choose_individual(grid.file, cameras, individual, what="camera") if cameras else None
     columns: dict[str, dict[str, int]] = {}
-    for k, match in found.items():
-        if own is None or f"cam{match['camera']}" == own:
+    for k, match in matches.items():
+        if camera is None or f"cam{match['camera']}" == camera:
             columns.setdefault(f"pt{match['point']}", {})[match["axis"]] = k
     samples = grid.below(1, head)
-    samples.check_once([k for one in columns.values() for k in one.values()])
-    time, second, frame = time_and_frame([head[k] if k not in found else "" for k in range(len(head))])
-    flat = not any("z" in one for one in columns.values())
+    samples.check_once([k for axes in columns.values() for k in axes.values()])
+    time, second, frame = time_and_frame([head[k] if k not in matches else "" for k in range(len(head))])
+    planar = not any("z" in axes for axes in columns.values())
     return of_columns(
         "DLTdv",
         samples,
@@ -148,8 +148,8 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
         time=None if time is None else samples.numbers(time, limit=False),
         time_unit=second,
         frame=None if frame is None else samples.frames(frame),
-        ignored=tuple(name for k, name in enumerate(head) if name and k not in (*found, time, frame)),
-        notes=("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * flat,
+        ignored=tuple(name for k, name in enumerate(head) if name and k not in (*matches, time, frame)),
+        notes=("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * planar,
     )
 
 

@@ -41,40 +41,40 @@ def _long(grid: Grid, individual: str | None) -> Points:
         fix = "add a column frame or time_s"
         raise InputError("must say the frame of each row", file=grid.file, key="a row for each marker", fix=fix)
     if animals := [k for k, name in enumerate(names) if ANIMAL.fullmatch(name)]:
-        own = choose_individual(grid.file, samples.text(animals[0]), individual)
-        samples = samples.only([k for k, name in enumerate(samples.text(animals[0])) if name == own])
+        animal = choose_individual(grid.file, samples.text(animals[0]), individual)
+        samples = samples.only([k for k, name in enumerate(samples.text(animals[0])) if name == animal])
     marker = next(k for k, name in enumerate(names) if MARKER.fullmatch(name))
     label = samples.text(marker)
-    known = list(dict.fromkeys(label))
+    markers = list(dict.fromkeys(label))
     clock = samples.frames(frame) if frame is not None else samples.numbers(time or 0, limit=False)
-    at, row = np.unique(clock, return_inverse=True)
-    if not np.isfinite(at).all():
+    instants, row = np.unique(clock, return_inverse=True)
+    if not np.isfinite(instants).all():
         raise InputError("must say the frame of each row", file=grid.file, key=head[frame or time or 0], fix="fill it")
-    if len(known) * len(at) > CELLS:
+    if len(markers) * len(instants) > CELLS:
         rule, fix = "must not name a marker in each row", f"check the column {head[marker]}"
-        raise InputError(rule, file=grid.file, value=f"{len(known)} markers in {len(at)} frames", fix=fix)
-    order = {name: m for m, name in enumerate(known)}
+        raise InputError(rule, file=grid.file, value=f"{len(markers)} markers in {len(instants)} frames", fix=fix)
+    order = {name: m for m, name in enumerate(markers)}
     column = np.array([order[name] for name in label])
-    taken = row * len(known) + column
-    unique, first = np.unique(taken, return_index=True)
-    if len(unique) < len(taken):
-        twice = int(np.setdiff1d(np.arange(len(taken)), first)[0])
-        key, fix = f"{samples.where[twice]}, marker {label[twice]}", "give a row for each frame and marker of one run"
+    cells = row * len(markers) + column
+    unique, first = np.unique(cells, return_index=True)
+    if len(unique) < len(cells):
+        repeat = int(np.setdiff1d(np.arange(len(cells)), first)[0])
+        key, fix = f"{samples.where[repeat]}, marker {label[repeat]}", "give a row for each frame and marker of one run"
         raise InputError("must be there once", file=grid.file, key=key, value="there twice", fix=fix)
     axes = [names.index(axis) for axis in ("x", "y", *["z"] * ("z" in names))]
-    place = np.full((len(at), len(known), len(axes)), np.nan)
-    weight = np.full((len(at), len(known)), np.nan)
+    place = np.full((len(instants), len(markers), len(axes)), np.nan)
+    weight = np.full((len(instants), len(markers)), np.nan)
     place[row, column] = np.column_stack([samples.numbers(k) for k in axes])
     place[~np.isfinite(place).all(axis=2)] = np.nan
     if (score := next((k for k, name in enumerate(names) if name in WEIGHTS), None)) is not None:
         weight[row, column] = samples.numbers(score, words=True)
-    if len(known) < 2:
-        raise InputError("must have at least two markers", file=grid.file, value=f"{len(known)}", fix=FIX)
+    if len(markers) < 2:
+        raise InputError("must have at least two markers", file=grid.file, value=f"{len(markers)}", fix=FIX)
     _, line = np.unique(row, return_index=True)
     return Points(
-        "rows of frames and markers", grid.file, tuple(known), place, weight, samples.only(line.tolist()).where,
+        "rows of frames and markers", grid.file, tuple(markers), place, weight, samples.only(line.tolist()).where,
         time=None if time is None else samples.numbers(time, limit=False)[line], time_unit=second,
-        frame=at if frame is not None else None,
+        frame=instants if frame is not None else None,
         time_name=head[time or 0], frame_name=head[frame or 0],
     )  # fmt: skip
 
@@ -90,37 +90,37 @@ def _lone(grid: Grid, individual: str | None) -> Points:
 
 
 def _plain(grid: Grid, individual: str | None) -> Points:
-    """Read plain columns: nose_x, nose_y, nose_likelihood, or x1, y1, p1, and Anipose's."""
+    """Read plain columns, such as nose_x, nose_y, nose_likelihood, or x1, y1, p1, or those of Anipose."""
     head = grid.rows[0][1]
     if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
         fix = f"remove the # before them: {grid.comment[:60]}" if "x" in grid.comment.lower() else f"add it: {FIX}"
         raise InputError("has no line of names above its numbers", file=grid.file, fix=fix)
-    width, wide = len(head), max(len(row) for _, row in grid.rows[:FIRST_LINES])
-    if width < wide / 2:
-        names = next(line for line, row in grid.rows if len(row) == wide)
+    width, widest = len(head), max(len(row) for _, row in grid.rows[:FIRST_LINES])
+    if width < widest / 2:
+        names = next(line for line, row in grid.rows if len(row) == widest)
         fix = f"remove the lines above line {names}, if that has the names"
         raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
     samples = grid.below(1, head)
     time, second, frame = time_and_frame(head)
-    of, unit, ignored = _columns(samples, {time, frame})
-    used = [k for own in of.values() for k in own.values()]
+    markers, unit, ignored = _columns(samples, {time, frame})
+    used = [k for axes in markers.values() for k in axes.values()]
     samples.check_once([k for k, name in enumerate(head) if name])
-    anipose = ANIPOSE & set(grid.cells(0)) and any("z" in own for own in of.values())
+    anipose = ANIPOSE & set(grid.cells(0)) and any("z" in axes for axes in markers.values())
     taken = [k for k in (*used, time, frame) if k is not None]
     notes: tuple[str, ...] = ()
     index = _index(samples, taken, clock=len(taken) > len(used))
     if frame is None:
         frame = index
     elif index is not None:
-        one, other = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
-        if (one * other[0] != other * one[0]).any():
+        step, frame_step = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
+        if (step * frame_step[0] != frame_step * step[0]).any():
             notes = (
                 f"{head[frame]} and the first column, without a name, disagree: the frames are those of the former",
             )
     points = of_columns(
         "Anipose" if anipose else "plain columns",
         samples,
-        {name: {a: k for a, k in own.items() if a != "other"} for name, own in of.items()},
+        {name: {a: k for a, k in axes.items() if a != "other"} for name, axes in markers.items()},
         words=True,
         time=None if time is None else samples.numbers(time, limit=False),
         time_unit=second,
@@ -136,7 +136,7 @@ def _plain(grid: Grid, individual: str | None) -> Points:
 
 def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
     """Find markers among columns: of x, y, z and weight; the unit of length in their names; columns without a use."""
-    of: dict[str, dict[str, int]] = {}
+    found: dict[str, dict[str, int]] = {}
     ignored, units = [], set()
     for k, name in enumerate(samples.head):
         match = NAMED.fullmatch(name) or NUMBERED.fullmatch(name)
@@ -144,48 +144,48 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
             continue
         if match:
             axis = match["axis"].lower()
-            of.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
+            found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
             if axis in "xyz":
                 units.add((match["unit"] or "").lower())
         elif name:
             ignored.append(name)
     # a column such as "body" or "yaw" is no pair of coordinates
-    lone = [name for name, axes in of.items() if not {"x", "y"} <= set(axes)]
-    for name in lone:
-        word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in of[name].values())
-        if not word and (len(lone) == len(of) or set(of[name]) & {"x", "y"}):
-            axis = "y" if "x" in of[name] else "x"
+    incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
+    for name in incomplete:
+        word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in found[name].values())
+        if not word and (len(incomplete) == len(found) or set(found[name]) & {"x", "y"}):
+            axis = "y" if "x" in found[name] else "x"
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
-        ignored += [samples.head[k] for k in of.pop(name).values()]
+        ignored += [samples.head[k] for k in found.pop(name).values()]
     if len(units) > 1:
         value, fix = ", ".join(sorted(unit or "none" for unit in units)), "write all coordinates in one unit"
         raise InputError("must have one unit", file=samples.file, key="names of columns", value=value, fix=fix)
-    return of, LENGTHS.get(next(iter(units), "")), ignored
+    return found, LENGTHS.get(next(iter(units), "")), ignored
 
 
 def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
-    """Return the column without an own name that has growing whole numbers: an index, which counts frames.
+    """Return the column of frame numbers without a name of its own: one whose whole numbers grow, or None.
 
     Beside a clock, an index that only counts the rows says nothing. Without one, a column of growing numbers and of no
     known name may be a clock: nobody should have to guess.
     """
-    counting, lossy = [], []  # columns that may be an index, and those of them that do not only count the rows
+    candidates, skipping = [], []  # columns that may be an index, and those of them that do not only count the rows
     for k in (k for k in range(len(samples.head)) if k not in used):
         values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
         step = np.diff(values)
         if len(values) < GROWING or not (np.isfinite(values).all() and (step > 0).all()):
             continue
         if nameless and (values == np.round(values)).all():
-            counting.append(k)
-            lossy += [k] * bool((step != 1).any())
+            candidates.append(k)
+            skipping += [k] * bool((step != 1).any())
         elif not clock:
             key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
             rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
             raise InputError(rule, file=samples.file, key=key, fix=fix)
-    if len(lossy) > 1:
+    if len(skipping) > 1:
         rule, fix = "must have one index", "call the column of frames frame, and drop the others"
-        raise InputError(rule, file=samples.file, value=f"{len(lossy)} columns without a name that count", fix=fix)
-    return next(iter(lossy if clock else [*lossy, *counting]), None)
+        raise InputError(rule, file=samples.file, value=f"{len(skipping)} columns without a name that count", fix=fix)
+    return next(iter(skipping if clock else [*skipping, *candidates]), None)
 
 
 TEXTS = (

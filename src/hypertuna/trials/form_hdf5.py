@@ -1,4 +1,4 @@
-"""Tracked points in HDF5: DeepLabCut (tables of pandas), SLEAP (analysis), MATLAB 7.3; what holds none is named."""
+"""Tracked points in HDF5: DeepLabCut (tables of pandas), SLEAP (analysis), MATLAB 7.3; errors name other files."""
 
 import pickletools
 from pathlib import Path
@@ -23,7 +23,7 @@ LABELS = "the labels of single pictures, not a track"
 def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of one animal from an HDF5 file."""
     file = read_hdf5(path)
-    kinds = {name: str(own.get("pandas_type", "")) for name, own in file.attributes.items()}
+    kinds = {name: str(settings.get("pandas_type", "")) for name, settings in file.attributes.items()}
     frames = [name for name, kind in kinds.items() if kind in ("frame", "frame_table")]
     names = {*file.arrays, *file.texts, *file.left_out}
     if frames:
@@ -35,12 +35,12 @@ def read(path: str | Path, individual: str | None) -> Points:
         return _sleap(file, individual)
     if "trajectories" in names:
         raise one_point("idtracker.ai", file.file, "track several points of one body, by DeepLabCut or SLEAP")
-    if any("MATLAB_class" in own for own in file.attributes.values()):
+    if any("MATLAB_class" in settings for settings in file.attributes.values()):
         return points_of_arrays("MATLAB 7.3", file.file, _matlab(file), individual)
-    few = ", ".join(sorted(name for name in file.attributes if "/" not in name)[:8])
+    listed = ", ".join(sorted(name for name in file.attributes if "/" not in name)[:8])
     fix = "export CSV, or the HDF5 file of DeepLabCut's analyze_videos or of SLEAP's analysis"
     rule = "must hold tracked points in the form of DeepLabCut, SLEAP or MATLAB"
-    raise InputError(rule, file=file.file, value=f"an HDF5 file of {shown(few)}" if few else "empty", fix=fix)
+    raise InputError(rule, file=file.file, value=f"an HDF5 file of {shown(listed)}" if listed else "empty", fix=fix)
 
 
 def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points:
@@ -57,31 +57,31 @@ def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points
     own = choose_individual(
         file.file, [one for one in dict.fromkeys(animals) if one != "single"] or ["single"], individual
     )
-    of: dict[str, dict[str, int]] = {}
+    parts: dict[str, dict[str, int]] = {}
     for k, (one, animal) in enumerate(zip(columns, animals, strict=True)):
         if animal in (own, "single"):
-            of.setdefault(one[-2], {})[one[-1].lower()] = k
-    axes = [axis for axis in AXES if all(axis in own for own in of.values())]
+            parts.setdefault(one[-2], {})[one[-1].lower()] = k
+    axes = [axis for axis in AXES if all(axis in own for own in parts.values())]
     if axes[:2] != ["x", "y"]:
         fix = "export it again"
         raise InputError("must have columns of x and y of each body part", file=file.file, key=name, fix=fix)
-    place = np.stack([values[:, [own[axis] for axis in axes]] for own in of.values()], axis=1)
+    place = np.stack([values[:, [own[axis] for axis in axes]] for own in parts.values()], axis=1)
     weight = [
-        values[:, own["likelihood"]] if "likelihood" in own else np.full(len(values), np.nan) for own in of.values()
+        values[:, own["likelihood"]] if "likelihood" in own else np.full(len(values), np.nan) for own in parts.values()
     ]
     rows = Rows("frame", frame)
-    return Points("DeepLabCut", file.file, tuple(of), seen(place), np.stack(weight, axis=1), rows, frame=frame)
+    return Points("DeepLabCut", file.file, tuple(parts), seen(place), np.stack(weight, axis=1), rows, frame=frame)
 
 
 def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
-    """Return columns, numbers and frames of the format `table`, in which names of columns are pickled text."""
-    about, columns, blocks = file.attributes[f"{name}/table"], [], []
+    """Return column names, numbers and frame numbers of pandas' format `table`, whose column names are pickled."""
+    settings, columns, blocks = file.attributes[f"{name}/table"], [], []
     for k in range(LEVELS):
         block = f"values_block_{k}"
         if f"{name}/table/{block}" in (*file.arrays, *file.left_out):
             array = file.array(f"{name}/table/{block}", 2)
-            columns += (own := _names(str(about.get(f"{block}_kind", ""))))
-            if len(own) != array.shape[1]:
+            columns += (block_names := _names(str(settings.get(f"{block}_kind", ""))))
+            if len(block_names) != array.shape[1]:
                 raise _damaged(file, name)
             blocks.append(array)
     index = file.arrays.get(f"{name}/table/index")
@@ -91,33 +91,33 @@ def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array |
 
 
 def _fixed(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
-    """Return columns, numbers and frames of the format `fixed`, in which names of columns are numbers of names."""
+    """Return column names, numbers and frame numbers of pandas' format `fixed`, whose column names are indices."""
     values, names = file.array(f"{name}/block0_values", 2), []
     for k in range(LEVELS):
         level, label = (f"{name}/block0_items_{word}{k}" for word in ("level", "label"))
         if level in file.texts:
-            own, codes = file.texts[level], file.array(label, 1)
-            if len(codes) != values.shape[1] or codes.min() < 0 or codes.max() >= len(own):
+            words, codes = file.texts[level], file.array(label, 1)
+            if len(codes) != values.shape[1] or codes.min() < 0 or codes.max() >= len(words):
                 raise _damaged(file, name)
-            names.append([own[int(code)] for code in codes])
+            names.append([words[int(code)] for code in codes])
     if f"{name}/block1_values" in file.arrays:
         raise _damaged(file, name)
     return [*zip(*names, strict=True)], values.astype(float), _frames(file.arrays.get(f"{name}/axis1"), len(values))
 
 
 def _frames(index: Array | None, count: int) -> Array | None:
-    """Return numbers of frames; None for names of pictures."""
+    """Return the frame numbers (count,) of an index; None where it has names of pictures instead."""
     return index.astype(float) if index is not None and index.shape == (count,) and index.dtype.kind in "iuf" else None
 
 
 def _damaged(file: Hdf5, name: str) -> InputError:
-    """Return the error of a table whose parts do not fit."""
+    """Return the error to raise for a pandas table whose parts do not match."""
     return InputError("must be a whole table of pandas", file=file.file, key=name, value="not", fix="export it again")
 
 
 def _names(pickled: str) -> list[tuple[str, ...]]:
-    """Return the tuples of texts of a pickled list, of which only texts are taken and nothing is run."""
-    kept: dict[int, str] = {}
+    """Return the string tuples of a pickled list, read from its opcodes without running any of them."""
+    memo: dict[int, str] = {}
     row: list[str] = []
     rows: list[tuple[str, ...]] = []
     try:
@@ -127,9 +127,9 @@ def _names(pickled: str) -> list[tuple[str, ...]]:
             elif "UNICODE" in code.name:
                 row.append(str(argument))
             elif "PUT" in code.name and row:
-                kept[int(argument or 0)] = row[-1]
+                memo[int(argument or 0)] = row[-1]
             elif "GET" in code.name:
-                row.append(kept.get(int(argument or 0), ""))
+                row.append(memo.get(int(argument or 0), ""))
             elif code.name == "TUPLE":
                 rows.append(tuple(row))
                 row = []
@@ -151,30 +151,30 @@ def _sleap(file: Hdf5, individual: str | None) -> Points:
     if (scores := file.arrays.get("point_scores")) is not None and scores.ndim == 3:
         scores = scores.transpose(1, 0, 2) if standard else scores.transpose(0, 2, 1)
         weight = scores.astype(float) if scores.shape == weight.shape else weight
-    named = file.texts.get("track_names", ())
-    names = list(named) if len(named) == len(place) else [f"track_{k}" for k in range(len(place))]
-    there: Any = np.isfinite(place).any(axis=(2, 3))
-    used = np.flatnonzero(there.any(axis=1))
-    if not len(used):
+    track_names = file.texts.get("track_names", ())
+    names = list(track_names) if len(track_names) == len(place) else [f"track_{k}" for k in range(len(place))]
+    present: Any = np.isfinite(place).any(axis=(2, 3))
+    seen_tracks = np.flatnonzero(present.any(axis=1))
+    if not len(seen_tracks):
         raise InputError(
             "must hold points that were seen", file=file.file, value="none", fix="export the analysis again"
         )
     notes: tuple[str, ...] = ()
-    if individual is None and len(used) > 1 and there.sum(axis=0).max() == 1:
-        which = there.argmax(axis=0)
-        own: tuple[Any, ...] = (which, np.arange(len(which)))
-        few = ", ".join(names[k] for k in used[:12])
-        notes = (f"the tracks {few} are never there at the same time, and are read as one animal",)
+    if individual is None and len(seen_tracks) > 1 and present.sum(axis=0).max() == 1:
+        track = present.argmax(axis=0)
+        chosen: tuple[Any, ...] = (track, np.arange(len(track)))
+        listed = ", ".join(names[k] for k in seen_tracks[:12])
+        notes = (f"the tracks {listed} are never there at the same time, and are read as one animal",)
     else:
-        own = (names.index(choose_individual(file.file, [names[k] for k in used], individual)),)
+        chosen = (names.index(choose_individual(file.file, [names[k] for k in seen_tracks], individual)),)
     frame = np.arange(float(place.shape[1]))
     return Points(
-        "SLEAP", file.file, tuple(nodes), place[own], weight[own], Rows("frame", frame), frame=frame, notes=notes
+        "SLEAP", file.file, tuple(nodes), place[chosen], weight[chosen], Rows("frame", frame), frame=frame, notes=notes
     )
 
 
 def _matlab(file: Hdf5) -> dict[str, Array]:
-    """Return the arrays of a file of MATLAB 7.3 as MATLAB has them: the order of dimensions is the other way round."""
+    """Return the arrays of a MATLAB 7.3 file by name, with dimensions in MATLAB's order, which HDF5 reverses."""
     arrays = {}
     for name, array in file.arrays.items():
         if name.endswith(("/data", "/ir", "/jc")) and "MATLAB_sparse" in file.attributes.get(

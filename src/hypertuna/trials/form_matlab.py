@@ -31,22 +31,22 @@ FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps:
 
 def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of a file of MATLAB of version 5."""
-    found = read_matlab(path)
-    return points_of_arrays("MATLAB", found.file, found.arrays, individual)
+    variables = read_matlab(path)
+    return points_of_arrays("MATLAB", variables.file, variables.arrays, individual)
 
 
 def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
-    """Return the points of the variables that look like them; `individual` chooses among several."""
-    known = {**_pairs(arrays), **_blocks(arrays)}
-    if not known:
+    """Return the points of variables whose names and shapes suit points; `individual` names one of several."""
+    candidates = {**_pairs(arrays), **_blocks(arrays)}
+    if not candidates:
         if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
             raise one_point(form, file, "save the points along the body, each a column of x and y")
-        few = ", ".join(list(arrays)[:12])
-        value = f"a file of {form} with {shown(few)}" if few else f"a file of {form} without arrays of numbers"
+        listed = ", ".join(list(arrays)[:12])
+        value = f"a file of {form} with {shown(listed)}" if listed else f"a file of {form} without arrays of numbers"
         rule = "must hold variables of points: x and y, points (frames, points, 2), or xypts of DLTdv"
         raise InputError(rule, file=file, value=value, fix=FIX)
-    name = choose_individual(file, list(known), individual, what="variable")
-    place = known[name]
+    name = choose_individual(file, list(candidates), individual, what="variable")
+    place = candidates[name]
     if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
         place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)  # of DLTdv: empty where none was set
         form = "DLTdv"
@@ -69,47 +69,47 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
 
 
 def _last(name: str) -> str:
-    """Return the name of a variable without those of the structures around it, lower case."""
+    """Return the last part of a variable's dotted name, in lower case."""
     return name.rpartition(".")[2].lower()
 
 
 def _other(name: str, axis: str = "y") -> str:
-    """Return the name of the variable of y (or z) that goes with one of x, or nothing."""
-    before, dot, own = name.rpartition(".")
-    found = X.fullmatch(own)
-    if found is None:
+    """Return the name of the y (or z) variable that belongs to an x variable's name; "" where the name is not of x."""
+    before, dot, last = name.rpartition(".")
+    match = X.fullmatch(last)
+    if match is None:
         return ""
-    other = axis if found["x"] == "x" else axis.upper()
-    return f"{before}{dot}{found['before']}{other}{found['after']}"
+    new_axis = axis if match["x"] == "x" else axis.upper()
+    return f"{before}{dot}{match['before']}{new_axis}{match['after']}"
 
 
 def _by_frames(arrays: dict[str, Array], place: Array) -> Array:
-    """Return places by frames and points: frames are the side as long as the times, else the longer side."""
+    """Return places (frames, points, 2): frames are along the side as long as the times, else along the longer side."""
     rows, columns = (
         any(_last(key) in TIMES and one.size == size for key, one in arrays.items()) for size in place.shape[:2]
     )
-    turned = place.shape[1] > place.shape[0] if rows == columns else columns
-    return place.transpose(1, 0, 2) if turned else place
+    transposed = place.shape[1] > place.shape[0] if rows == columns else columns
+    return place.transpose(1, 0, 2) if transposed else place
 
 
 def _pairs(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return points of variables of x and y (and z) of one shape."""
-    found = {}
+    """Return places (frames, points, 2 or 3) by variable's name, from x and y (and z) variables of equal shape."""
+    pairs = {}
     for name, x in arrays.items():
         parts = [x, *(arrays[key] for axis in "yz" if (key := _other(name, axis)) in arrays)]
         if len(parts) > 1 and x.ndim == 2 and min(x.shape) > 1 and all(part.shape == x.shape for part in parts):
-            found[f"{name} and {_other(name)}"] = _by_frames(arrays, np.stack(parts, axis=-1))
-    return found
+            pairs[f"{name} and {_other(name)}"] = _by_frames(arrays, np.stack(parts, axis=-1))
+    return pairs
 
 
 def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return points of single variables: of three dimensions, one of coordinates, or of columns x1, y1, x2, ..."""
-    found = {}
+    """Return places (frames, points, 2 or 3) by name of single variables, in 3 dimensions or columns x1, y1, x2, ..."""
+    blocks = {}
     for name, array in arrays.items():
-        own = [k for k, size in enumerate(array.shape) if size in (2, 3)]
-        if array.ndim == 3 and len(own) == 1 and array.size:
-            found[name] = _by_frames(arrays, np.moveaxis(array, own[0], -1))
+        sides = [k for k, size in enumerate(array.shape) if size in (2, 3)]
+        if array.ndim == 3 and len(sides) == 1 and array.size:
+            blocks[name] = _by_frames(arrays, np.moveaxis(array, sides[0], -1))
         word, count = _last(name), 3 if _last(name).startswith("xyz") else 2
         if array.ndim == 2 and word in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
-            found[name] = array.reshape(len(array), -1, count)
-    return found
+            blocks[name] = array.reshape(len(array), -1, count)
+    return blocks

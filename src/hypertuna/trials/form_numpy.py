@@ -1,4 +1,4 @@
-"""Tracked points in NumPy's archives: poses and midlines of TRex; what holds one point of each animal is named."""
+"""Tracked points in NumPy's archives: poses and midlines of TRex; archives of one point per animal are refused."""
 
 import re
 from pathlib import Path
@@ -32,13 +32,13 @@ def read(path: str | Path, individual: str | None) -> Points:
         raise one_point("idtracker.ai", file, FIX)
     if "X#wcentroid" in arrays or {"X", "Y", "missing"} <= set(arrays):
         raise one_point("TRex", file, "give the file *_posture_*.npz (output_posture_data = true), or export poses")
-    few, fix = ", ".join(list(arrays)[:12]), "export it from TRex again, or write a CSV file with a line of names"
+    listed, fix = ", ".join(list(arrays)[:12]), "export it from TRex again, or write a CSV file with a line of names"
     rule = "must hold points of TRex: poseX0, poseY0, ... or midline_points"
-    raise InputError(rule, file=file, value=f"an archive of {shown(few)}" if few else "empty", fix=fix)
+    raise InputError(rule, file=file, value=f"an archive of {shown(listed)}" if listed else "empty", fix=fix)
 
 
 def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, ...]) -> Array:
-    """Return an array of numbers of a shape."""
+    """Return the array of an archive under a name, after a check of its type and shape."""
     array = arrays.get(name)
     if array is None or array.shape != shape or array.dtype.kind not in "biuf":
         value = "missing" if array is None else f"of the shape {array.shape}"
@@ -48,7 +48,7 @@ def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, .
 
 
 def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Points:
-    """Read poses: points [px] that are infinite where they are missing."""
+    """Read TRex's poses: points [px], infinite in the file where they are missing."""
     count = next(iter(poses.values())).shape[:1]
     numbers = sorted({int(match[2]) for name in poses if (match := POSE.fullmatch(name))})
     axes = [np.stack([_numbers(file, arrays, f"pose{axis}{k}", count) for k in numbers], axis=1) for axis in "XY"]
@@ -56,7 +56,7 @@ def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Poin
 
 
 def _midlines(file: str, arrays: dict[str, Array]) -> Points:
-    """Read midlines [px], each of as many points as it says: places at equal steps along it, from its first point."""
+    """Read TRex's midlines [px] of varying length, resampled at equal steps along each, from its first point."""
     count = arrays["frames"].shape[:1]
     lengths, total = _numbers(file, arrays, "midline_lengths", count), len(arrays["midline_points"])
     points = seen(_numbers(file, arrays, "midline_points", (total, 2)))
@@ -76,12 +76,12 @@ def _midlines(file: str, arrays: dict[str, Array]) -> Points:
 
 
 def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place: Array, frames: str) -> Points:
-    """Return points with the frames, time and rate that the file has."""
+    """Return the points of places (frames, points, 2) with the frame numbers, times and rate of the archive."""
     count = place.shape[:1]
     frame = _numbers(file, arrays, frames, count) if frames in arrays else None
     time = _numbers(file, arrays, "time", count) if "time" in arrays else None
-    own = arrays.get("frame_rate")
-    rate = float(own) if own is not None and own.size == 1 and own.dtype.kind in "iuf" else 0.0
+    stated = arrays.get("frame_rate")
+    rate = float(stated) if stated is not None and stated.size == 1 and stated.dtype.kind in "iuf" else 0.0
     return Points(
         "TRex",
         file,

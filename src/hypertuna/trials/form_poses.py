@@ -30,12 +30,12 @@ def _deeplabcut(grid: Grid, individual: str | None) -> Points:
     parts, axes = names["bodyparts"], [axis.lower() for axis in names["coords"]]
     first = next((k for k, axis in enumerate(axes[1:], 1) if axis), 1)  # column of the points
     head = [f"{part} {axis}".strip() for part, axis in zip(parts, axes, strict=False)]
-    whole = Grid(grid.file, [(n, row) for n, row in grid.rows if row[0].lower() not in names])
+    data = Grid(grid.file, [(n, row) for n, row in grid.rows if row[0].lower() not in names])
     for row in names.values():
         Grid(grid.file, [(grid.rows[0][0], row)]).below(0, parts)
-    samples = whole.below(0, [*head[:1], *head[1:]])
+    samples = data.below(0, [*head[:1], *head[1:]])
     animals = names.get("individuals", [""] * len(axes))
-    own = choose_individual(
+    animal = choose_individual(
         grid.file,
         [
             name
@@ -48,10 +48,10 @@ def _deeplabcut(grid: Grid, individual: str | None) -> Points:
     columns: dict[str, dict[str, int]] = {}
     used, ignored = [], []
     for k, axis in enumerate(axes[first:], first):
-        if animals[k] in (own, "single") and axis in ("x", "y", "z", "likelihood"):
+        if animals[k] in (animal, "single") and axis in ("x", "y", "z", "likelihood"):
             columns.setdefault(parts[k], {})["weight" if axis == "likelihood" else axis] = k
             used.append(k)
-        elif axis and animals[k] in (own, "single"):
+        elif axis and animals[k] in (animal, "single"):
             ignored.append(head[k])
     samples.check_once(used)
     notes = _check_labels(samples, first)
@@ -62,7 +62,7 @@ def _deeplabcut(grid: Grid, individual: str | None) -> Points:
 
 
 def _check_labels(samples: Samples, first: int) -> tuple[str, ...]:
-    """Check labels of pictures, which have their names before the points: of one video; return what to tell of them."""
+    """Check that hand labels, rows named by pictures, are of one video; return sentences for the user about them."""
     texts = samples.text(first - 1)
     if first == 1 and not any("/" in text or "\\" in text or ("." in text and text[-1:].isalpha()) for text in texts):
         return ()
@@ -86,13 +86,13 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     track, frame = lower.index("track"), lower.index("frame_idx")
     names, frames = samples.text(track), samples.frames(frame)
     notes: tuple[str, ...] = ()
-    known = list(dict.fromkeys(names))
-    if individual is None and len(known) > 1 and len(set(frames.tolist())) == len(frames):
+    tracks = list(dict.fromkeys(names))
+    if individual is None and len(tracks) > 1 and len(set(frames.tolist())) == len(frames):
         keep = np.argsort(frames, kind="stable").tolist()
-        notes = (f"the tracks {', '.join(known[:12])} are never there at the same time, and are read as one animal",)
+        notes = (f"the tracks {', '.join(tracks[:12])} are never there at the same time, and are read as one animal",)
     else:
-        own = choose_individual(grid.file, names, individual)
-        keep = [k for k, name in enumerate(names) if name == own]
+        animal = choose_individual(grid.file, names, individual)
+        keep = [k for k, name in enumerate(names) if name == animal]
     samples = samples.only(keep)
     columns: dict[str, dict[str, int]] = {}
     for k, name in enumerate(head):
@@ -116,11 +116,11 @@ def _trex(grid: Grid, individual: str | None) -> Points:
     samples = grid.below(1, head)
     columns: dict[str, dict[str, int]] = {}
     for k, name in enumerate(head):
-        if found := TREX.fullmatch(name):
-            columns.setdefault(f"pose{found[2]}", {})[found[1].lower()] = k
+        if match := TREX.fullmatch(name):
+            columns.setdefault(f"pose{match[2]}", {})[match[1].lower()] = k
     if not columns:
         raise one_point("TRex", grid.file, "add poseX, poseY or midlines to output_fields")
-    samples.check_once([k for own in columns.values() for k in own.values()])
+    samples.check_once([k for axes in columns.values() for k in axes.values()])
     lower = [name.lower() for name in head]
     time, frame = (lower.index(name) if name in lower else None for name in ("time", "frame"))
     return of_columns(
@@ -135,7 +135,7 @@ def _trex(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_idtracker(grid: Grid) -> bool:
-    """Whether columns are as idtracker.ai writes them: seconds, x1, y1, x2, y2, ... of the centers of animals."""
+    """Whether the column names are idtracker.ai's: seconds, x1, y1, x2, y2, ..., the centers of animals."""
     head = grid.cells(0)
     centers = [f"{axis}{k // 2 + 1}" for k, axis in enumerate("xy" * (len(head) // 2))]
     return len(head) > 2 and head[0] in ("seconds", "time(s)") and head[1:] == centers

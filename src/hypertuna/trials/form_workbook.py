@@ -21,11 +21,11 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 
 def _grid(path: str | Path) -> Grid:
-    """Return the cells of the first sheet with more than a line."""
+    """Return the grid of the first sheet that has more than one line."""
     from openpyxl import load_workbook
 
     file, rows = str(path), []
-    broken: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
+    errors: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
     try:
         with opened(path, "points") as stream, warnings.catch_warnings(action="ignore"):
             archived(stream, LARGEST)
@@ -36,7 +36,7 @@ def _grid(path: str | Path) -> Grid:
                     return Grid(file, rows)
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
-    except broken:
+    except errors:
         fix = "save it again as .xlsx, or the sheet as CSV"
         raise InputError("must be a whole workbook (.xlsx)", file=file, value="not", fix=fix) from None
     fix = "give a sheet with a line of column names, then one line per frame"
@@ -44,17 +44,17 @@ def _grid(path: str | Path) -> Grid:
 
 
 def _rows(file: str, sheet: Any) -> list[tuple[int, list[str]]]:
-    """Return the numbers and cells of the lines of a sheet that are not empty, all as long as the longest."""
-    rows, cells = [], 0
+    """Return line number and cells of each line of a sheet that is not empty, padded to the longest line."""
+    rows, count = [], 0
     for number, row in enumerate(sheet.iter_rows(values_only=True), 1):
-        own = ["" if cell is None else str(cell).strip() for cell in row]
-        while own and not own[-1]:
-            own.pop()
-        cells += len(row)
-        if cells > CELLS or number > ROWS:
+        texts = ["" if cell is None else str(cell).strip() for cell in row]
+        while texts and not texts[-1]:
+            texts.pop()
+        count += len(row)
+        if count > CELLS or number > ROWS:
             rule = f"must have at most {CELLS} cells and {ROWS} lines"
             raise InputError(rule, file=file, value="more", fix="cut the sheet into parts")
-        if own and not own[0].startswith("#"):
-            rows.append((number, own))
-    width = max((len(own) for _, own in rows), default=0)
-    return [(number, own + [""] * (width - len(own))) for number, own in rows]
+        if texts and not texts[0].startswith("#"):
+            rows.append((number, texts))
+    width = max((len(texts) for _, texts in rows), default=0)
+    return [(number, texts + [""] * (width - len(texts))) for number, texts in rows]

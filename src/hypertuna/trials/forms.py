@@ -19,7 +19,7 @@ FIRST_BYTES = 512  # of a file, by which it is recognized
 
 
 class Form(NamedTuple):
-    """A form of binary files: by the ends of their names, or by their first bytes where these say more."""
+    """A form of binary files: its name, its reader, and the suffixes and first bytes that tell it."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -65,25 +65,25 @@ def read_points(path: str | Path, individual: str | None = None) -> Points:
 
 
 def points_of_grid(grid: Grid, individual: str | None) -> Points:
-    """Return the points of a text file or a sheet, in the first form that recognizes it."""
+    """Return the points of a text file or a sheet, read by the first text form that recognizes it."""
     return next(form for form in TEXTS if form.recognized(grid)).read(grid, individual)
 
 
 def binary_form(path: str | Path) -> Form | None:
-    """Return the form of a binary file; None for a text."""
+    """Return the form of a binary file by its suffix and its first bytes; None for a text file."""
     with opened(path, "points") as stream:
-        first = stream.read(FIRST_BYTES) or b""
+        first_bytes = stream.read(FIRST_BYTES) or b""
     suffix = Path(path).suffix.lower()
-    own = [form for form in FORMS if suffix in form.suffixes]
-    begun = [form for form in FORMS if form.begins and first.startswith(form.begins)]
+    by_suffix = [form for form in FORMS if suffix in form.suffixes]
+    by_bytes = [form for form in FORMS if form.begins and first_bytes.startswith(form.begins)]
     # an ending that is known decides, unless the first bytes are those of another form
-    if own and (own[0] in begun or not begun or not own[0].begins):
-        return own[0]
-    return begun[0] if begun else (own[0] if own else None)
+    if by_suffix and (by_suffix[0] in by_bytes or not by_bytes or not by_suffix[0].begins):
+        return by_suffix[0]
+    return by_bytes[0] if by_bytes else (by_suffix[0] if by_suffix else None)
 
 
 def form_name(path: str | Path) -> str:
-    """Return the name of the form of a file of tracked points, or nothing: for errors of readers of other files."""
+    """Return the name of the form of a file of tracked points, "" for other files: for errors of other readers."""
     try:
         return read_points(path).form
     except InputError:

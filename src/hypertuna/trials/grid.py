@@ -37,7 +37,7 @@ class Grid:
         return [cell.lower() for cell in self.rows[row][1]] if row < len(self.rows) else []
 
     def below(self, row: int, head: list[str]) -> "Samples":
-        """Return the rows from `row` on as samples below names of columns; each must have a cell for each."""
+        """Return the rows from `row` on as samples under the column names `head`; each row needs a cell per name."""
         rows = self.rows[row:]
         for line, cells in rows:
             if len(cells) != len(head):
@@ -56,15 +56,15 @@ class Samples:
 
     @property
     def where(self) -> Rows:
-        """What the rows are called."""
+        """Names of the rows in errors: "line" and the number of each."""
         return Rows("line", [line for line, _ in self.rows])
 
     def only(self, keep: Sequence[int]) -> "Samples":
-        """Return some of the rows."""
+        """Return the samples of some rows, by index."""
         return Samples(self.file, self.head, [self.rows[k] for k in keep])
 
     def text(self, column: int) -> list[str]:
-        """Return a column."""
+        """Return the cells of a column, by its index."""
         return [row[column] for _, row in self.rows]
 
     def numbers(self, column: int, *, words: bool = False, infinite: bool = False, limit: bool = True) -> Array:
@@ -75,15 +75,15 @@ class Samples:
         return np.fromiter(self._numbers(column, words, infinite, limit), float, len(self.rows))
 
     def _numbers(self, column: int, words: bool, infinite: bool, limit: bool) -> Iterator[float]:
-        point = comma = False
+        point_seen = comma_seen = False
         for line, row in self.rows:
             text = row[column]
             value = parse_float(text)
             if "." in text and not math.isnan(value):
-                point = True
+                point_seen = True
             elif "," in text and DECIMAL_COMMA.fullmatch(text):
-                value, comma = parse_float(text.replace(",", ".")), True
-            if point and comma:
+                value, comma_seen = parse_float(text.replace(",", ".")), True
+            if point_seen and comma_seen:
                 fix = "write all decimals with a point, and no separator of thousands"
                 raise self._error(line, column, "must have one decimal sign", "a point above, and a comma here", fix)
             if value in CELL or (not limit and math.isfinite(value)):
@@ -99,7 +99,7 @@ class Samples:
                 raise self._error(line, column, "must be a number", shown(text), fix)
 
     def frames(self, column: int) -> Array:
-        """Return the numbers of frames of a column: as numbers, or at the end of the names of images."""
+        """Return the frame numbers of a column of numbers, or of image names with the number at the end."""
         values = []
         for line, row in self.rows:
             value = frame_number(row[column])
@@ -113,7 +113,7 @@ class Samples:
         return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
 
     def check_once(self, columns: Sequence[int]) -> None:
-        """Check that none of the columns that are used is there twice."""
+        """Check that the names of the columns to be used occur once each."""
         names = [self.head[k] for k in columns]
         for name in names:
             if (count := names.count(name)) > 1:
@@ -126,8 +126,8 @@ def frame_number(text: str) -> float | None:
     value = parse_float(text)
     if math.isfinite(value) or text.lower() in MISSING:
         return value if math.isfinite(value) else math.nan
-    found = IMAGE.search(text)
-    return float(found[1]) if found else None
+    match = IMAGE.search(text)
+    return float(match[1]) if match else None
 
 
 def read_grid(path: str | Path) -> Grid:
@@ -145,11 +145,11 @@ def read_grid(path: str | Path) -> Grid:
     if len(content) < 2:
         fix = "give a line of column names, then one line per frame"
         raise InputError("must be a table", file=file, value="empty", fix=fix)
-    said = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # as Excel begins
-    content = content[1:] if said else content
+    excel_mark = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # as Excel begins
+    content = content[1:] if excel_mark else content
     first = next((line for _, line in content[:FIRST_LINES] if any(mark in line for mark in MARKS)), content[0][1])
     counts: Callable[[str], int] = first.count
-    mark = said[1] if said else max(MARKS, key=counts)
+    mark = excel_mark[1] if excel_mark else max(MARKS, key=counts)
     if not counts(mark) and len(content[0][1].split()) > 2:
         fix = "save it with commas, semicolons or tabs between the cells"
         raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)

@@ -36,7 +36,7 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
-    """List the free swims of a robot eel, by amplitude; yaw is clockwise from -x: the robot faces +y at 90 deg.
+    """Return the manifest of a robot eel's free swims; its yaw is clockwise from -x: the robot faces +y at 90 deg.
 
     The servos report late, so the robot made the commanded angles.
     """

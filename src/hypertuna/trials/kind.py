@@ -26,7 +26,7 @@ FAILED = 10.0  # error of a run without a settled beat: times what was measured,
 
 @dataclass(frozen=True)
 class Quantity:
-    """What trials of a kind measure."""
+    """A quantity that trials of a kind measure: its name, unit and noise."""
 
     name: str
     unit: str  # SI
@@ -67,7 +67,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Point:
-    """Where trials are predicted: the model with values of the free coefficients, and its derivatives by them."""
+    """A model at which trials are predicted: its coefficients, their derivatives, and the steps of integration."""
 
     robot: Robot
     model: Any  # of the core
@@ -83,7 +83,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Computed runs."""
+    """Computed values of trials' rows, with Jacobian, failures and other quantities of the runs."""
 
     computed: Array  # (elements,), in the units of what was measured
     jacobian: Array  # (elements, n), by the free coefficients, each in its scale
@@ -106,32 +106,32 @@ class Rows(ABC):
 
     @cached_property
     def sd(self) -> Array:
-        """Standard deviation (samples,), see `Sample`."""
+        """Standard deviations (samples,) of the samples, absolute or relative as `Sample` says."""
         return np.array([sample.sd for sample in self.samples])
 
     @abstractmethod
     def predict(self, at: Point) -> Prediction:
-        """Compute the rows; a run without a settled beat is far off, without Jacobian, so that a search turns back."""
+        """Return the computed rows; a run without a settled beat gets values far off and a zero Jacobian."""
 
     def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
-        """Return the rows with the errors of what the model is given drawn anew."""
+        """Return the rows with random errors of the model's inputs, such as joint angles, drawn anew."""
         return self
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return for each trial what makes a relative error of speed of elements' errors, if anything.
+        """Return each trial's weights by element, which turn errors into the relative error of its speed.
 
-        Weights by element: a row of all elements would take memory by the square of the runs.
+        Only weights other than 0 are kept: rows of all elements would take memory by the square of the runs.
         """
         return [{} for _ in range(1 if self.one_motion else self.runs)]
 
 
 def spans(columns: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
-    """Return minimum and maximum of the columns that hold numbers."""
+    """Return minimum and maximum of each column that is not empty."""
     return {name: [min(values), max(values)] for name, values in columns.items() if values}
 
 
 def span_lines(summary: Mapping[str, Any]) -> Iterator[str]:
-    """Lay out the spans of a summary, and what it does not give."""
+    """Yield lines of text for the minima and maxima in a summary, and for quantities that it lacks."""
     for name, span in summary.items():
         if isinstance(span, list):
             low, high = (f"{round(value, 12):.4g}" for value in span)
@@ -141,12 +141,12 @@ def span_lines(summary: Mapping[str, Any]) -> Iterator[str]:
 
 
 def evenly_spaced(trials: Sequence[T], count: int) -> Sequence[T]:
-    """Return about `count` of the trials."""
+    """Return about `count` of the trials, at equal steps through their order."""
     return trials[:: max(1, len(trials) // count)]
 
 
 class Kind(ABC, Generic[T]):
-    """A kind of trial: its members have a `name` and a `file`."""
+    """A kind of trial, such as steady runs: how it is fitted, listed and drawn. Its trials have `name` and `file`."""
 
     trial: type[T]
     key: ClassVar[str]  # in manifests, and in what `trials check` prints
@@ -157,27 +157,27 @@ class Kind(ABC, Generic[T]):
     quantities: ClassVar[tuple[Quantity, ...]]
 
     def runs(self, trial: T) -> tuple[str, ...]:
-        """Return the names of its runs: it is one by default."""
+        """Return the names of a trial's runs; by default the trial is one run."""
         return (trial.name,)
 
     def only(self, trial: T, names: Collection[str]) -> T | None:
-        """Return the trial with some of its runs, None without any."""
+        """Return the trial with only the runs of some names, or None if it has none of them."""
         return trial if trial.name in names else None
 
     def tells(self, trial: T, nuisance: str) -> bool:
-        """Return whether a trial depends on a coefficient that belongs to the trials."""
+        """Return whether a trial's results depend on a coefficient of the trials, such as `cost_factor`."""
         return nuisance == self.nuisance
 
     @abstractmethod
     def motion(self, trial: T) -> dict[str, float]:
-        """Return frequency [Hz], largest amplitude [rad] and speed [m/s], if there are any and they are measured."""
+        """Return a trial's frequency [Hz], largest amplitude [rad] and speed [m/s], those of them that it has."""
 
     @abstractmethod
     def rows(self, robot: Robot, trials: Sequence[T], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out trials for a fit; lowest: lower bounds of free nuisances by name [SI]."""
+        """Return the rows of a fit's residual from trials; lowest: lower bounds of free nuisances by name [SI]."""
 
     def part(self, trials: Sequence[T], count: int) -> Sequence[T]:
-        """Return evenly spaced trials for a rough search, about `count`; all where few are usual."""
+        """Return about `count` evenly spaced trials for a rough search; all of them in kinds of few trials."""
         return trials
 
     def implausible(self, trials: Sequence[T], robot: Robot) -> tuple[list[InputError], list[str]]:
@@ -185,31 +185,31 @@ class Kind(ABC, Generic[T]):
         return [], []
 
     def repeated(self, training: Sequence[T], validation: Sequence[T]) -> list[str]:
-        """Write warnings on validation runs that repeat motions of the training runs."""
+        """Return warnings of validation runs that repeat motions of the training runs."""
         return []
 
     @abstractmethod
     def cells(self, trial: T) -> tuple[str, str, str]:
-        """Return name, motion and speed in words."""
+        """Return the texts of a trial in a table: name, gait and speed."""
 
     @abstractmethod
     def picture(self, trials: Sequence[T]) -> str:
-        """Draw one trial or more as an <svg> element, with its caption."""
+        """Return an <svg> element of one trial or more, with its caption."""
 
     @abstractmethod
     def plot(self, trials: Sequence[T], *, width: float) -> Figure:
-        """Plot trials in the style of figures: `width` [inch]."""
+        """Return a figure of one trial or more; `width` [inch]."""
 
     def table(self, trials: Sequence[T]) -> pd.DataFrame:
-        """Return every run as a row."""
+        """Return a table with a row for each run."""
         import pandas as pd
 
         return pd.concat([trial.to_pandas() for trial in trials])
 
     @abstractmethod
     def summaries(self, trials: Sequence[T], robot: Robot) -> list[dict[str, Any]]:
-        """Return the content of the trials, names with units."""
+        """Return a summary of each trial or file for JSON, units in the names."""
 
     @abstractmethod
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
-        """Lay out a summary."""
+        """Yield the lines of text of a summary from `summaries`."""

@@ -29,31 +29,31 @@ ROUNDS, SAME = 30, 1e-12  # of Gauss and Newton for the first value, and the rel
 
 @dataclass(frozen=True)
 class DecayRows(Rows):
-    """A decay ready to be computed: from the first value that fits its rows best."""
+    """The rows of a decay, which is computed from the first value that fits its measured rows best."""
 
     time: Array  # (rows,) from the first one [s]
     axis: int  # of the pose's rate: 0 along x, 2 of the heading
     begin: Array  # (3,) twist of the nose per unit of the first value; the value is that of the axis, of its sign
 
     def predict(self, at: Point) -> Prediction:
-        """Compute the values, and their derivatives where the first value follows the coefficients."""
+        """Return the computed values and their Jacobian, in which the best first value follows the coefficients."""
         along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
         still, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
         sign, none = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
 
-        def made(first: float) -> tuple[Array, Array, Array]:
+        def decay(first: float) -> tuple[Array, Array, Array]:
             track = _core.track(
                 at.model, still, np.ascontiguousarray(along), step=step, twist=first * self.begin, rates=True
             )
-            both = np.column_stack([track["rate"][:, self.axis], track["rate_gradient"][:, self.axis]])
+            values = np.column_stack([track["rate"][:, self.axis], track["rate_gradient"][:, self.axis]])
             place = np.clip(self.time / step, 0, STEPS)
-            left = np.minimum(place.astype(int), STEPS - 1)
-            there = sign * (both[left] + (place - left)[:, np.newaxis] * (both[left + 1] - both[left]))
-            return there[:, 0], there[:, 1:4] @ self.begin, there[:, 4:]
+            before = np.minimum(place.astype(int), STEPS - 1)
+            at_rows = sign * (values[before] + (place - before)[:, np.newaxis] * (values[before + 1] - values[before]))
+            return at_rows[:, 0], at_rows[:, 1:4] @ self.begin, at_rows[:, 4:]
 
         first = float(self.measured[0])
         for _ in range(ROUNDS):
-            computed, by_first, by = made(first)
+            computed, by_first, by = decay(first)
             change = float(by_first @ (self.measured - computed) / (by_first @ by_first))
             if not np.isfinite(computed).all() or not abs(change) > SAME * abs(first):
                 break
@@ -63,29 +63,29 @@ class DecayRows(Rows):
             return Prediction(far, np.zeros((len(far), at.count)), ~none, none, {})
         # the first value moves with the coefficients so that the rest stays across what it changes
         size = NEAR * max(abs(first), 1e-300)
-        (_, low, by_low), (_, high, by_high) = made(first - size), made(first + size)
-        rest = self.measured - computed
-        curve, curves = (rest @ (high - low) / (2 * size), rest @ (by_high - by_low) / (2 * size))
-        moved = (curves - by_first @ by) / (by_first @ by_first - curve)
+        (_, low, by_low), (_, high, by_high) = decay(first - size), decay(first + size)
+        residual = self.measured - computed
+        curvature, curves = (residual @ (high - low) / (2 * size), residual @ (by_high - by_low) / (2 * size))
+        moved = (curves - by_first @ by) / (by_first @ by_first - curvature)
         return Prediction(computed, by + np.outer(by_first, moved), none, none, {})
 
 
 class Decays(Kind[D]):
-    """Decays of a straight body."""
+    """Base of glides and turns on the spot: decays of a straight body."""
 
     transient = True
     axis: ClassVar[int]
 
     @abstractmethod
     def begin(self, robot: Robot) -> Array:
-        """Return the twist (3,) of the nose per unit of the first value."""
+        """Return the twist (3,) of the nose for a first value of 1 [m/s or rad/s]."""
 
     def motion(self, trial: D) -> dict[str, float]:
-        """Return nothing: it has no beat."""
+        """Return {}: a decay has no beat."""
         return {}
 
     def rows(self, robot: Robot, trials: Sequence[D], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out each decay: rows of a stated standard deviation are a sample each, others one sample together."""
+        """Return each decay's rows: a sample each with a stated standard deviation, otherwise one sample together."""
         return [self._laid_out(robot, trial) for trial in trials]
 
     def _laid_out(self, robot: Robot, trial: D) -> DecayRows:
@@ -93,67 +93,68 @@ class Decays(Kind[D]):
         sample, samples = np.zeros(count, dtype=int), [Sample(name, 0, 1.0, False, count)]
         if trial.sd is not None:
             sample, samples = np.arange(count), [Sample(name, 0, trial.sd, True, 1)] * count
-        own = (trial.time - trial.time[0], self.axis, self.begin(robot))
-        return DecayRows(trial.value, sample, samples, 1, *own)
+        motion = (trial.time - trial.time[0], self.axis, self.begin(robot))
+        return DecayRows(trial.value, sample, samples, 1, *motion)
 
     def repeated(self, training: Sequence[D], validation: Sequence[D]) -> list[str]:
-        """Write a warning where a decay validates others: all begin from a value of their own."""
+        """Return a warning if decays validate decays, which are all one motion but for the first value."""
         text = f"The validation runs that are {self.label}s are of the motion of those of the training."
         return [text] if training and validation else []
 
     def cells(self, trial: D) -> tuple[str, str, str]:
-        """Return name, number of rows and first value."""
+        """Return the texts of a decay in a table: name, number of rows and first value."""
         from hypertuna.display import number
 
-        one = self.quantities[0]
-        return trial.name, f"{len(trial.time)} rows", number(float(trial.value[0]) * one.per_si, self.shown)
+        quantity = self.quantities[0]
+        return trial.name, f"{len(trial.time)} rows", number(float(trial.value[0]) * quantity.per_si, self.shown)
 
     @property
     def shown(self) -> str:
-        """Unit of the file."""
+        """Unit of the decay's values in its file."""
         return "deg/s" if self.quantities[0].error == "deg_s" else "m/s"
 
     def picture(self, trials: Sequence[D]) -> str:
-        """Draw the first decay."""
+        """Return an SVG of the first decay over time."""
         from hypertuna.pictures import captioned, curve_svg
 
-        one, first = self.quantities[0], trials[0]
-        label = f"{one.label} [{self.shown}] over time [s]"
-        return captioned(curve_svg(first.time, one.per_si * first.value, label, dots=True), f"Run {first.name}.")
+        quantity, decay = self.quantities[0], trials[0]
+        label = f"{quantity.label} [{self.shown}] over time [s]"
+        return captioned(curve_svg(decay.time, quantity.per_si * decay.value, label, dots=True), f"Run {decay.name}.")
 
     def plot(self, trials: Sequence[D], *, width: float) -> Figure:
-        """Plot the decays over time."""
+        """Return a figure of the decays over time."""
         from matplotlib.figure import Figure
 
         from hypertuna.figures import COLORS
 
         figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
         axes, label = figure.subplots(), f"{self.quantities[0].label} [{self.shown}]"
-        for k, one in enumerate(trials):
-            axes.plot(one.time, one.per_si * one.value, ".", color=COLORS[k % len(COLORS)], label=f"run {one.name}")
+        for k, decay in enumerate(trials):
+            color, name = COLORS[k % len(COLORS)], f"run {decay.name}"
+            axes.plot(decay.time, decay.per_si * decay.value, ".", color=color, label=name)
         axes.set(xlabel="time [s]", ylabel=label, title=f"{len(trials)} {self.label}s")
         return figure
 
     def table(self, trials: Sequence[D]) -> pd.DataFrame:
-        """Return the duration of each run [s]."""
+        """Return a table with the duration [s] of each decay."""
         import pandas as pd
 
         durations = [float(np.ptp(one.time)) for one in trials]
         return pd.DataFrame({"run": [one.name for one in trials], "duration_s": durations})
 
     def summaries(self, trials: Sequence[D], robot: Robot) -> list[dict[str, Any]]:
-        """Return rows, time and values of each decay."""
-        one, found = self.quantities[0], []
+        """Return a summary of each decay: number of rows, duration [s], minimum and maximum."""
+        quantity, results = self.quantities[0], []
         for trial in trials:
-            ends = [float(one.per_si * value) for value in (trial.value.min(), trial.value.max())]
-            sd = None if trial.sd is None else one.per_si * trial.sd
+            ends = [float(quantity.per_si * value) for value in (trial.value.min(), trial.value.max())]
+            sd = None if trial.sd is None else quantity.per_si * trial.sd
             own = {"name": trial.name, "file": trial.file, "rows": len(trial.time)}
             own |= {"time_s": [float(trial.time[0]), float(trial.time[-1])]}
-            found.append(own | {trial.columns["value"]: ends, trial.columns["sd"]: sd})
-        return found
+            results.append(own | {trial.columns["value"]: ends, trial.columns["sd"]: sd})
+        return results
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
-        """Lay out the content of a decay."""
+        """Yield the lines of text of a decay's summary."""
         yield f"{summary['name']}: {self.label} of {summary['rows']} rows"
         for name, span in summary.items():
             if isinstance(span, list):
@@ -170,7 +171,7 @@ class Glides(Decays[Glide]):
     quantities = (Quantity("glide_speed", "m/s", "m_s", "cm/s", 100.0, 0.005, "glides"),)
 
     def begin(self, robot: Robot) -> Array:
-        """Return forward motion: the head leads, toward -x."""
+        """Return the twist (3,) of a glide of 1 m/s: the head leads, toward -x."""
         return np.array([-1.0, 0.0, 0.0])
 
 
@@ -182,7 +183,7 @@ class YawDecays(Decays[YawDecay]):
     quantities = (Quantity("yaw_rate", "rad/s", "deg_s", "deg/s", 1.0, 0.02, "yaw decays", per_si=180 / math.pi),)
 
     def begin(self, robot: Robot) -> Array:
-        """Return a turn about the center of mass."""
+        """Return the twist (3,) of the nose for a turn of 1 rad/s about the center of mass."""
         mass = np.array(robot.links.mass)
         front = np.concatenate([[0.0], np.cumsum(robot.links.length)[:-1]])
         return np.array([0.0, -float(mass @ (front + np.array(robot.links.com)) / mass.sum()), 1.0])

@@ -41,14 +41,14 @@ R = TypeVar("R", bound=NumberRun)
 
 @dataclass(frozen=True)
 class HeldRows(Rows):
-    """Runs whose head is held on a straight path: the mean force of the water."""
+    """Rows of runs whose head is held on a straight path, with the mean force of the water."""
 
     gaits: tuple[Gait, ...]
     u: Array  # (runs,) [m/s]
     sign: float  # 1 of a force toward the head
 
     def predict(self, at: Point) -> Prediction:
-        """Compute the force of every run."""
+        """Return the computed mean force of every run [N]."""
         along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
         options: dict[str, Any] = {"steps": at.steps if at.along is None else at.gradient_steps, "threads": at.threads}
         rows = _core.held(at.model, *Gaits.of(self.gaits).columns, self.u, np.ascontiguousarray(along), **options)
@@ -58,13 +58,13 @@ class HeldRows(Rows):
 
 @dataclass(frozen=True)
 class BeatRows(Rows):
-    """Settled gaits of which one quantity was measured."""
+    """Rows of settled gaits of which one quantity was measured."""
 
     gaits: tuple[Gait, ...]
     quantity: str  # of a settled beat, as by `DIFFERENTIABLE`
 
     def predict(self, at: Point) -> Prediction:
-        """Compute the quantity of every run."""
+        """Return the computed quantity of every run."""
         gaits, jacobian = Gaits.of(self.gaits), np.zeros((self.runs, at.count))
         beats = settle(at.robot, gaits, model=at.model, steps=at.steps, threads=at.threads)
         value = beats[self.quantity]
@@ -72,8 +72,8 @@ class BeatRows(Rows):
         if at.along is not None:
             with np.errstate(all="ignore"):  # gaits without a settled beat have no derivatives
                 options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
-                by = directional_derivatives(at.robot, gaits, beats, at.along, **options)[self.quantity]
-            jacobian = np.where(usable[:, np.newaxis] & np.isfinite(by), by, 0.0)
+                slopes = directional_derivatives(at.robot, gaits, beats, at.along, **options)[self.quantity]
+            jacobian = np.where(usable[:, np.newaxis] & np.isfinite(slopes), slopes, 0.0)
         if self.quantity == "mechanical_power":
             value, jacobian = with_cost_factor(at, value, jacobian, usable)
         value = np.where(usable, value, FAILED * np.maximum(np.abs(self.measured), self.sd))
@@ -81,31 +81,31 @@ class BeatRows(Rows):
 
 
 class Numbers(Kind[R]):
-    """Runs that are one measured number each."""
+    """Base of the kinds whose runs are one measured number each."""
 
     def motion(self, trial: R) -> dict[str, float]:
-        """Return frequency and amplitude of its gait, if it has one."""
+        """Return frequency [Hz] and largest amplitude [rad] of a run's gait; {} for a straight body."""
         gait = trial.gait
         return {} if gait is None else {"frequency": gait.frequency, "amplitude": max(gait.amplitude)}
 
     def laid_out(self, trials: Sequence[R]) -> tuple[Array, NDArray[np.intp], list[Sample], int]:
-        """Return what `Rows` hold of runs."""
+        """Return the first four fields of `Rows` for some runs: values, index and list of samples, number of runs."""
         name = self.quantities[0].name
-        sizes = [(abs(run.value) if run.sd is None else run.sd) / math.sqrt(run.repeats) for run in trials]
-        samples = [Sample(name, k, size, trials[k].sd is not None, 1) for k, size in enumerate(sizes)]
+        deviations = [(abs(run.value) if run.sd is None else run.sd) / math.sqrt(run.repeats) for run in trials]
+        samples = [Sample(name, k, deviation, trials[k].sd is not None, 1) for k, deviation in enumerate(deviations)]
         return np.array([run.value for run in trials]), np.arange(len(trials)), samples, len(trials)
 
     def part(self, trials: Sequence[R], count: int) -> Sequence[R]:
-        """Return evenly spaced runs."""
+        """Return about `count` evenly spaced runs for a rough search."""
         return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[R], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Write a warning on each file whose numbers are far from the model's, or of the other sign."""
-        at = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
+        """Return a warning for each file whose numbers are far from the model's, or of the other sign; no errors."""
+        point = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
         one, warnings = self.quantities[0], []
         for file in dict.fromkeys(run.file for run in trials):
             rows = self.rows(robot, [run for run in trials if run.file == file], {})[0]
-            ratio = float(np.median(rows.measured / rows.predict(at).computed))
+            ratio = float(np.median(rows.measured / rows.predict(point).computed))
             if not math.isfinite(ratio) or 1 / FAR <= ratio <= FAR:
                 continue
             rule = f"are {ratio:.2g} times those of the model"
@@ -114,69 +114,69 @@ class Numbers(Kind[R]):
         return [], warnings
 
     def repeated(self, training: Sequence[R], validation: Sequence[R]) -> list[str]:
-        """Write a warning on runs that repeat."""
+        """Return a warning of validation runs that repeat runs of the training."""
         known = {(run.gait, run.u) for run in training}
         count = sum((run.gait, run.u) in known for run in validation)
         text = f"{count} of {len(validation)} validation runs that are {self.label}s repeat those of the training."
         return [text] if count else []
 
     def cells(self, trial: R) -> tuple[str, str, str]:
-        """Return name, gait and speed."""
+        """Return the texts of a run in a table: name, gait and speed."""
         from hypertuna.display import number
 
         gait = "straight" if trial.gait is None else gait_text(trial.gait)
         return trial.name, gait, number(trial.u, "m/s") if "u" in trial.columns else ""
 
     def axis(self, trials: Sequence[R]) -> tuple[list[float], str]:
-        """Return what the runs differ in, and its label."""
+        """Return the abscissas of a figure of runs, speeds or frequencies, and their label."""
         if any(run.gait is None for run in trials):
             return [run.u for run in trials], "speed [m/s]"
         return [run.gait.frequency for run in trials if run.gait], "frequency [Hz]"
 
     def picture(self, trials: Sequence[R]) -> str:
-        """Draw what was measured over speed or frequency."""
+        """Return an SVG of the measured numbers over speed or frequency."""
         from hypertuna.pictures import captioned, curve_svg
 
-        one, (x, over) = self.quantities[0], self.axis(trials)
-        dots = curve_svg(x, [run.value for run in trials], f"{one.label} [{one.unit}] over {over}", dots=True)
+        one, (x, x_label) = self.quantities[0], self.axis(trials)
+        dots = curve_svg(x, [run.value for run in trials], f"{one.label} [{one.unit}] over {x_label}", dots=True)
         return captioned(dots, f"Each dot is a {self.label}.")
 
     def plot(self, trials: Sequence[R], *, width: float) -> Figure:
-        """Plot what was measured over speed or frequency."""
+        """Return a figure of the measured values over speed or frequency."""
         from matplotlib.figure import Figure
 
         from hypertuna.figures import COLORS, POINTS
 
         figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-        axes, one, (x, over) = figure.subplots(), self.quantities[0], self.axis(trials)
+        axes, quantity, (x, over) = figure.subplots(), self.quantities[0], self.axis(trials)
         deviations = [run.sd or 0.0 for run in trials]
         axes.errorbar(x, [run.value for run in trials], deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-        axes.set(xlabel=over, ylabel=f"{one.label} [{one.unit}]", title=f"{len(trials)} {self.label}s")
+        axes.set(xlabel=over, ylabel=f"{quantity.label} [{quantity.unit}]", title=f"{len(trials)} {self.label}s")
         return figure
 
     def summaries(self, trials: Sequence[R], robot: Robot) -> list[dict[str, Any]]:
-        """Return for each file the minimum and maximum of what was measured."""
-        found = []
+        """Return a summary of each file: minimum and maximum of its measured numbers and gaits."""
+        results = []
         for file in dict.fromkeys(run.file for run in trials):
-            own = [run for run in trials if run.file == file]
+            runs = [run for run in trials if run.file == file]
             columns = {
-                "frequency_hz": [run.gait.frequency for run in own if run.gait],
-                "u_m_s": [run.u for run in own if run.u],
+                "frequency_hz": [run.gait.frequency for run in runs if run.gait],
+                "u_m_s": [run.u for run in runs if run.u],
             }
-            size = own[0].per_si
-            columns |= {own[0].columns["value"]: [size * run.value for run in own]}
-            columns |= {own[0].columns["sd"]: [size * run.sd for run in own if run.sd is not None]}
-            found.append({"file": file, "runs": len(own)} | spans(columns))
-        return found
+            size = runs[0].per_si
+            columns |= {runs[0].columns["value"]: [size * run.value for run in runs]}
+            columns |= {runs[0].columns["sd"]: [size * run.sd for run in runs if run.sd is not None]}
+            results.append({"file": file, "runs": len(runs)} | spans(columns))
+        return results
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
-        """Lay out the content of a file."""
+        """Yield the lines of text of a file's summary."""
         yield f"{summary['file']}: {summary['runs']} {self.label}{'s' * (summary['runs'] != 1)}"
         yield from span_lines(summary)
 
 
 class Tows(Numbers[Tow]):
-    """Towed straight bodies."""
+    """Drag of straight bodies that are towed."""
 
     trial = Tow
     key, label, others = "tows", "tow", "speeds of towing"
@@ -191,7 +191,7 @@ class Tows(Numbers[Tow]):
 
 
 class Thrusts(Numbers[HeldThrust]):
-    """Held fish."""
+    """Mean thrust of gaits whose head is held."""
 
     trial = HeldThrust
     key, label, others = "thrusts", "held thrust", "gaits of a held fish"
@@ -204,7 +204,7 @@ class Thrusts(Numbers[HeldThrust]):
 
 
 class Powers(Numbers[PowerRun]):
-    """Powers of settled gaits."""
+    """Mean power of settled gaits."""
 
     trial = PowerRun
     key, label, others, nuisance = "powers", "power log", "gaits", "cost_factor"

@@ -27,7 +27,7 @@ UNSTABLE = 2
 
 
 def with_cost_factor(at: Point, cost: Array, jacobian: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return mechanical costs or powers, and their Jacobian, times the factor to those that were measured."""
+    """Return mechanical costs or powers, and their Jacobian, times the factor to the measured, electrical ones."""
     if not (nuisance := at.nuisances.get("cost_factor")):
         return cost, jacobian
     k, factor, by_scaled = nuisance
@@ -38,12 +38,12 @@ def with_cost_factor(at: Point, cost: Array, jacobian: Array, usable: NDArray[np
 
 @dataclass(frozen=True)
 class SteadyRows(Rows):
-    """Steady runs ready to be settled."""
+    """Rows of steady runs: settled gaits with measured speed and cost of transport."""
 
     gaits: tuple[Gait, ...]
 
     def predict(self, at: Point) -> Prediction:
-        """Compute speed and cost of transport of every run."""
+        """Return the computed speed and cost of transport of every run."""
         gaits = Gaits.of(self.gaits)
         beats = settle(at.robot, gaits, model=at.model, steps=at.steps, threads=at.threads)
         by = dict.fromkeys(MEASURED, np.zeros((len(gaits), at.count)))
@@ -52,28 +52,28 @@ class SteadyRows(Rows):
                 options: dict[str, Any] = {"model": at.model, "steps": at.gradient_steps, "threads": at.threads}
                 by = directional_derivatives(at.robot, gaits, beats, at.along, **options)
         usable = np.isin(beats["status"], USABLE) & np.isfinite(beats["cost_of_transport"]) & (beats["speed"] != 0)
-        sound = usable[:, np.newaxis]
-        table = {name: (beats[name], np.where(sound & np.isfinite(by[name]), by[name], 0.0)) for name in MEASURED}
+        mask = usable[:, np.newaxis]
+        table = {name: (beats[name], np.where(mask & np.isfinite(by[name]), by[name], 0.0)) for name in MEASURED}
         table["cost_of_transport"] = with_cost_factor(at, *table["cost_of_transport"], usable)
         run = np.array([sample.run for sample in self.samples])
         kind = np.array([MEASURED.index(sample.quantity) for sample in self.samples])
-        computed, jacobian = (np.stack([table[name][part] for name in MEASURED])[kind, run] for part in (0, 1))
-        wrong = ~usable[run]
-        computed[wrong] = FAILED * np.maximum(np.abs(self.measured), self.sd)[wrong]
-        jacobian[wrong] = 0.0
+        computed, jacobian = (np.stack([table[name][which] for name in MEASURED])[kind, run] for which in (0, 1))
+        failed = ~usable[run]
+        computed[failed] = FAILED * np.maximum(np.abs(self.measured), self.sd)[failed]
+        jacobian[failed] = 0.0
         return Prediction(computed, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), table)
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return for each run what makes the relative error of its speed."""
-        found: list[dict[int, float]] = [{} for _ in self.gaits]
+        """Return for each run the weight by element whose product with the error is the speed's relative error."""
+        weights: list[dict[int, float]] = [{} for _ in self.gaits]
         for k, (sample, value) in enumerate(zip(self.samples, self.measured.tolist(), strict=True)):
             if sample.quantity == "speed" and value:
-                found[sample.run] = {k: 1 / value}
-        return found
+                weights[sample.run] = {k: 1 / value}
+        return weights
 
 
 class Steady(Kind[SteadyRun]):
-    """Steady runs."""
+    """Steady runs: speed and cost of transport of settled gaits."""
 
     trial = SteadyRun
     key, label, others, nuisance = "steady", "steady run", "gaits", "cost_factor"
@@ -83,11 +83,11 @@ class Steady(Kind[SteadyRun]):
     )
 
     def tells(self, trial: SteadyRun, nuisance: str) -> bool:
-        """Return whether its cost of transport is known."""
+        """Return whether a run's cost of transport, which `cost_factor` scales, was measured."""
         return nuisance == self.nuisance and trial.cost_of_transport is not None
 
     def motion(self, trial: SteadyRun) -> dict[str, float]:
-        """Return frequency and amplitude of its gait, and its speed."""
+        """Return a run's frequency [Hz], largest amplitude [rad], and speed [m/s] if it was measured."""
         own = {"frequency": trial.gait.frequency, "amplitude": max(trial.gait.amplitude)}
         return own if trial.speed is None else own | {"speed": trial.speed}
 
@@ -109,61 +109,62 @@ class Steady(Kind[SteadyRun]):
         return [SteadyRows(np.array(values, dtype=float), np.arange(len(values)), samples, len(trials), gaits)]
 
     def part(self, trials: Sequence[SteadyRun], count: int) -> Sequence[SteadyRun]:
-        """Return evenly spaced runs."""
+        """Return about `count` evenly spaced runs for a rough search."""
         return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Judge each file of runs by its speeds and amplitudes."""
+        """Return errors on files with wrong units and warnings on unlikely ones, by speeds and amplitudes."""
         return implausible_runs(trials, robot)
 
     def repeated(self, training: Sequence[SteadyRun], validation: Sequence[SteadyRun]) -> list[str]:
-        """Write a warning on gaits that repeat."""
+        """Return a warning of validation runs that repeat gaits of the training."""
         gaits = {run.gait for run in training}
         count = sum(run.gait in gaits for run in validation)
         runs = f"{count} of {len(validation)} steady validation runs"
         return [f"{runs} repeat gaits of the training runs."] if count else []
 
     def cells(self, trial: SteadyRun) -> tuple[str, str, str]:
-        """Return name, gait and speed."""
+        """Return the texts of a run in a table: name, gait and speed."""
         from hypertuna.display import number
 
         return trial.name, gait_text(trial.gait), number(trial.speed if trial.speed is not None else np.nan, "m/s")
 
     def picture(self, trials: Sequence[SteadyRun]) -> str:
-        """Draw what was measured over the frequency."""
+        """Return an SVG of the first quantity that was measured, over the frequency."""
         from hypertuna.pictures import captioned, curve_svg
 
-        one = next(q for q in self.quantities if any(getattr(run, q.name) is not None for run in trials))
-        runs = [run for run in trials if getattr(run, one.name) is not None]
-        label = f"measured {one.label} [{one.unit}] over frequency [Hz]"
-        values = [getattr(run, one.name) for run in runs]
+        shown = next(q for q in self.quantities if any(getattr(run, q.name) is not None for run in trials))
+        runs = [run for run in trials if getattr(run, shown.name) is not None]
+        label = f"measured {shown.label} [{shown.unit}] over frequency [Hz]"
+        values = [getattr(run, shown.name) for run in runs]
         dots = curve_svg([run.gait.frequency for run in runs], values, label, dots=True)
         return captioned(dots, "Each dot is a steady run.")
 
     def plot(self, trials: Sequence[SteadyRun], *, width: float) -> Figure:
-        """Plot what was measured over the frequency, a panel for each quantity."""
+        """Return a figure of the measured values over the frequency, with a panel for each quantity."""
         from matplotlib.figure import Figure
 
         from hypertuna.figures import COLORS, POINTS
 
         shown = [one for one in self.quantities if any(getattr(run, one.name) is not None for run in trials)]
         figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
-        for axes, one in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-            own = [run for run in trials if getattr(run, one.name) is not None]
-            deviations = [getattr(run, f"{one.name}_sd") or 0.0 for run in own]
-            frequency, values = [run.gait.frequency for run in own], [getattr(run, one.name) for run in own]
+        for axes, quantity in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+            measured = [run for run in trials if getattr(run, quantity.name) is not None]
+            deviations = [getattr(run, f"{quantity.name}_sd") or 0.0 for run in measured]
+            frequency = [run.gait.frequency for run in measured]
+            values = [getattr(run, quantity.name) for run in measured]
             axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-            label = f"{one.label} [{one.unit}]"
-            axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(own)} steady runs")
+            label = f"{quantity.label} [{quantity.unit}]"
+            axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(measured)} steady runs")
         return figure
 
     def summaries(self, trials: Sequence[SteadyRun], robot: Robot) -> list[dict[str, Any]]:
-        """Return for each file the minimum and maximum of each column."""
+        """Return a summary of each file: minimum and maximum of each of its columns."""
         files = dict.fromkeys(run.file for run in trials)
         return [_summary(file, [run for run in trials if run.file == file], robot) for file in files]
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
-        """Lay out the content of a file."""
+        """Yield the lines of text of a file's summary."""
         counts = (f"{summary[key]} {noun}{'s' * (summary[key] != 1)}" for key, noun in COUNTED.items())
         yield f"{summary['file']}: {' of '.join(counts)}"
         yield from span_lines(summary)
@@ -173,13 +174,13 @@ COUNTED = {"runs": "steady run", "swims": "swim"}
 
 
 def _summary(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any]:
-    """Return the content of a file of steady runs: minimum and maximum of each column."""
+    """Return the summary of a file of steady runs: minimum and maximum of each column."""
     columns: dict[str, list[float | None]] = {"frequency_hz": [run.gait.frequency for run in runs]}
     for g, group in enumerate(robot.joints):
         for kind in KINDS:
             columns[f"{kind}_{group.name}_deg"] = [np.degrees(getattr(run.gait, kind)[g]) for run in runs]
     for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
         columns[COLUMNS[key]] = [getattr(run, key) for run in runs]
-    given = {name: [value for value in column if value is not None] for name, column in columns.items()}
-    spans = {name: [min(values), max(values)] if values else None for name, values in given.items()}
+    filled = {name: [value for value in column if value is not None] for name, column in columns.items()}
+    spans = {name: [min(values), max(values)] if values else None for name, values in filled.items()}
     return {"file": file, "runs": len(runs), "swims": sum(run.repeats for run in runs)} | spans

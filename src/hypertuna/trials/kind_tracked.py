@@ -29,7 +29,7 @@ MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter;
 
 @dataclass(frozen=True)
 class TrackedRows(Rows):
-    """A recording ready to be replayed: its joint motion, and the frames of its runs."""
+    """The rows of a recording: its joint motion to be replayed, and the tracked poses at the frames of its runs."""
 
     recording: Recording
     curve: SmoothSeries  # of its joint angles
@@ -51,11 +51,11 @@ class TrackedRows(Rows):
 
     def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
         """Return the rows with the noise of the joint angles drawn anew."""
-        again = replace(self.recording, joints=self.curve.drawn(rng))
-        return replace(self, joints=joint_grid(robot, again.smoothed())[0])
+        redrawn = replace(self.recording, joints=self.curve.drawn(rng))
+        return replace(self, joints=joint_grid(robot, redrawn.smoothed())[0])
 
     def predict(self, at: Point) -> Prediction:
-        """Compute poses at the frames of all runs, axis by axis."""
+        """Return the computed poses at the frames of all runs, axis by axis."""
         frames, n = len(self.frames), at.count
         along = np.zeros((len(parameter_names(at.robot)), 0)) if at.along is None else at.along
         half = at.columns.get("links.length", at.robot.links.length)[0] / 2
@@ -67,44 +67,44 @@ class TrackedRows(Rows):
 
         def swum(twist: Array | None) -> tuple[Array, Array, Array]:
             pose, _, by = replay_jacobian(at.robot, self.joints, self.step, along, model=at.model, twist=twist)
-            first = 0 if twist is None else 3
-            by_own = by_half if twist is None else np.append(np.zeros(3), by_half)
-            center, by = head_of(half, pose, by, by_own)
-            there, by = between(center, by, clock)
+            twist_columns = 0 if twist is None else 3
+            by_head = by_half if twist is None else np.append(np.zeros(3), by_half)
+            center, by = head_of(half, pose, by, by_head)
+            at_frames, by = between(center, by, clock)
             if offset is not None and at.along is not None:
-                left = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
-                rate = (center[left + 1] - center[left]) / self.step * offset[2]
-                by[:, :, first + offset[0]] = np.where((clock < 0)[:, np.newaxis], 0.0, -rate)
-            return there, by[..., :first], by[..., first:]
+                before = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
+                rate = (center[before + 1] - center[before]) / self.step * offset[2]
+                by[:, :, twist_columns + offset[0]] = np.where((clock < 0)[:, np.newaxis], 0.0, -rate)
+            return at_frames, by[..., :twist_columns], by[..., twist_columns:]
 
         if self.unknown is None:
-            there, _, by = swum(self.twist)
+            at_frames, _, by = swum(self.twist)
         else:
-            there, by = meet(self.unknown, swum, self.twist, self.error, self._noise(at.levels))[2:]
+            at_frames, by = meet(self.unknown, swum, self.twist, self.error, self._noise(at.levels))[2:]
         by = by if at.along is not None else np.zeros((frames, 3, n))
         runs = np.zeros(self.runs, dtype=bool)
-        if not (np.isfinite(there).all() and np.isfinite(by).all()):
+        if not (np.isfinite(at_frames).all() and np.isfinite(by).all()):
             far = FAILED * np.array([at.robot.body.length, at.robot.body.length, 1.0])
             return Prediction(np.repeat(far, frames), np.zeros((3 * frames, n)), ~runs, runs, {})
         turn = self.turn
         rotation = np.stack([np.cos(turn), -np.sin(turn), np.sin(turn), np.cos(turn)], -1).reshape(-1, 2, 2)
-        there[:, :2] = np.einsum("fij,fj->fi", rotation, there[:, :2])
+        at_frames[:, :2] = np.einsum("fij,fj->fi", rotation, at_frames[:, :2])
         by[:, :2] = np.einsum("fij,fjn->fin", rotation, by[:, :2])
-        return Prediction(there.T.ravel(), np.moveaxis(by, 1, 0).reshape(3 * frames, n), runs, runs, {})
+        return Prediction(at_frames.T.ravel(), np.moveaxis(by, 1, 0).reshape(3 * frames, n), runs, runs, {})
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return what makes the relative error of the speed along the net displacement of all runs."""
+        """Return the weights by element of the relative error of all runs' mean speed along their net displacement."""
         row: dict[int, float] = {}
         for run in range(self.runs):
             # the error of the last frame over its distance from the start
-            own = (k for k, sample in enumerate(self.samples) if sample.run == run and sample.quantity in ("x", "y"))
-            last = [int(np.flatnonzero(self.sample == k)[-1]) for k in own]
-            distance = max(float(np.sum(self.measured[last] ** 2)), 1e-300)
-            row |= {k: self.measured[k] / distance / self.runs for k in last}
+            of_run = (k for k, sample in enumerate(self.samples) if sample.run == run and sample.quantity in ("x", "y"))
+            last_frames = [int(np.flatnonzero(self.sample == k)[-1]) for k in of_run]
+            distance = max(float(np.sum(self.measured[last_frames] ** 2)), 1e-300)
+            row |= {k: self.measured[k] / distance / self.runs for k in last_frames}
         return [row]
 
     def _noise(self, levels: Mapping[str, float]) -> Array:
-        """Return the standard deviation (3,) of frames [m, m, rad], its root mean square over runs."""
+        """Return the standard deviation (3,) [m, m, rad] of a frame's pose: the root mean square over runs."""
         level = {quantity.name: levels.get(quantity.name, quantity.level) for quantity in Tracked.quantities}
         sd = np.array([(1.0 if sample.known else level[sample.quantity]) * sample.sd for sample in self.samples])
         names = np.array([sample.quantity for sample in self.samples])
@@ -112,7 +112,7 @@ class TrackedRows(Rows):
 
 
 class Tracked(Kind[Recording]):
-    """Tracked recordings."""
+    """Recordings: measured joint angles, and tracked poses of the runs that they made."""
 
     trial = Recording
     key, label, others, transient = "recordings", "tracked recording", "motions", True
@@ -124,29 +124,29 @@ class Tracked(Kind[Recording]):
     )
 
     def runs(self, trial: Recording) -> tuple[str, ...]:
-        """Return RECORDING/RUN of each."""
+        """Return the names of a recording's runs, RECORDING/RUN each."""
         return trial.runs
 
     def only(self, trial: Recording, names: Collection[str]) -> Recording | None:
-        """Return the recording with some of its runs."""
+        """Return the recording with only the runs of some names, or None if it has none of them."""
         tracks = tuple(track for name, track in zip(trial.runs, trial.tracks, strict=True) if name in names)
         return replace(trial, tracks=tracks) if tracks else None
 
     def motion(self, trial: Recording) -> dict[str, float]:
-        """Return frequency and amplitude of the joint angles, and the mean speed from the first to the last frame."""
+        """Return frequency and largest amplitude of the joint angles, and the mean speed from first to last frame."""
         frequency, amplitude = beat_of(trial.smoothed())
         ends = ((track.time, seen_from_start(track.pose, 0.0)[-1, :2]) for track in trial.tracks)
         speeds = [float(np.linalg.norm(end) / (time[-1] - time[0])) for time, end in ends]
         return {"frequency": frequency, "amplitude": float(amplitude.max()), "speed": float(np.mean(speeds))}
 
     def rows(self, robot: Robot, trials: Sequence[Recording], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out each recording: all frames of all runs along x, then y, then yaw."""
+        """Return each recording's rows: x of all frames of all runs, then y, then yaw."""
         return [_rows(robot, recording, lowest.get(f"time_offset[{recording.name}]")) for recording in trials]
 
     def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
-        """Write a warning on joint motions that repeat."""
-        known = {one.name for one in training}
-        names = ", ".join(one.name for one in validation if one.name in known)
+        """Return a warning of validation runs that repeat joint motions of the training."""
+        known = {recording.name for recording in training}
+        names = ", ".join(recording.name for recording in validation if recording.name in known)
         text = (
             f"The validation runs of {names} repeat joint motions of the training runs: they separate "
             "noise from model error, but do not show how well other motions are predicted. Fit one recording and "
@@ -155,11 +155,11 @@ class Tracked(Kind[Recording]):
         return [text] if names else []
 
     def cells(self, trial: Recording) -> tuple[str, str, str]:
-        """Return name and number of runs."""
+        """Return the texts of a recording in a table: name, number of runs, and no speed."""
         return trial.name, f"{len(trial.tracks)} tracked runs", ""
 
     def picture(self, trials: Sequence[Recording]) -> str:
-        """Draw the path of the first run."""
+        """Return an SVG of the path of the first run."""
         from hypertuna.pictures import captioned, curve_svg
 
         track = trials[0].tracks[0]
@@ -167,24 +167,24 @@ class Tracked(Kind[Recording]):
         return captioned(curve_svg(x, y, "y [m] over x [m]", equal=True), f"Run {track.run} from above.")
 
     def plot(self, trials: Sequence[Recording], *, width: float) -> Figure:
-        """Plot the paths of all runs from above."""
+        """Return a figure of the paths of all runs from above."""
         from hypertuna.trials.plots_series import plot_paths
 
         return plot_paths(trials, width=width)
 
     def table(self, trials: Sequence[Recording]) -> pd.DataFrame:
-        """Return the duration of each run [s]."""
+        """Return a table with the duration [s] of each run."""
         import pandas as pd
 
         runs = {name: track for one in trials for name, track in zip(one.runs, one.tracks, strict=True)}
         return pd.DataFrame({"run": list(runs), "duration_s": [float(np.ptp(track.time)) for track in runs.values()]})
 
     def summaries(self, trials: Sequence[Recording], robot: Robot) -> list[dict[str, Any]]:
-        """Return the content of each recording."""
+        """Return a summary of each recording: samples, frames, times [s] and repeatability."""
         return [_summary(recording) for recording in trials]
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
-        """Lay out the content of a recording."""
+        """Yield the lines of text of a recording's summary."""
         runs, frames, spread = len(summary["runs"]), sum(summary["frames"]), summary["repeatability"]
         yield f"{summary['name']}: recording of {runs} run{'s' * (runs != 1)}, {frames} frame{'s' * (frames != 1)}"
         for what, count in (("joints", f"{summary['joint_samples']} samples"), ("poses", "tracked")):
@@ -202,7 +202,7 @@ class Tracked(Kind[Recording]):
 
 
 def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRows:
-    """Return what to replay, with the poses seen from the first of each run.
+    """Return a recording's rows: joint motion on the replay's grid, and poses seen from the first of each run.
 
     lowest: lower bound of a free time offset [s]; only frames are used that the replay spans for all its values.
     """
@@ -240,24 +240,24 @@ def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRo
 
 
 def _samples(recording: Recording, sizes: Sequence[int]) -> list[Sample]:
-    """Return a sample for each axis and run, of its number of frames."""
+    """Return a sample for each axis and run, with the number of the run's frames."""
     runs, scatter = len(recording.tracks), np.full(3, np.nan)
     if runs >= MIN_RUNS:
         scatter = repeatability(recording.tracks) * math.sqrt(runs / (runs - 1))
-    found = []
+    samples = []
     for axis, spread in zip(AXES, scatter.tolist(), strict=True):
-        known = math.isfinite(spread) and spread > 0
-        sd = spread if known else 1 / math.sqrt(recording.repeats)
-        found += [Sample(axis, run, sd, known, size) for run, size in enumerate(sizes)]
-    return found
+        repeated = math.isfinite(spread) and spread > 0
+        sd = spread if repeated else 1 / math.sqrt(recording.repeats)
+        samples += [Sample(axis, run, sd, repeated, size) for run, size in enumerate(sizes)]
+    return samples
 
 
 def _summary(recording: Recording) -> dict[str, Any]:
-    """Return the content of a recording."""
+    """Return the summary of a recording: samples, frames, times [s], repeatability, units in the names."""
     time, offset, tracks = recording.joints.time, recording.time_offset, recording.tracks
     borders = [(axis, *BORDER[unit]) for axis, unit in AXES.items()]
-    own = zip(borders, repeatability(tracks), strict=True)
-    spread = {f"{axis}_{unit}": size * factor for (axis, unit, factor), size in own}
+    scatter = zip(borders, repeatability(tracks), strict=True)
+    spread = {f"{axis}_{unit}": size * factor for (axis, unit, factor), size in scatter}
     return {
         "name": recording.name,
         "file": recording.file,

@@ -1,4 +1,4 @@
-"""The kinds of trials: every list of trials, of what they measure and of how they are shown follows from this one."""
+"""The list of the kinds of trials, from which all lists of trials, quantities and figures follow."""
 
 from typing import Any
 

@@ -30,7 +30,7 @@ Real = Annotated[float, number(CELL)]  # as numbers in tables of measurements
 
 
 def _noise(value: Any) -> float | tuple[float, ...]:
-    """Return a number or a list of numbers in radians."""
+    """Return noise, a number or a list of numbers [deg], in radians."""
     several = value if isinstance(value, list) else [value]
     if not several or any(isinstance(x, bool) or not isinstance(x, (int, float)) or x not in NOISE for x in several):
         raise ValueError("must not be negative: a number of degrees, or a list of one per joint group")
@@ -95,14 +95,14 @@ class VelocityTable(Part):
 
 
 def _name(name: str) -> str:
-    """Check the name of a recording."""
+    """Return the name of a recording after a check of its characters."""
     if "/" in name or "\0" in name or not name.strip(". "):
         raise ValueError("must be a name without /, and not of dots alone")
     return name
 
 
 def _window(window: tuple[float, ...]) -> tuple[float, ...]:
-    """Check begin and end."""
+    """Return a window [s] after a check that its end is later than its begin."""
     if not (len(window) == 2 and window[0] < window[1]):
         raise ValueError("must be two times, the first earlier")
     return window
@@ -207,7 +207,7 @@ class Recording(
         return twist, self.start is None and (self.moving or self.align)
 
     def smoothed(self) -> SmoothSeries:
-        """Return the joint angles as functions of time, by what is known of their noise.
+        """Return the joint angles as functions of time, smoothed by their noise as the manifest states it.
 
         Returns
         -------
@@ -217,7 +217,7 @@ class Recording(
 
     @property
     def runs(self) -> tuple[str, ...]:
-        """Names of its runs: RECORDING/RUN."""
+        """Names of the recording's runs: RECORDING/RUN."""
         return tuple(f"{self.name}/{track.run}" for track in self.tracks)
 
 
@@ -229,7 +229,7 @@ def read_manifest(path: str | Path, robot: Robot) -> tuple[Run | Recording, ...]
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
 ) -> tuple[Run | Recording, ...]:
-    """Check the document of a manifest, and read the files that it names."""
+    """Return the trials of a manifest's document, after its checks, read from the files that it names."""
     try:
         manifest = Manifest.model_validate(document)
         _check(manifest, robot)
@@ -255,7 +255,7 @@ def reference() -> str:
 
 
 def _check(manifest: Manifest, robot: Robot) -> None:
-    """Check the rules that are not in the schema."""
+    """Check a manifest for the rules that its schema cannot state, such as one column per joint group."""
     if manifest.robot not in (None, robot.name):
         fix = "choose the robot that swam"
         raise InputError(f"must be the robot's name, {robot.name}", key="robot", value=shown(manifest.robot), fix=fix)
@@ -288,10 +288,10 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
         window = begin, end = table.window[0], table.window[1]
         joints = _cut_joints(joints, begin - table.time_offset, end - table.time_offset)
         tracks = [_frames(track, (track.time >= begin) & (track.time <= end)) for track in tracks]
-    whole = [len(track.time) for track in tracks]
+    frame_counts = [len(track.time) for track in tracks]
     if tank is not None:
         tracks = [_before_walls(track, robot, tank) for track in tracks]
-    ended = tuple(t.run for t, count in zip(tracks, whole, strict=True) if len(t.time) < count)
+    ended = tuple(t.run for t, count in zip(tracks, frame_counts, strict=True) if len(t.time) < count)
     span = joints.time[[0, -1]] + table.time_offset
     for track in tracks:
         if not ((track.time[1:] >= span[0]) & (track.time[1:] <= span[1])).any():
@@ -311,15 +311,15 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
         joints, tracks = _begin_together(joints, tracks, table.time_offset, period, f"{file}: {key}")
     if table.start is not None:
         yaw = poses.yaw_zero + (-table.start.yaw if poses.clockwise else table.start.yaw)
-        first = table.start.x, table.start.y, yaw
-        tracks = [_from_start(track, np.array(first)) for track in tracks]
-        start = Pose.from_head_center(robot, *first)
-    own = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended, table.align == "all")
-    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *own, noise_tau=table.joints.noise_tau)
+        first_pose = table.start.x, table.start.y, yaw
+        tracks = [_from_start(track, np.array(first_pose)) for track in tracks]
+        start = Pose.from_head_center(robot, *first_pose)
+    rest = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended, table.align == "all")
+    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *rest, noise_tau=table.joints.noise_tau)
 
 
 def _joints(table: Joints, key: str, folder: Path, file: str) -> tuple[JointSeries, tuple[float, ...] | None]:
-    """Read the joint angles in use, and how much the measured ones lag behind their targets [s]."""
+    """Read the joint angles in use, and the lag [s] of each measured one behind its target, None without targets."""
     options: dict[str, Any] = {"time": table.time, "unit": table.unit}
     if table.use == "targets" and table.targets is None:
         fix = "name their columns, or leave out use"
@@ -349,7 +349,7 @@ def _tracks(poses: Poses, key: str, folder: Path, file: str) -> list[Track]:
 def _begin_together(
     joints: JointSeries, tracks: Sequence[Track], offset: float, period: float, place: str
 ) -> tuple[JointSeries, list[Track]]:
-    """Cut joints and tracks of runs in motion to begin together; errors name their place."""
+    """Cut joint angles and tracks to a common first time, as `begin_together`; its errors name file and key."""
     try:
         return begin_together(joints, tracks, offset, period)
     except InputError as error:
@@ -357,12 +357,12 @@ def _begin_together(
 
 
 def _frames(track: Track, kept: Any) -> Track:
-    """Return some of the frames of a track."""
+    """Return a track with some of its frames, chosen by a slice, indices or a mask."""
     return replace(track, time=track.time[kept], pose=track.pose[kept])
 
 
 def _before_walls(track: Track, robot: Robot, tank: Tank) -> Track:
-    """Return the frames before the nose first comes near a wall."""
+    """Return a track cut before the frame in which the nose first comes near a wall."""
     half, yaw = robot.links.length[0] / 2, track.pose[:, 2]
     near = np.zeros(len(yaw), dtype=bool)
     for nose, (low, high) in (
@@ -374,7 +374,7 @@ def _before_walls(track: Track, robot: Robot, tank: Tank) -> Track:
 
 
 def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
-    """Return the samples within a window of their own clock [s]."""
+    """Return the joint angles from begin to end [s] of their own clock."""
     kept = np.flatnonzero((joints.time >= begin) & (joints.time <= end))
     if not len(kept):
         value = f"{joints.time[0]:g} to {joints.time[-1]:g} s"
@@ -385,7 +385,7 @@ def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
 
 
 def _from_start(track: Track, start: Array) -> Track:
-    """Replace the first frame by the start pose (3,), except for whole turns of yaw."""
+    """Return a track whose first pose is the start pose (3,), with the whole turns of yaw of the tracked one."""
     turns = 2 * np.pi * np.round((track.pose[0, 2] - start[2]) / (2 * np.pi))
     first = start + np.array([0, 0, turns])
     return replace(track, pose=np.concatenate([first[np.newaxis], track.pose[1:]]))

@@ -30,7 +30,7 @@ LEARNED = 100  # frames from which places are taken
 
 @dataclass(frozen=True)
 class Wishes:
-    """How the markers of a file are fitted."""
+    """Options of the fit to a file's markers: their places, those left out, joints merged, places learned."""
 
     places: str | Path | None = None  # CSV file of places; without it they are equally spaced from nose to tail
     leave_out: Sequence[str] = ()  # markers without a use
@@ -56,18 +56,18 @@ def fit_marker_run(robot: Robot, path: str | Path, wishes: Wishes, **options: An
 
 
 def fit_markers(robot: Robot, markers: Markers, wishes: Wishes) -> MarkerRun:
-    """Fit the chain of a robot to markers, whether or not the run can be used."""
+    """Return the fit of a robot's chain to markers, even if the run cannot be used."""
     markers = _without(markers, wishes.leave_out)
     where, notes = _places(robot, markers, wishes)
-    own = [markers.names.index(name) for name in where.names]
-    kept = replace(
+    tracked = [markers.names.index(name) for name in where.names]
+    used = replace(
         markers,
-        place=markers.place[:, own],
-        weight=markers.weight[:, own],
+        place=markers.place[:, tracked],
+        weight=markers.weight[:, tracked],
         names=where.names,
         notes=(*markers.notes, *notes),
     )
-    if not (kept.weight > 0).any():
+    if not (used.weight > 0).any():
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
     groups = [group.name for group in robot.joints]
@@ -83,17 +83,17 @@ def fit_markers(robot: Robot, markers: Markers, wishes: Wishes) -> MarkerRun:
         return chain, apart(fit_chain(merged, markers.place, markers.weight), share)
 
     if wishes.from_run:
-        where = _learned(robot, where, kept, fitted)
-    chain, fit = fitted(where, kept)
-    stretches = stretches_of(kept.time, np.flatnonzero(fit.determined))
-    return MarkerRun(Path(markers.file).stem, kept, where, chain, fit, stretches, _limits(robot))
+        where = _learned(robot, where, used, fitted)
+    chain, fit = fitted(where, used)
+    stretches = stretches_of(used.time, np.flatnonzero(fit.determined))
+    return MarkerRun(Path(markers.file).stem, used, where, chain, fit, stretches, _limits(robot))
 
 
 def _check_size(robot: Robot, markers: Markers) -> None:
-    """Check that markers span about the length of the robot: another unit would not give another fit."""
+    """Check that the markers span about the robot's length: the fit alone does not show a wrong unit."""
     seen = (markers.weight > 0).sum(axis=1)
-    own = markers.place[seen == seen.max()]
-    low, high = np.nanmin(own, axis=1), np.nanmax(own, axis=1)
+    fullest = markers.place[seen == seen.max()]
+    low, high = np.nanmin(fullest, axis=1), np.nanmax(fullest, axis=1)
     span, length = float(np.median(np.linalg.norm(high - low, axis=1))), robot.body.length
     if not length / ANOTHER < span < ANOTHER * length:
         value, fix = f"{span:.3g} m wide", f"is the unit another one, or the scale? The robot is {length:.3g} m long"
@@ -101,19 +101,19 @@ def _check_size(robot: Robot, markers: Markers) -> None:
 
 
 def _without(markers: Markers, names: Sequence[str]) -> Markers:
-    """Return markers without some of them."""
+    """Return markers without those of some names."""
     for name in names:
         if name not in markers.names:
             fix = did_you_mean(name, markers.names)
             rule, key = "must be a tracked marker", "--leave-out"
             raise InputError(rule, file=markers.file, key=key, value=shown(name), fix=fix)
-    own = [m for m, name in enumerate(markers.names) if name not in names]
-    kept = tuple(markers.names[m] for m in own)
-    return replace(markers, place=markers.place[:, own], weight=markers.weight[:, own], names=kept)
+    others = [m for m, name in enumerate(markers.names) if name not in names]
+    kept_names = tuple(markers.names[m] for m in others)
+    return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
 def _places(robot: Robot, markers: Markers, wishes: Wishes) -> tuple[Places, tuple[str, ...]]:
-    """Return the places of markers: those of a file, or equally spaced in their order along the body."""
+    """Return the markers' places on the robot, of a file or equally spaced, and sentences on their order."""
     if wishes.places is not None:
         return read_places(wishes.places, robot, markers.names), ()
     order, notes = in_order(markers)
@@ -122,9 +122,9 @@ def _places(robot: Robot, markers: Markers, wishes: Wishes) -> tuple[Places, tup
 
 
 def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Places:
-    """Return places moved by the mean distances of the markers from them, as on a body that is straight in the mean."""
-    few = slice(None, None, len(markers.time) // LEARNED + 1)
-    markers = replace(markers, time=markers.time[few], place=markers.place[few], weight=markers.weight[few])
+    """Return places moved by the markers' mean offsets from them, so that the joint angles' mean is a straight body."""
+    every = slice(None, None, len(markers.time) // LEARNED + 1)
+    markers = replace(markers, time=markers.time[every], place=markers.place[every], weight=markers.weight[every])
     for _ in range(ROUNDS):
         chain, fit = fitted(where, markers)
         run = MarkerRun("", markers, where, chain, fit, ())
@@ -139,11 +139,11 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
 
 
 def _limits(robot: Robot) -> Array:
-    """Return the largest angles (groups,) [rad] that joints are described to make, NaN where nothing says."""
+    """Return each joint group's largest angle (groups,) [rad] by the robot's description, NaN where it has none."""
     bounds = robot.gait_bounds
-    gaits = [high for _, high in bounds.amplitude] if bounds is not None else [math.nan] * len(robot.joints)
-    said = (group.bend_max or group.amplitude_max for group in robot.joints)
-    return np.array([own or high for own, high in zip(said, gaits, strict=True)])
+    by_gaits = [high for _, high in bounds.amplitude] if bounds is not None else [math.nan] * len(robot.joints)
+    described = (group.bend_max or group.amplitude_max for group in robot.joints)
+    return np.array([limit or high for limit, high in zip(described, by_gaits, strict=True)])
 
 
 def write_marker_runs(
@@ -162,8 +162,8 @@ def write_marker_runs(
         for k, frames in enumerate(run.stretches):
             name = run.name if len(run.stretches) == 1 else f"{run.name}-{k + 1}"
             time, angle, sd = run.markers.time[frames], run.fit.angle[frames], run.fit.sd[frames, 3:]
-            own = (time, angle, sd, run.head[frames], run.head_sd[frames])
-            entry, written = write_recording(folder, name, run.chain.groups, *own, comment=comment)
+            data = (time, angle, sd, run.head[frames], run.head_sd[frames])
+            entry, written = write_recording(folder, name, run.chain.groups, *data, comment=comment)
             if noise is not None:
                 entry["joints"]["noise_deg"] = [float(f"{sd:.4g}") for sd in np.degrees(noise[0])]
                 entry["joints"]["noise_tau_s"] = float(f"{noise[1]:.4g}")
@@ -201,7 +201,7 @@ def write_recording(
 
 
 def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> dict[str, Any]:
-    """Return the entry of a run in a manifest."""
+    """Return the manifest's entry of a run, from the names of its groups and files."""
     return {
         "name": name,
         "joints": {"file": joints, "columns": [f"{group}_deg" for group in groups], "unit": "deg"},
@@ -218,13 +218,13 @@ def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> dic
 
 
 def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> None:
-    """Write a table of numbers below a comment."""
+    """Write a CSV file of a comment, a line of names and rows of numbers."""
     lines = [f"# {comment}", ",".join(heads), *(",".join(f"{x:.7g}" for x in row) for row in rows.tolist())]
     write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
 def stretches_of(time: Array, frames: Frames) -> tuple[Frames, ...]:
-    """Split frames at gaps that a joint series may not have; leave out short parts."""
+    """Return indices of frames split at gaps that a joint series may not have, without short parts; time [s]."""
     if len(frames) < MIN_SAMPLES:
         return ()
     interval = np.diff(time[frames])

@@ -31,7 +31,7 @@ def equal_spacing(robot: Robot, names: Sequence[str]) -> Places:
 
 
 def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Places:
-    """Read the places of markers; markers of the file that were not tracked are an error, others are not used.
+    """Read the places of markers; a marker that was not tracked is an error, a tracked one without a place is unused.
 
     Columns: marker; link and along_m, or from_nose_m; maybe across_m, to starboard.
     """
@@ -56,8 +56,8 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
         across = _number(cells.get("across_m") or "0", "across_m")
         if not by_link:
             distance = _number(cells["from_nose_m"], "from_nose_m")
-            own = _from_nose(robot, [name], [distance], [across])
-            return name, own.link[0], own.along[0], across
+            place = _from_nose(robot, [name], [distance], [across])
+            return name, place.link[0], place.along[0], across
         if cells["link"] not in links and cells["link"] not in map(str, range(len(links))):
             fix = did_you_mean(cells["link"], links)
             raise InputError("must be a link, by name or index", key="link", value=shown(cells["link"]), fix=fix)
@@ -77,14 +77,14 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
 
 
 def places_text(places: Places, comment: str) -> str:
-    """Return places as the file that `read_places` reads."""
+    """Return places as the text of a CSV file that `read_places` reads."""
     rows = zip(places.names, places.link, places.along, places.across, strict=True)
     lines = [f"{_cell(name)},{link},{along:.6f},{across:.6f}" for name, link, along, across in rows]
     return "\n".join([f"# {comment}", "marker,link,along_m,across_m", *lines, ""])
 
 
 def _cell(name: str) -> str:
-    """Return a name as a cell."""
+    """Return a name as a cell of a CSV file, quoted if needed."""
     return '"' + name.replace('"', '""') + '"' if set(name) & set(',"#') else name
 
 
@@ -95,7 +95,7 @@ def moved(places: Places, step: Array) -> Places:
 
 
 def straight(robot: Robot, chain: Chain, places: Places, angle: Array) -> Places:
-    """Return the places, on the straight body, of markers on a body bent by angles (groups,) [rad].
+    """Return the places on the straight body of markers that sit on a body bent by angles (groups,) [rad].
 
     The straight body lies over the bent one where the markers are nearest to their places before.
     """
@@ -112,7 +112,7 @@ def straight(robot: Robot, chain: Chain, places: Places, angle: Array) -> Places
 
 
 def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], across: Sequence[float]) -> Places:
-    """Place markers by their distance from the nose along the straight body [m]."""
+    """Return places of markers from their distances [m] from the nose along the straight body."""
     ends = np.cumsum(robot.links.length)
     for name, at in zip(names, distance, strict=True):
         if not 0 <= at <= ends[-1] * (1 + 1e-9):
@@ -124,7 +124,7 @@ def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], ac
 
 
 def _number(text: str, key: str) -> float:
-    """Return a finite number of a cell."""
+    """Return the finite number that a cell holds."""
     try:
         value = float(text)
     except ValueError:
@@ -135,5 +135,5 @@ def _number(text: str, key: str) -> float:
 
 
 def _known(name: str, markers: Sequence[str]) -> str:
-    """Return the fix for an unknown marker."""
+    """Return the advice of an error on a marker name that is not tracked."""
     return did_you_mean(name, markers)

@@ -1,4 +1,4 @@
-"""The chain of a robot over the markers of a run: what was found, of each marker too, and what to check."""
+"""The fit of a robot's chain to the markers of a run: poses, angles, residuals of each marker, and warnings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
 
 @dataclass(frozen=True)
 class MarkerRun:
-    """The chain of a robot over the markers of a file."""
+    """The fit of a robot's chain to the markers of a file."""
 
     name: str
     markers: Markers  # those with a place, in the order of `places`
@@ -50,9 +50,9 @@ class MarkerRun:
     def head_sd(self) -> Array:
         """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
         heading, half = self.fit.pose[:, 2], self.chain.length[0] / 2
-        by = np.tile(np.eye(3), (len(heading), 1, 1))
-        by[:, 0, 2], by[:, 1, 2] = -half * np.sin(heading), half * np.cos(heading)
-        return np.asarray(np.sqrt(np.einsum("fia,fab,fib->fi", by, self.fit.covariance[:, :3, :3], by)))
+        jacobian = np.tile(np.eye(3), (len(heading), 1, 1))
+        jacobian[:, 0, 2], jacobian[:, 1, 2] = -half * np.sin(heading), half * np.cos(heading)
+        return np.asarray(np.sqrt(np.einsum("fia,fab,fib->fi", jacobian, self.fit.covariance[:, :3, :3], jacobian)))
 
     def joints(self, frames: Frames) -> Array:
         """Return nose, joints and tail (frames, links + 1, 2) [m]."""
@@ -76,14 +76,14 @@ class MarkerRun:
             np.diff(self.chain(np.zeros((1, self.fit.covariance.shape[1])))[0][:, order], axis=1), axis=2
         )
         size = np.linalg.norm(computed, axis=2)
-        along = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
+        projected = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
         ratios = []
-        for length, of in ((along, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
-            own = np.isfinite(length).any(axis=1)
-            of = np.where(np.isfinite(length), of, 0.0)[own].sum(axis=1)
-            if not own.any() or not (of > 0).all():
+        for length, of in ((projected, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
+            frames = np.isfinite(length).any(axis=1)
+            of = np.where(np.isfinite(length), of, 0.0)[frames].sum(axis=1)
+            if not frames.any() or not (of > 0).all():
                 return math.nan
-            ratios.append(float(np.median(np.nansum(length[own], axis=1) / of)))
+            ratios.append(float(np.median(np.nansum(length[frames], axis=1) / of)))
         low, high = min(ratios), max(ratios)
         return low if low > 1 else high if high < 1 else 1.0
 
@@ -95,21 +95,21 @@ class MarkerRun:
     @cached_property
     def noises(self) -> Array:
         """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, of ordinary frames."""
-        apart = np.linalg.norm(self._in_links() - self.offsets, axis=2)
-        return np.asarray(_median(apart) / 1.1774)  # the median of Rayleigh's distribution
+        distance = np.linalg.norm(self._in_links() - self.offsets, axis=2)
+        return np.asarray(_median(distance) / 1.1774)  # the median of Rayleigh's distribution
 
     def _in_links(self) -> Array:
-        """Return markers (frames, markers, 2) [m] from their places, along and to starboard of their links."""
+        """Return the offsets (frames, markers, 2) [m] of markers from their places, along and to starboard of links."""
         angle = self.fit.pose[:, 2:3] + self.fit.angle @ self.chain.share.T
-        own = angle[:, list(self.places.link)]
+        heading = angle[:, list(self.places.link)]
         x, y = -self.fit.residual[..., 0], -self.fit.residual[..., 1]
-        return np.stack([np.cos(own) * x + np.sin(own) * y, np.cos(own) * y - np.sin(own) * x], axis=-1)
+        return np.stack([np.cos(heading) * x + np.sin(heading) * y, np.cos(heading) * y - np.sin(heading) * x], axis=-1)
 
     def record(self) -> dict[str, Any]:
-        """Return what the fit found, units in the names."""
-        fit, seen, own = self.fit, self.markers.weight > 0, self.fit.determined
-        sd = np.median(fit.sd[own], axis=0)
-        head = np.median(self.head_sd[own], axis=0)
+        """Return the results of the fit as JSON has them, units in the names."""
+        fit, seen, frames = self.fit, self.markers.weight > 0, self.fit.determined
+        sd = np.median(fit.sd[frames], axis=0)
+        head = np.median(self.head_sd[frames], axis=0)
         rms = np.sqrt(_mean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1))
         return {
             "name": self.name,
@@ -141,24 +141,24 @@ class MarkerRun:
         sentences = [*self.markers.notes, *self.doubts]
         if self.markers.ignored:
             sentences.append(f"columns without a use: {', '.join(self.markers.ignored)}")
-        if lost := len(self.markers.time) - sum(map(len, self.stretches)):
-            frames = "1 frame is" if lost == 1 else f"{lost} frames are"
+        if unused := len(self.markers.time) - sum(map(len, self.stretches)):
+            frames = "1 frame is" if unused == 1 else f"{unused} frames are"
             sentences.append(f"{frames} left out, in which the markers leave an angle open")
         return [f"{self.name}: {sentence}{'.' * (not sentence.endswith('?'))}" for sentence in sentences]
 
     @property
     def doubts(self) -> list[str]:
-        """Return sentences on what contradicts the robot's description."""
+        """Sentences on results that contradict the robot's description."""
         sentences = []
-        off = np.linalg.norm(self.offsets, axis=1)
-        doubtful = np.argsort(-off)[: np.count_nonzero(off > OFFSET_NOISES * self.fit.noise)].tolist()
+        distance = np.linalg.norm(self.offsets, axis=1)
+        doubtful = np.argsort(-distance)[: np.count_nonzero(distance > OFFSET_NOISES * self.fit.noise)].tolist()
         if abs(self.length_ratio - 1) > LENGTH_TOLERANCE:
             doubtful = []  # which a wrong scale makes of right places
             sentences.append(f"{_longer(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
         seen = int((self.markers.weight > 0).sum())
         if self.fit.rejected.sum() >= MANY * seen:
-            part = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
-            sentences.append(f"{part}: check their order, their places and the robot before you use the angles")
+            many = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
+            sentences.append(f"{many}: check their order, their places and the robot before you use the angles")
         for m in doubtful[:WORST]:
             sentences.append(f"marker {self.places.names[m]} {self._lies(m)}: check its place, {self._place_fix(m)}")
         if len(doubtful) > WORST:
@@ -167,20 +167,20 @@ class MarkerRun:
         largest = np.max(np.abs(self.fit.angle[np.concatenate(self.stretches)]), axis=0) if self.stretches else []
         for group, angle, limit in zip(self.chain.groups, largest, self.limits, strict=False):
             if angle > BEYOND * limit:
-                made = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
-                sentences.append(f"{made} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
+                bends = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
+                sentences.append(f"{bends} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
         if self._backward():
             text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
             sentences.append(f"{text}; give them from nose to tail, or --tail-first")
         return sentences
 
     def _lies(self, m: int) -> str:
-        """Return where a marker lies."""
+        """Return a text of a marker's offset [mm] from its place."""
         x, y = 1e3 * self.offsets[m]
         return f"lies {x:+.1f} mm along and {y:+.1f} mm across its link from its place, in the mean of all frames"
 
     def _place_fix(self, m: int) -> str:
-        """Return the place that a marker should be given."""
+        """Return a text of the place, link and [m], that a marker should be given."""
         along, across = self.offsets[m] + (self.places.along[m], self.places.across[m])
         return f"along_m = {along:.4f} and across_m = {across:.4f} on link {self.places.link[m]} would fit"
 
@@ -197,7 +197,7 @@ class MarkerRun:
         return bool(self.stretches)
 
     def refusal(self) -> InputError | None:
-        """Return why no part of the run can be used, with the advice that fits the cause, or None.
+        """Return the error to raise if no part of the run can be used, with its cause and advice; otherwise None.
 
         A chain that is too long for the line through the markers buckles: its angles are wrong in every frame.
         """
@@ -212,21 +212,21 @@ class MarkerRun:
         fit, names, file = self.fit, self.places.names, self.markers.file
         rule = f"must determine every angle in {MIN_SAMPLES} consecutive frames"
         seen = self.markers.weight > 0
-        least = 1 + fit.covariance.shape[1] // 2
-        enough, settled = seen.sum(axis=1) >= least, int(fit.determined.sum())
-        if abs(self.length_ratio - 1) > LENGTH_TOLERANCE and enough.sum() >= MIN_SAMPLES:
+        needed = 1 + fit.covariance.shape[1] // 2
+        full, settled = seen.sum(axis=1) >= needed, int(fit.determined.sum())
+        if abs(self.length_ratio - 1) > LENGTH_TOLERANCE and full.sum() >= MIN_SAMPLES:
             longer = _longer(self.length_ratio)
             fix = f"correct the scale: {longer} than along the body; {_scale_fix(self.length_ratio)}"
             return InputError(rule, file=file, value=f"{settled} frames", fix=fix)
-        if enough.sum() < MIN_SAMPLES:
+        if full.sum() < MIN_SAMPLES:
             rarest = names[int(np.argmin(seen.sum(axis=0)))]
-            value = f"{int(enough.sum())} of {len(seen)} in which {least} markers are seen"
+            value = f"{int(full.sum())} of {len(seen)} in which {needed} markers are seen"
             fix = f"track more markers, lower --min-likelihood, or --merge joints; {rarest} is seen least"
             return InputError(rule, file=file, value=value, fix=fix)
         if settled >= MIN_SAMPLES:
             value = f"{settled} frames with gaps between them, the longest stretch of {self._longest()}"
             return InputError(rule, file=file, value=value, fix="track the lost frames, or --merge joints")
-        sds = np.degrees(np.median(fit.sd[enough][:, 3:], axis=0))
+        sds = np.degrees(np.median(fit.sd[full][:, 3:], axis=0))
         joint, worst = int(np.argmax(sds)), int(np.nanargmax(np.linalg.norm(self.offsets, axis=1)))
         value = f"{settled} frames: with markers {1e3 * fit.noise:.2g} mm off the chain, joint "
         size = f"{sds[joint]:.0f}" if sds[joint] < 90 else "more than 90"
@@ -236,24 +236,24 @@ class MarkerRun:
             fix = f"marker {name} {self._lies(worst)}: {self._place_fix(worst)} in --places; or take all places from "
             fix += f"the run by --places-from-run FILE, or --leave-out {name}"
         else:
-            lost = f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: " if seen.mean() < 1 - MANY else ""
-            fix = f"{lost}add markers near that joint, or --merge it with its neighbor"
+            missing = f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: " if seen.mean() < 1 - MANY else ""
+            fix = f"{missing}add markers near that joint, or --merge it with its neighbor"
         return InputError(rule, file=file, value=value, fix=fix)
 
     def _longest(self) -> int:
-        """Return the number of determined frames that follow each other."""
+        """Return the largest number of determined frames in a row."""
         ends = np.flatnonzero(np.diff(np.concatenate([[0], self.fit.determined.astype(int), [0]])))
         return int((ends[1::2] - ends[::2]).max()) if len(ends) else 0
 
 
 def _longer(ratio: float) -> str:
-    """Return how much longer or shorter a line is."""
+    """Return a sentence on how much longer or shorter the line through the markers is, by a ratio."""
     percent = f"{100 * abs(ratio - 1):.0f} % {'longer' if ratio > 1 else 'shorter'}"
     return f"the line through the markers is {percent}"
 
 
 def _scale_fix(ratio: float) -> str:
-    """Return what may be wrong with a length."""
+    """Return the advice on a line through the markers that is too long or too short by a ratio."""
     places = "the places of the markers, the lengths of the links, and whether the camera looks straight down"
     return f"{1 / ratio:.3g} times the scale would fit; check the scale, {places}"
 

@@ -91,39 +91,39 @@ def markers_of(
     min_likelihood: float = 0.5,
     vertical: str | None = None,
 ) -> Markers:
-    """Judge tracked points; options: as of `read_markers`."""
+    """Return tracked points as markers in m and s, without those of low weight; options: as of `read_markers`."""
     scale, notes = _scale(points, scale)
-    time, more = clock_of(points, frame_rate)
+    time, clock_notes = clock_of(points, frame_rate)
     if len(time) < MIN_FRAMES:
         fix = "record a longer run"
         raise InputError(f"must have at least {MIN_FRAMES} frames", file=points.file, value=f"{len(time)}", fix=fix)
-    weight, sure = _weight(points)
-    flat, seen_from = on_plane(points, vertical)
+    weight, weight_notes = _weight(points)
+    flat, plane_notes = on_plane(points, vertical)
     seen = np.isfinite(flat).all(axis=2) & (weight >= min_likelihood) & (weight > 0)
-    down = next(one for one in (y_down, points.y_down, pixels) if one is not None)
+    down = next(choice for choice in (y_down, points.y_down, pixels) if choice is not None)
     place = scale * flat * np.array([1.0, -1.0 if down else 1.0])
     place[~seen] = np.nan
     weight = np.where(seen, np.minimum(weight, 1.0), 0.0)
-    told = (*points.notes, *notes, *more, *sure, *seen_from)
-    return Markers(time, place, weight, points.names, points.file, points.ignored, points.form, told)
+    all_notes = (*points.notes, *notes, *clock_notes, *weight_notes, *plane_notes)
+    return Markers(time, place, weight, points.names, points.file, points.ignored, points.form, all_notes)
 
 
 def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]:
-    """Return meters per unit: as the user or the file says; both must say the same."""
+    """Return the scale [m per unit] that the user or the file states, and sentences on it; they must agree."""
     if given is not None:
         POSITIVE.check(given, "scale", "give meters per unit")
-    own = points.length_unit
-    if own is None:
+    file_scale = points.length_unit
+    if file_scale is None:
         return 1.0 if given is None else given, ()
-    if given is not None and abs(given / own - 1) > SAME_UNIT:
-        rule = f"must agree with the file, whose form is that of {points.form} and whose unit is {own:g} m"
+    if given is not None and abs(given / file_scale - 1) > SAME_UNIT:
+        rule = f"must agree with the file, whose form is that of {points.form} and whose unit is {file_scale:g} m"
         fix = "leave out --unit and --scale"
         raise InputError(rule, file=points.file, key="--unit or --scale", value=f"{given:g} m", fix=fix)
-    return own, ()
+    return file_scale, ()
 
 
 def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
-    """Return weights (rows, points): a place without likelihood was set by a person, and counts; percent are scaled."""
+    """Return weights (rows, points) from 0 to 1, 1 for points set by hand without likelihood; and sentences on them."""
     weight = points.weight
     known = weight[np.isfinite(weight)]
     notes: tuple[str, ...] = ()

@@ -51,7 +51,7 @@ class NumberRun(Tabular, data=lambda run: run.row()):
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of runs that the value is the mean of")
 
     def row(self) -> dict[str, Any]:
-        """Return the run as columns of one row, as a file has them."""
+        """Return the run as columns of one row, by the names and in the units of a CSV file."""
         gait = {} if self.gait is None else gait_table([self.gait])
         sizes = {"u": 1.0, "value": self.per_si, "sd": self.per_si, "repeats": 1}
         given = {key: (getattr(self, key), size) for key, size in sizes.items() if key in self.columns}
@@ -136,14 +136,14 @@ R = TypeVar("R", bound=NumberRun)
 def read_numbers(path: str | Path | Table, robot: Robot, made: type[R]) -> tuple[R, ...]:
     """Read runs of a type from a CSV file: one row per run; docs/trials.md lists the columns."""
     table = table_of(path, RUNS)
-    own = made.columns
-    needed = {key: own[key] for key in ("value", *(() if made.beats else ("u",)))}
+    names = made.columns
+    needed = {key: names[key] for key in ("value", *(() if made.beats else ("u",)))}
     if made.beats:
-        keys = gait_keys(table, robot, own)
+        keys = gait_keys(table, robot, names)
         for key in set(needed) - set(keys):
-            raise InputError("must be a column", file=table.file, key=own[key], value="missing", fix="add it")
+            raise InputError("must be a column", file=table.file, key=names[key], value="missing", fix="add it")
     else:
-        keys = table.keys({column: key for key, column in own.items()}, needed, fix="add it")
+        keys = table.keys({column: key for key, column in names.items()}, needed, fix="add it")
 
     def run(line: int, cells: dict[str, str]) -> R:
         sizes = {"value": made.per_si, "sd": made.per_si, "u": 1.0}
@@ -153,4 +153,4 @@ def read_numbers(path: str | Path | Table, robot: Robot, made: type[R]) -> tuple
         gait = gait_of(cells, robot) if made.beats else None
         return made(name_of(cells, table.file, line), **numbers, gait=gait, **origin(cells, table.file, line))
 
-    return tuple(table.parse(unique(run), keys, own))
+    return tuple(table.parse(unique(run), keys, names))

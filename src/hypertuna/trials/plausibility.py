@@ -1,4 +1,4 @@
-"""Steady runs that are unlikely: speeds far from the model's, angles in radians; each file in a sentence."""
+"""Errors and warnings on files of unlikely steady runs: angles in radians, or speeds far from the model's."""
 
 import math
 from collections.abc import Sequence
@@ -26,15 +26,15 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
     errors: list[InputError] = []
     warnings: list[str] = []
     for file in dict.fromkeys(run.file for run in runs):
-        own = [run for run in runs if run.file == file]
-        largest = max(max(run.gait.amplitude) for run in own)
+        file_runs = [run for run in runs if run.file == file]
+        largest = max(max(run.gait.amplitude) for run in file_runs)
         if 0 < largest < RADIANS:
-            meant = math.degrees(math.degrees(largest))
-            fix = f"is it in radians? Then write {meant:.3g}"
+            radians_as_deg = math.degrees(math.degrees(largest))
+            fix = f"is it in radians? Then write {radians_as_deg:.3g}"
             key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
             errors.append(InputError(rule, file=file, key=key, fix=fix))
             continue
-        ratio = _speed_ratio(own, robot)
+        ratio = _speed_ratio(file_runs, robot)
         if 1 / FAR <= ratio <= FAR:
             continue
         size = float(f"{max(ratio, 1 / ratio):.2g}")
@@ -47,11 +47,11 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
 
 
 def _speed_ratio(runs: Sequence[SteadyRun], robot: Robot) -> float:
-    """Return the median ratio of measured speeds and those of the model, 1 without any."""
+    """Return the median ratio of measured speeds to those of the model; 1 where none was measured."""
     measured = [run for run in runs if run.speed]
     if not measured:
         return 1.0
     computed = sweep(robot, [run.gait for run in measured]).speed.to_numpy()
-    swims = np.isfinite(computed) & (computed != 0)
-    ratios = np.array([run.speed for run in measured], dtype=float)[swims] / computed[swims]
+    usable = np.isfinite(computed) & (computed != 0)
+    ratios = np.array([run.speed for run in measured], dtype=float)[usable] / computed[usable]
     return float(np.median(np.abs(ratios))) if len(ratios) else 1.0

@@ -26,7 +26,7 @@ COLUMN = 2.6  # inch, minimum width of the panels of a recording
 @plots.of(Trials)
 @styled
 def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
-    """Plot trials of the first kind that there are, as it draws them: `width` [inch]."""
+    """Plot the trials of the first kind among them, in the figure of that kind: `width` [inch]."""
     for kind, members in trials.kinds.items():
         return kind.plot(members, width=width)
     raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
@@ -43,7 +43,7 @@ def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
     """Plot replays of recordings side by side, as `plot_replay`, on one scale; width, at least [inch]."""
-    cases = [(one.name, result, one.tracks) for one, result in zip(recordings, results, strict=True)]
+    cases = [(recording.name, result, recording.tracks) for recording, result in zip(recordings, results, strict=True)]
     return _figure(robot, cases, max(width, COLUMN * len(cases)), WIDTH)
 
 

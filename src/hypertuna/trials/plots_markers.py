@@ -29,18 +29,18 @@ def plot_markers(run: MarkerRun, *, width: float = WIDTH) -> Figure:
 
 def _plot_chain(panel: Axes, run: MarkerRun) -> None:
     """Plot some postures with their markers."""
-    own = np.concatenate(run.stretches) if run.stretches else np.flatnonzero((run.markers.weight > 0).sum(axis=1) > 2)
-    frames = own[np.linspace(0, len(own) - 1, min(POSTURES, len(own))).astype(int)]
+    shown = np.concatenate(run.stretches) if run.stretches else np.flatnonzero((run.markers.weight > 0).sum(axis=1) > 2)
+    frames = shown[np.linspace(0, len(shown) - 1, min(POSTURES, len(shown))).astype(int)]
     for k, (line, frame) in enumerate(zip(run.joints(frames), frames, strict=True)):
         color, time = COLORS[k + 1], run.markers.time[frame]
         panel.plot(*line.T, color=color, linewidth=3, alpha=0.55, label=f"chain at {time:.3g} s")
         panel.plot(*line[1:-1].T, "o", color=color, mfc="white", markersize=5, label="its joints" * (k == 0))
         panel.plot(*line[0], ">", color=color, markersize=6, label="its nose" * (k == 0))
-        lost = run.fit.rejected[frame]
+        outliers = run.fit.rejected[frame]
         panel.plot(
-            *run.markers.place[frame][~lost].T, "x", color=INK, markersize=4, mew=0.8, label="markers" * (k == 0)
+            *run.markers.place[frame][~outliers].T, "x", color=INK, markersize=4, mew=0.8, label="markers" * (k == 0)
         )
-        panel.plot(*run.markers.place[frame][lost].T, "x", color=COLORS[0], markersize=6, mew=2)
+        panel.plot(*run.markers.place[frame][outliers].T, "x", color=COLORS[0], markersize=6, mew=2)
     if run.fit.rejected[frames].any():
         panel.plot([], [], "x", color=COLORS[0], mew=2, label="rejected")
     panel.set_aspect("equal", adjustable="datalim")
@@ -58,10 +58,10 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
     rng = np.random.default_rng(0)
     for m in range(len(names)):
         for chosen, color, shape in ((~run.fit.rejected[:, m], FAINT, "."), (run.fit.rejected[:, m], COLORS[0], "x")):
-            own = distance[chosen, m]
+            values = distance[chosen, m]
             panel.plot(
-                m + rng.uniform(-0.2, 0.2, len(own)),
-                own,
+                m + rng.uniform(-0.2, 0.2, len(values)),
+                values,
                 shape,
                 color=color,
                 markersize=2.5,

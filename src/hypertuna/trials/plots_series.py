@@ -48,7 +48,7 @@ def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
 
 def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
     """Plot the paths of tracked runs from above: `width` [inch]."""
-    return _plot_tracks([track for one in recordings for track in one.tracks], width=width)
+    return _plot_tracks([track for recording in recordings for track in recording.tracks], width=width)
 
 
 @styled
@@ -69,8 +69,8 @@ def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     _draw_angles(upper, recording.joints, "-")
     upper.set_title(f"{recording.name}: measured joint angles")
     _draw_tracks(lower, recording.tracks)
-    (lines, texts), (more, others) = upper.get_legend_handles_labels(), lower.get_legend_handles_labels()
-    figure.legend([*lines, *more], [*texts, *others], loc="outside lower left", ncols=4, **TIGHT)
+    (lines, texts), (lower_lines, lower_texts) = upper.get_legend_handles_labels(), lower.get_legend_handles_labels()
+    figure.legend([*lines, *lower_lines], [*texts, *lower_texts], loc="outside lower left", ncols=4, **TIGHT)
     return figure
 
 

@@ -11,7 +11,7 @@ LISTED = 300  # characters of names that an error lists
 
 
 class Rows(Sequence[str]):
-    """What rows are called in errors: a word and the number of each."""
+    """Names of rows in errors: a word, such as "line", and the number of each."""
 
     def __init__(self, word: str, number: Sequence[float] | Array) -> None:
         self.word, self.number = word, number
@@ -25,7 +25,7 @@ class Rows(Sequence[str]):
 
 @dataclass(frozen=True)
 class Points:
-    """Tracked points as a form of file holds them."""
+    """Tracked points as read from a file, in its units."""
 
     form: str  # name of the form, in sentences
     file: str
@@ -47,14 +47,14 @@ class Points:
 
 
 def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, what: str = "animal") -> str:
-    """Return the name of the animal (or camera, or other `what`) to read, of those that a file holds."""
+    """Return the animal (or camera, or other `what`) to read, of the known names in a file."""
     known = list(dict.fromkeys(known))
     if chosen is None and len(known) == 1:
         return known[0]
     if chosen not in known:
-        few = len(", ".join(known)) <= LISTED
-        rule = f"must be one of {', '.join(known)}" if few else f"must be one of the {len(known)} of the file"
-        fix = f"choose the {what}" if chosen is None and few else did_you_mean(chosen or "", known)
+        listable = len(", ".join(known)) <= LISTED
+        rule = f"must be one of {', '.join(known)}" if listable else f"must be one of the {len(known)} of the file"
+        fix = f"choose the {what}" if chosen is None and listable else did_you_mean(chosen or "", known)
         value = None if chosen is None else shown(chosen)
         raise InputError(rule, file=file, key="--individual", value=value, fix=fix)
     return chosen

@@ -31,7 +31,7 @@ SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
 
 @dataclass(frozen=True)
 class View:
-    """How poses of others become ours: x, y and yaw of the center of the head link, seen from above."""
+    """Axes by which poses of other programs become x, y and yaw of the center of the head link, seen from above."""
 
     up: str = "z"  # axis of the world that points up
     forward: str = "x"  # axis of the body that points to the nose
@@ -88,30 +88,30 @@ def read_pose_run(
     notes += (f"the bag is {fault}: what was before is read",) if fault else ()
     clock = np.array(stamps if by_header else recorded, dtype=np.int64)
     start = int(clock.min())
-    time, keep, more = _ordered(_seconds(clock, start), f"poses of {source}")
+    time, keep, pose_notes = _ordered(_seconds(clock, start), f"poses of {source}")
     place, turn = (np.array([getattr(pose, key) for pose in poses])[keep] for key in ("place", "turn"))
     pose = _seen_from_above(file, source, place, turn, view)
     joint_time = angle = None
     names = measured[0][1].names if measured else ()
     if measured:
-        own = np.array([one.time if by_header else then for then, one in measured], dtype=np.int64)
-        joint_time, keep, again = _ordered(_seconds(own, start), "joint angles")
-        angle, more = np.array([one.position for _, one in measured])[keep], more + again
-    return _checked(PoseRun(_stem(path), file, source, time, pose, joint_time, angle, names, notes + more))
+        joint_clock = np.array([one.time if by_header else then for then, one in measured], dtype=np.int64)
+        joint_time, keep, joint_notes = _ordered(_seconds(joint_clock, start), "joint angles")
+        angle, pose_notes = np.array([one.position for _, one in measured])[keep], pose_notes + joint_notes
+    return _checked(PoseRun(_stem(path), file, source, time, pose, joint_time, angle, names, notes + pose_notes))
 
 
 def _seconds(clock: NDArray[np.int64], start: int) -> Array:
-    """Return times [s] from a start [ns]."""
+    """Return a clock [ns] as times [s] from a start [ns]."""
     return (clock - start) / 1e9
 
 
 def _stem(path: str | Path) -> str:
-    """Return the name of a run."""
+    """Return the name of the run in a file: the file's name without its suffix."""
     return Path(path).resolve().stem
 
 
 def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int], list[Stamped]]]:
-    """Return the poses of each topic; of transforms, those of each frame by TOPIC:FRAME."""
+    """Return the record times [ns] and poses of each topic, those of transforms by TOPIC:FRAME."""
     streams: dict[str, tuple[list[int], list[Stamped]]] = {}
     for name, topic in topics.items():
         if topic.kind in (*POSES, *IN_JSON):
@@ -120,15 +120,15 @@ def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int
                 times, poses = streams.setdefault(key, ([], []))
                 times.append(time)
                 poses.append(pose)
-    return {key: one for key, one in streams.items() if len(one[0]) >= 2}
+    return {key: stream for key, stream in streams.items() if len(stream[0]) >= 2}
 
 
 def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Mapping[str, Topic]) -> str:
-    """Return the name of the poses to read."""
+    """Return the name of the stream of poses to read: the given one, or the only one."""
     if not streams:
-        there = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages"
+        listed = ", ".join(f"{name} ({one.kind})" for name, one in list(topics.items())[:8]) or "no messages"
         rule, fix = "must hold poses over time", f"record a topic of {', '.join(POSES)}"
-        raise InputError(rule, file=file, value=shown(there), fix=fix)
+        raise InputError(rule, file=file, value=shown(listed), fix=fix)
     if topic is None and len(streams) == 1:
         return next(iter(streams))
     if topic is None or topic not in streams:
@@ -141,24 +141,24 @@ def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Ma
 def _joints(
     robot: Robot, file: str, topics: Mapping[str, Topic], wanted: Sequence[str]
 ) -> tuple[list[tuple[int, Joints]], tuple[str, ...]]:
-    """Return the wanted joint angles of a bag, one per joint group; none where it has no joints."""
-    sets = [one for name, topic in topics.items() if topic.kind in JOINTS for one in decoded(file, name, topic)]
-    names = tuple(dict.fromkeys(name for _, one in sets for name in one.names))
-    own = _chosen_joints(robot, file, names, wanted)
+    """Return record times [ns] and joint angles of a bag, one per joint group, and sentences; none without joints."""
+    sets = [joints for name, topic in topics.items() if topic.kind in JOINTS for joints in decoded(file, name, topic)]
+    names = tuple(dict.fromkeys(name for _, joints in sets for name in joints.names))
+    chosen = _chosen_joints(robot, file, names, wanted)
     measured = []
-    for time, one in sets:
-        if own and set(own) <= set(one.names) and len(one.position) == len(one.names):
-            position = tuple(one.position[one.names.index(name)] for name in own)
+    for time, joints in sets:
+        if chosen and set(chosen) <= set(joints.names) and len(joints.position) == len(joints.names):
+            position = tuple(joints.position[joints.names.index(name)] for name in chosen)
             if not all(abs(value) < 100 for value in position):
                 key, fix = f"joints at {time} ns", "record angles in rad"
                 raise InputError("must be angles in rad", file=file, key=key, value=shown(position), fix=fix)
-            measured.append((time, Joints(one.time, own, position)))
-    notes = (f"joints, from head to tail: {', '.join(own)}",) if own else ()
+            measured.append((time, Joints(joints.time, chosen, position)))
+    notes = (f"joints, from head to tail: {', '.join(chosen)}",) if chosen else ()
     return measured, notes
 
 
 def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the joints from head to tail: those wanted, or all, which must be as many as joint groups."""
+    """Return the names of joints from head to tail, those wanted or all; there must be one for each joint group."""
     for name in wanted:
         if name not in names:
             fix = did_you_mean(name, names) if names else "the file has no joints"
@@ -172,15 +172,15 @@ def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequen
 
 
 def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return times in their order, which samples they are of, and a note where samples were left out."""
+    """Return times sorted and each once, the index of the sample of each, and a note if samples were left out."""
     order = np.argsort(time, kind="stable")
     keep = order[np.append(True, np.diff(time[order]) > 0)]
-    lost = len(time) - len(keep)
-    return time[keep], keep, (f"{lost} {what} at the time of another are left out",) if lost else ()
+    dropped = len(time) - len(keep)
+    return time[keep], keep, (f"{dropped} {what} at the time of another are left out",) if dropped else ()
 
 
 def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: View) -> Array:
-    """Return x, y and the direction faced, of places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
+    """Return x, y [m] and yaw [rad] (frames, 3), from places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
     with np.errstate(over="ignore", invalid="ignore"):
         size = np.linalg.norm(turn, axis=1)
     for k in np.flatnonzero(~((abs(size - 1) < UNIT) & np.array([all(x in CELL for x in row) for row in place])))[:1]:
@@ -189,17 +189,17 @@ def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: Vi
     forward = _turned(turn / size[:, np.newaxis], _axis(view.forward))
     across, along = _plane(_axis(view.up))
     center = place + view.ahead * forward
-    flat = np.column_stack([forward @ across, forward @ along])
-    if np.median(np.linalg.norm(flat, axis=1)) < STEEP:
+    facing = np.column_stack([forward @ across, forward @ along])
+    if np.median(np.linalg.norm(facing, axis=1)) < STEEP:
         rule, fix = "must lie flat", "choose the axis of the body that points to the nose, or the one that points up"
         value = f"{view.forward} of the body, which points up or down most of the time"
         raise InputError(rule, file=file, key="--forward or --up", value=value, fix=fix)
-    yaw = np.unwrap(np.arctan2(flat[:, 1], flat[:, 0]))
+    yaw = np.unwrap(np.arctan2(facing[:, 1], facing[:, 0]))
     return np.column_stack([center @ across, center @ along, yaw])
 
 
 def _axis(name: str) -> Array:
-    """Return the unit vector of an axis."""
+    """Return the unit vector (3,) of an axis by its name, such as "-x"."""
     sign = -1.0 if name.startswith("-") else 1.0
     return np.asarray(sign * np.eye(3)["xyz".index(name[-1])])
 
@@ -211,7 +211,7 @@ def _plane(up: Array) -> tuple[Array, Array]:
 
 
 def _turned(turn: Array, axis: Array) -> Array:
-    """Return an axis turned by unit quaternions x, y, z, w (frames, 4)."""
+    """Return an axis (3,) turned by unit quaternions x, y, z, w (frames, 4), as (frames, 3)."""
     vector, scalar = turn[:, :3], turn[:, 3:]
     twice = 2 * np.cross(vector, axis)
     return np.asarray(axis + scalar * twice + np.cross(vector, twice))
@@ -220,14 +220,14 @@ def _turned(turn: Array, axis: Array) -> Array:
 def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str]) -> PoseRun:
     """Read a table of time, place and quaternion, and maybe joints, as other simulators write it."""
     table = read_table(path)
-    lower = [name.lower() for name in table.head]
+    names = [name.lower() for name in table.head]
     found: dict[str, int] = {}
-    for k, name in enumerate(lower):
+    for k, name in enumerate(names):
         for kind, pattern in (("q", QUATERNION), ("", PLACE)):
             if match := pattern.fullmatch(name):
                 found.setdefault(kind + match[1], k)
                 break
-    time = next((lower.index(name) for name in SECONDS if name in lower), None)
+    time = next((names.index(name) for name in SECONDS if name in names), None)
     missing = [key for key in ("x", "y", "z", "qx", "qy", "qz", "qw") if key not in found]
     if missing or time is None:
         rule = "must have columns of time_s, x, y, z, qx, qy, qz, qw"
@@ -249,7 +249,7 @@ def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str])
 
 
 def _values(table: Table, columns: Sequence[int]) -> Array:
-    """Return the numbers of columns."""
+    """Return the numbers (rows, columns) of some columns of a table, by their indices."""
 
     def numbers(_: int, cells: dict[str, str]) -> list[float]:
         values = []
@@ -266,7 +266,7 @@ def _values(table: Table, columns: Sequence[int]) -> Array:
 
 
 def _checked(run: PoseRun) -> PoseRun:
-    """Check that a run has enough poses, and that its joints were measured meanwhile."""
+    """Return a run after checks that it has enough poses, and joint angles over the same time."""
     if len(run.time) < MIN_SAMPLES:
         rule, value = f"must hold at least {MIN_SAMPLES} poses", f"{len(run.time)} of {run.source}"
         raise InputError(rule, file=run.file, value=value, fix="record a longer run")
@@ -296,7 +296,7 @@ def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str)
 
 
 def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> Path:
-    """Write a table of numbers below a comment."""
+    """Write a CSV file of a comment, a line of names and rows of numbers; return its path."""
     lines = [f"# {comment}", ",".join(heads), *(",".join(f"{x:.9g}" for x in row) for row in rows.tolist())]
     write_atomically(path, ("\n".join(lines) + "\n").encode())
     return path

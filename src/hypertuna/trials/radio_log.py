@@ -45,7 +45,7 @@ class BenchRow(NamedTuple):
 
 
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
-    """Return the settled parts of a tank run: the gait as commanded, and its speed in ATT_POS_MOCAP, camera poses.
+    """Return the steady runs in a tank run's log: each commanded gait, and its speed from ATT_POS_MOCAP, camera poses.
 
     The speed is the mean distance between the mean positions of parts of whole beats, over their time.
     """
@@ -65,7 +65,7 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
 
 
 def _read_log(path: str | Path, fixes: Mapping[str, str]) -> RadioLog:
-    """Read a log that must have some kinds of messages, each with the fix where it has none."""
+    """Read a log, and check that it has the messages of some names; fixes: the advice for each that is missing."""
     log = read_radio_log(path)
     for name, fix in fixes.items():
         if not log.has(name):
@@ -129,25 +129,25 @@ def bench_rows(path: str | Path, robot: Robot) -> list[BenchRow]:
 
 
 def _both(fields: Mapping[str, Array], name: str) -> Array:
-    """Return a field of all joints, which two fields of a message share."""
+    """Return a field of all joints, which a message splits into two fields."""
     return np.concatenate([fields[name], fields[f"{name}_34"]], axis=1)
 
 
 def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[BenchRow]:
-    """Return rows of one side, a step of pressure apart; each return to rest ends a run."""
+    """Return the bench rows of one side of a joint, a pressure step apart; each return to zero pressure ends a run."""
     rows: list[BenchRow] = []
-    run, before, top, falling = 0, 0.0, 0.0, False
+    run, last_pressure, top, falling = 0, 0.0, 0.0, False
     valid = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
     time, own, other, away = time[valid], own[valid], other[valid], away[valid]
     rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
     for k in range(len(own)):
         if own[k] < VENTED:
-            run, before, top, falling = run + (before > 0), 0.0, 0.0, False
+            run, last_pressure, top, falling = run + (last_pressure > 0), 0.0, 0.0, False
             continue
         top = max(top, float(own[k]))
         falling = falling or own[k] < top - STEP
-        if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - before) < STEP:
+        if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - last_pressure) < STEP:
             continue
-        before = float(own[k])
-        rows.append(BenchRow(joint, side, before, float(away[k]), falling, f"{joint}{side}-{run}", "", 0))
+        last_pressure = float(own[k])
+        rows.append(BenchRow(joint, side, last_pressure, float(away[k]), falling, f"{joint}{side}-{run}", "", 0))
     return rows

@@ -1,4 +1,4 @@
-"""Reach of runs: the range of their frequency, amplitude and speed, and sentences where a swim lies outside of it."""
+"""Ranges of frequency, amplitude and speed that runs cover, and warnings of swims outside of them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,7 +20,7 @@ QUANTITIES = {  # label, unit and units per SI unit
 
 
 def reach_of(trials: Trials) -> dict[str, Any]:
-    """Return the range of the runs as the keys of a table [fit]."""
+    """Return the ranges of frequency, amplitude and speed that trials cover, by the keys of a table [fit]."""
     rows, reach = [kind_of(trial).motion(trial) for trial in trials.members], {}
     for name, (_, unit, factor) in QUANTITIES.items():
         values = [row[name] * factor for row in rows if name in row]

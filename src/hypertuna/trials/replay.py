@@ -101,8 +101,8 @@ def replay(
     robot = robot_of(robot)
     check_replay(robot, series.series if isinstance(series, SmoothSeries) else series, step)
     curve = series if isinstance(series, SmoothSeries) else smooth(series)
-    numbers = {"start": start, "twist": twist or (), "current": current, "time_offset": (time_offset,)}
-    for key, values in numbers.items():
+    inputs = {"start": start, "twist": twist or (), "current": current, "time_offset": (time_offset,)}
+    for key, values in inputs.items():
         if not np.isfinite(values).all():
             raise InputError("must be finite", key=key, value=shown(values), fix="give finite numbers")
     time = curve.series.time
@@ -112,8 +112,8 @@ def replay(
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     bounds = MAX_SPEED * np.array([robot.body.length, robot.body.length, 1.0])
-    sound = (np.abs(motion["twist"]) < bounds).all(axis=1) & np.isfinite(motion["torque"]).all(axis=1)
-    count = len(motion["twist"]) if sound.all() else max(1, int(np.argmin(sound)))  # instants before it diverges
+    valid = (np.abs(motion["twist"]) < bounds).all(axis=1) & np.isfinite(motion["torque"]).all(axis=1)
+    count = len(motion["twist"]) if valid.all() else max(1, int(np.argmin(valid)))  # instants before it diverges
     elapsed: Array = width * np.arange(count, dtype=np.float64)
     motion = {name: values[:count] for name, values in motion.items()}
     result = trajectory(robot, elapsed, joints[::2][:count], motion, current=current)
@@ -142,7 +142,7 @@ def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) 
 
 
 def _longest(time: Array, step: float | None) -> float:
-    """Return the maximum step [s]: that given, or half the median interval."""
+    """Return the longest step [s] of a replay: `step` if given, or half the median interval of the samples."""
     return float(np.median(np.diff(time))) / STEPS_PER_SAMPLE if step is None else step
 
 
@@ -173,7 +173,7 @@ def head_center(robot: Robot, result: xr.Dataset) -> Array:
 
 
 def seen_from_start(pose: Array, direction: float) -> Array:
-    """Return a track (frames, 3) [m, m, rad] moved to start at the origin in a direction [rad]."""
+    """Return a track (frames, 3) [m, m, rad] moved and turned to start at the origin with yaw `direction` [rad]."""
     turn = direction - pose[0, 2]
     x, y = (pose[:, :2] - pose[0, :2]).T
     c, s = math.cos(turn), math.sin(turn)
@@ -255,12 +255,12 @@ def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track])
 
 
 def check_replay(robot: Robot, series: JointSeries, step: float | None) -> None:
-    """Check that a series fits the robot, and that its replay is not too long; before it is smoothed."""
-    groups, given = [group.name for group in robot.joints], series.angle.shape[1]
-    if given != len(groups):
+    """Check, before smoothing, that a joint series has the robot's groups and that its replay is not too long."""
+    groups, columns = [group.name for group in robot.joints], series.angle.shape[1]
+    if columns != len(groups):
         rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
         fix = "name one column of angles per joint group, from head to tail"
-        raise InputError(rule, file=series.file, key="the number of angles", value=str(given), fix=fix)
+        raise InputError(rule, file=series.file, key="the number of angles", value=str(columns), fix=fix)
     if step is not None:
         POSITIVE.check(step, "step", "give it in seconds")
     seconds, longest = float(np.ptp(series.time)), _longest(series.time, step)
@@ -281,10 +281,10 @@ def together(tracks: Sequence[Track], begin: float = -math.inf, end: float = mat
 
 
 def at_times(time: Array, clock: Array, pose: Array) -> Array:
-    """Interpolate poses (frames, 3) on a clock (frames,) at other times [s]."""
+    """Return poses (frames, 3) on a clock (frames,) [s] interpolated at other times [s]."""
     return np.column_stack([np.interp(time, clock, pose[:, axis]) for axis in range(3)])
 
 
 def _rms(values: Array) -> Array:
-    """Return the root mean square over the first axis."""
+    """Return the root mean square of values over their first axis."""
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))

@@ -30,7 +30,7 @@ class Curve(Protocol):
     """A function of time with derivatives."""
 
     def derivative(self, order: int, /) -> Callable[[Array], Array]:
-        """Return a derivative; order 0 is the function."""
+        """Return the function of the derivative of an order; order 0 is the curve itself."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Harmonics:
     sine: Array  # (harmonics + 1,) [rad], the first one 0
 
     def derivative(self, order: int) -> Callable[[Array], Array]:
-        """Return a derivative of the angle: every order turns the phase by a quarter and multiplies by omega."""
+        """Return the function of an angle's derivative: each order turns the phase by pi/2 and multiplies by omega."""
         omega = 2 * math.pi * self.frequency * np.arange(len(self.cosine))
 
         def at(time: Array) -> Array:
@@ -124,16 +124,16 @@ def smooth(
         raise InputError(rule, file=series.file, key="noise", value=f"{np.size(noise)} long", fix=fix)
     if noise_tau is not None:
         NOT_NEGATIVE.check(noise_tau, "noise_tau", "give the memory of the noise in seconds")
-    given = np.zeros(groups) if noise is None else np.broadcast_to(np.ravel(noise), groups).astype(float)
-    sigma = white_noise(series.angle, series.time) if noise is None else given
+    stated = np.zeros(groups) if noise is None else np.broadcast_to(np.ravel(noise), groups).astype(float)
+    sigma = white_noise(series.angle, series.time) if noise is None else stated
     memory = max(1.0, (noise_tau or 0.0) / float(np.median(np.diff(series.time))))
-    if noise is not None and not given.any():
-        exact = [make_interp_spline(series.time, angle, k=DEGREE) for angle in series.angle.T]
-        return SmoothSeries(series, sigma, tuple(exact), memory)
-    least, count = np.maximum(given, EXACT) ** 2, len(series.time) / memory
+    if noise is not None and not stated.any():
+        splines = [make_interp_spline(series.time, angle, k=DEGREE) for angle in series.angle.T]
+        return SmoothSeries(series, sigma, tuple(splines), memory)
+    floor, count = np.maximum(stated, EXACT) ** 2, len(series.time) / memory
     best, curves = math.inf, None
     for residual, numbers, candidate in (*_periodic(series), *_splines(series)):
-        if numbers < groups * count and (score := _score(residual, numbers, least, count)) < best:
+        if numbers < groups * count and (score := _score(residual, numbers, floor, count)) < best:
             best, curves = score, candidate
     return SmoothSeries(series, sigma, curves or smooth(series, noise=0.0).curves, memory)
 
@@ -142,7 +142,7 @@ Candidate = tuple[Array, int, tuple[Curve, ...]]  # residuals (times, groups), n
 
 
 def _score(residual: Array, numbers: int, least: Array, count: float) -> float:
-    """Return the Bayesian information criterion of residuals (times, groups) that a number of parameters leave.
+    """Return the Bayesian information criterion of residuals (times, groups) of a fit of some number of parameters.
 
     least: smallest variance (groups,) that counts; count: independent samples.
     """
@@ -151,7 +151,7 @@ def _score(residual: Array, numbers: int, least: Array, count: float) -> float:
 
 
 def _periodic(series: JointSeries) -> Iterator[Candidate]:
-    """Yield periodic motions of a series of two beats or more with what they leave."""
+    """Yield candidates of periodic motion, for two beats or more: residuals, number of parameters, and curves."""
     from scipy.optimize import minimize_scalar  # imported here: slow to import
 
     time, angle, count = series.time, series.angle, len(series.time)
@@ -184,7 +184,7 @@ def _periodic(series: JointSeries) -> Iterator[Candidate]:
 
 
 def _splines(series: JointSeries) -> Iterator[Candidate]:
-    """Yield quintic splines of ever more evenly spaced knots with what they leave."""
+    """Yield candidates of quintic splines with more and more knots: residuals, number of parameters, and curves."""
     from scipy.interpolate import BSpline, make_lsq_spline
 
     time, angle = series.time, series.angle
@@ -202,31 +202,31 @@ def _splines(series: JointSeries) -> Iterator[Candidate]:
 
 
 def strongest_frequency(time: Array, angle: Array) -> float:
-    """Return the strongest frequency [Hz] of angles (times, groups): the peak of the power of all."""
-    even = np.linspace(time[0], time[-1], max(GRID, len(time)))
-    wave = np.column_stack([np.interp(even, time, column) for column in angle.T])
-    wave = (wave - wave.mean(axis=0)) * np.hanning(len(even))[:, np.newaxis]
-    power = (np.abs(np.fft.rfft(wave, PADDING * len(even), axis=0)) ** 2).sum(axis=1)
+    """Return the strongest frequency [Hz] of angles (times, groups): the peak of the power summed over groups."""
+    grid_time = np.linspace(time[0], time[-1], max(GRID, len(time)))
+    wave = np.column_stack([np.interp(grid_time, time, column) for column in angle.T])
+    wave = (wave - wave.mean(axis=0)) * np.hanning(len(grid_time))[:, np.newaxis]
+    power = (np.abs(np.fft.rfft(wave, PADDING * len(grid_time), axis=0)) ** 2).sum(axis=1)
     k = int(np.argmax(power[1:-1])) + 1
     left, middle, right = power[k - 1 : k + 2]
     bend = left - 2 * middle + right
     peak = k + (0.5 * (left - right) / bend if bend < 0 else 0.0)
-    return float(peak / (PADDING * len(even) * (even[1] - even[0])))
+    return float(peak / (PADDING * len(grid_time) * (grid_time[1] - grid_time[0])))
 
 
 def white_noise(values: Array, time: Array | None = None) -> Array:
     """Estimate the noise (columns,) of samples (times, columns) from the quintics through their neighbors."""
-    reach = NEIGHBORS.max()
+    margin = NEIGHBORS.max()
     time = np.arange(len(values), dtype=float) if time is None else time
-    if len(values) <= 2 * reach:
+    if len(values) <= 2 * margin:
         return np.zeros(values.shape[1])
-    middle = np.arange(reach, len(time) - reach)
-    near = middle[:, np.newaxis] + NEIGHBORS
-    arm = time[near] - time[middle, np.newaxis]
+    middle = np.arange(margin, len(time) - margin)
+    neighbors = middle[:, np.newaxis] + NEIGHBORS
+    offset = time[neighbors] - time[middle, np.newaxis]
     # Lagrange's weights at the sample: prod_m arm_m / (arm_m - arm_j)
-    weights = np.empty_like(arm)
+    weights = np.empty_like(offset)
     for j in range(len(NEIGHBORS)):
-        others = np.delete(arm, j, axis=1)
-        weights[:, j] = np.prod(others / (others - arm[:, j : j + 1]), axis=1)
-    residual = values[middle] - np.einsum("kj,kjg->kg", weights, values[near])
+        others = np.delete(offset, j, axis=1)
+        weights[:, j] = np.prod(others / (others - offset[:, j : j + 1]), axis=1)
+    residual = values[middle] - np.einsum("kj,kjg->kg", weights, values[neighbors])
     return np.asarray(np.sqrt(np.mean(residual**2 / (1 + (weights**2).sum(axis=1, keepdims=True)), axis=0)))

@@ -47,7 +47,7 @@ Swum = Callable[[Array | None], tuple[Array, Array, Array]]  # twist to poses at
 
 @dataclass(frozen=True)
 class Unknown:
-    """What frames tell about how runs begin: the twist of all of them, and the error of the first pose of each.
+    """The unknowns of how runs begin, and the frames that show them: a common twist, and each first pose's error.
 
     Poses are relative to the first frame of their run, whose error turns and moves the whole run.
     """
@@ -60,44 +60,44 @@ class Unknown:
 
     @classmethod
     def of(cls, pose: Sequence[Array], twist: Array | None, poses: bool) -> Self | None:
-        """Return what is unknown, or None: poses (frames, 3) of each run; twist and poses as for `begin_of`."""
+        """Return the unknowns for poses (frames, 3) of each run, None without any; twist, poses: as in `begin_of`."""
         run = np.repeat(np.arange(len(pose)), [len(part) for part in pose])
-        free = twist is not None and bool(np.isnan(twist).any())
+        twist_unknown = twist is not None and bool(np.isnan(twist).any())
         sd = np.array([np.maximum(white_noise(part), MIN_SD) for part in pose])
-        return cls(run, np.concatenate(pose), sd, free, poses) if free or poses else None
+        return cls(run, np.concatenate(pose), sd, twist_unknown, poses) if twist_unknown or poses else None
 
     def moved(self, computed: Array, by: Array, error: Array) -> tuple[Array, Array]:
-        """Return poses (frames, 3) and derivatives (frames, 3, n) of runs with errors (runs, 3) of the first pose."""
+        """Return poses (frames, 3) and derivatives (frames, 3, n) moved by errors (runs, 3) of runs' first poses."""
         x, y, turn = error[self.run].T
         c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(turn))
         rotation = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
-        move = np.column_stack([x, y, turn])
-        return np.einsum("fij,fj->fi", rotation, computed) + move, rotation @ by
+        shift = np.column_stack([x, y, turn])
+        return np.einsum("fij,fj->fi", rotation, computed) + shift, rotation @ by
 
     def jacobian(self, moved: Array, by_twist: Array, error: Array) -> Array:
-        """Return derivatives (frames, 3, unknowns) by the twist, where it is unknown, and by the first poses."""
+        """Return derivatives (frames, 3, unknowns) of moved poses by the twist, if unknown, and by first poses."""
         by = np.zeros((len(moved), 3, error.size if self.poses else 0))
         if self.poses:
-            at, own, arm = np.arange(len(moved)), 3 * self.run, moved - error[self.run]
+            frames, first_column, arm = np.arange(len(moved)), 3 * self.run, moved - error[self.run]
             for axis in range(3):
-                by[at, axis, own + axis] = 1.0
-            by[at, 0, own + 2], by[at, 1, own + 2] = -arm[:, 1], arm[:, 0]
+                by[frames, axis, first_column + axis] = 1.0
+            by[frames, 0, first_column + 2], by[frames, 1, first_column + 2] = -arm[:, 1], arm[:, 0]
         return np.concatenate([by_twist, by], axis=2) if self.twist else by
 
     def seen(self, swum: Swum, twist: Array | None, error: Array) -> tuple[Array, Array, Array]:
-        """Return poses (frames, 3) of a replay, and derivatives by the twist and by others."""
+        """Return a replay's poses (frames, 3) moved by first poses' errors, and derivatives by twist and by others."""
         computed, by_twist, by = swum(twist)
-        moved, both = self.moved(computed, np.concatenate([by_twist, by], axis=2), error)
-        return moved, both[..., : by_twist.shape[2]], both[..., by_twist.shape[2] :]
+        moved, derivatives = self.moved(computed, np.concatenate([by_twist, by], axis=2), error)
+        return moved, derivatives[..., : by_twist.shape[2]], derivatives[..., by_twist.shape[2] :]
 
     def noise(self, rest: Array, given: Array | None) -> Array:
-        """Return the noise (3,) of frames: given, or what residuals (frames, 3) show; white noise at least."""
-        least = self.sd.min(axis=0)
+        """Return the noise (3,) [m, m, rad] of frames: given, or from residuals (frames, 3), at least white noise."""
+        white = self.sd.min(axis=0)
         if given is not None:
-            return np.asarray(np.maximum(given, least))
+            return np.asarray(np.maximum(given, white))
         # the residual beyond white noise is the model's error, the same in all frames of a run
-        excess = max(float(np.mean(np.mean(rest**2, axis=0) / least**2)) - 1, 0.0)
-        return np.asarray(least * np.sqrt(1 + len(rest) / len(self.sd) * excess))
+        excess = max(float(np.mean(np.mean(rest**2, axis=0) / white**2)) - 1, 0.0)
+        return np.asarray(white * np.sqrt(1 + len(rest) / len(self.sd) * excess))
 
     def stepped(self, begin: Begin, step: Array) -> Begin:
         """Return twist and errors of first poses after a step (unknowns,)."""
@@ -108,8 +108,8 @@ class Unknown:
 
     def cost(self, rest: Array, error: Array, noise: Array) -> float:
         """Return the sum of squares of residuals (frames, 3) and first poses, each over its standard deviation."""
-        own = float(((error / self.sd) ** 2).sum()) if self.poses else 0.0
-        return float(((rest / noise) ** 2).sum()) + own
+        first_poses = float(((error / self.sd) ** 2).sum()) if self.poses else 0.0
+        return float(((rest / noise) ** 2).sum()) + first_poses
 
     def gain(self, by: Array, error: Array, noise: Array) -> tuple[Array, Array]:
         """Return the matrix (unknowns, 3 frames) from errors of poses to changes of the unknowns, and a change.
@@ -117,12 +117,12 @@ class Unknown:
         Least squares with frames of a `noise` (3,) [m, m, rad], and first poses of their own; the change is that by
         which the errors so far are less likely than none.
         """
-        size = np.tile(1 / noise, len(by))
+        weight = np.tile(1 / noise, len(by))
         count = by.shape[2]
         prior = np.eye(count)[count - error.size :] / self.sd.reshape(-1, 1) if self.poses else np.zeros((0, count))
-        inverse = np.linalg.pinv(np.concatenate([size[:, np.newaxis] * by.reshape(len(size), -1), prior]))
-        back = inverse[:, len(size) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
-        return np.asarray(inverse[:, : len(size)] * size), -back
+        inverse = np.linalg.pinv(np.concatenate([weight[:, np.newaxis] * by.reshape(len(weight), -1), prior]))
+        pull = inverse[:, len(weight) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
+        return np.asarray(inverse[:, : len(weight)] * weight), -pull
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a step may go too far: its error is no number, and not smaller
@@ -136,35 +136,35 @@ def meet(
     noise: of frames (3,) [m, m, rad]; None for what each round leaves.
     """
     begin, seen = (twist, error), unknown.seen(swum, twist, error)
-    for left in reversed(range(MAX_ROUNDS)):
-        moved, by_twist, by = seen
+    for rounds_left in reversed(range(MAX_ROUNDS)):
+        poses, by_twist, by = seen
         if not all(np.isfinite(part).all() for part in seen):
             break
-        rest = unknown.pose - moved
-        own = unknown.noise(rest, noise)
-        matrix = unknown.jacobian(moved, by_twist, begin[1])
-        gain, back = unknown.gain(matrix, begin[1], own)
-        step = gain @ rest.ravel() + back
-        nearer = _nearer(unknown, swum, begin, rest, matrix, step, own) if left else None
+        rest = unknown.pose - poses
+        frame_noise = unknown.noise(rest, noise)
+        matrix = unknown.jacobian(poses, by_twist, begin[1])
+        gain, pull = unknown.gain(matrix, begin[1], frame_noise)
+        step = gain @ rest.ravel() + pull
+        nearer = _nearer(unknown, swum, begin, rest, matrix, step, frame_noise) if rounds_left else None
         if nearer is None:
-            return *begin, moved, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
+            return *begin, poses, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
         begin, seen = nearer
-    return *begin, moved, by
+    return *begin, poses, by
 
 
 def _nearer(
     unknown: Unknown, swum: Swum, begin: Begin, rest: Array, matrix: Array, step: Array, noise: Array
 ) -> tuple[Begin, tuple[Array, Array, Array]] | None:
-    """Return a begin with a smaller error, and what is seen from it: a step, or a part of it; None at the smallest."""
+    """Return twist and first poses after a step, or part of one, of smaller error, and their replay; else None."""
     cost = unknown.cost(rest, begin[1], noise)
-    promised = unknown.cost(rest - matrix @ step, unknown.stepped(begin, step)[1], noise)
-    if cost - promised <= SAME_ERROR * cost:
+    predicted = unknown.cost(rest - matrix @ step, unknown.stepped(begin, step)[1], noise)
+    if cost - predicted <= SAME_ERROR * cost:
         return None
     for k in range(MAX_HALVINGS):
-        there = unknown.stepped(begin, step / 2**k)
-        seen = unknown.seen(swum, *there)
-        if unknown.cost(unknown.pose - seen[0], there[1], noise) < cost:
-            return there, seen
+        trial = unknown.stepped(begin, step / 2**k)
+        seen = unknown.seen(swum, *trial)
+        if unknown.cost(unknown.pose - seen[0], trial[1], noise) < cost:
+            return trial, seen
     return None
 
 
@@ -182,22 +182,22 @@ def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
     first quarter, beside that of the second half.
     """
     period, series = 1 / beat_of(curve)[0], curve.series.time
-    part = min(period, float(np.ptp(series))) / 8
-    times = np.linspace(series[0], series[-1] - part, GRID)
-    change = np.linalg.norm(curve(times + part)[:, :, 0] - curve(times)[:, :, 0], axis=1)
+    eighth = min(period, float(np.ptp(series))) / 8
+    times = np.linspace(series[0], series[-1] - eighth, GRID)
+    change = np.linalg.norm(curve(times + eighth)[:, :, 0] - curve(times)[:, :, 0], axis=1)
     speeds = []
     for track in tracks:
         forward, time = _forward_speed(track), track.time[1:] - track.time[0]
-        first, later = time <= max(2 * part, time[min(3, len(time)) - 1]), time > time[-1] / 2
-        speeds.append((float(forward[first].mean()), float(forward[later].mean())))
-    begin, late = np.abs(np.mean(speeds, axis=0))
-    return bool(change[0] > STILL * np.sqrt(np.mean(change**2)) or begin > STILL * late)
+        early, later = time <= max(2 * eighth, time[min(3, len(time)) - 1]), time > time[-1] / 2
+        speeds.append((float(forward[early].mean()), float(forward[later].mean())))
+    early_speed, later_speed = np.abs(np.mean(speeds, axis=0))
+    return bool(change[0] > STILL * np.sqrt(np.mean(change**2)) or early_speed > STILL * later_speed)
 
 
 def begin_together(
     joints: JointSeries, tracks: Sequence[Track], offset: float, period: float
 ) -> tuple[JointSeries, list[Track]]:
-    """Cut joints and tracks of runs in motion to begin together; the first frame is that of smoothed poses."""
+    """Return joint angles and tracks cut to a common first time, each track's first pose there smoothed."""
     begin = max(track.time[0] for track in tracks)
     kept = np.flatnonzero(joints.time + offset >= begin - SAME_TIME)
     lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
@@ -229,9 +229,9 @@ def begin_of(
     error, half = np.zeros((len(tracks), 3)), robot.links.length[0] / 2
     time = [track.time - track.time[0] for track in tracks]
     pose = [seen_from_start(track.pose, math.pi) for track in tracks]
-    own = [t <= min(until, 0.5 * step * (len(joints) - 1)) for t in time]
-    clock = np.concatenate([t[k] for t, k in zip(time, own, strict=True)])
-    unknown = Unknown.of([p[k] for p, k in zip(pose, own, strict=True)], twist, inexact)
+    used = [t <= min(until, 0.5 * step * (len(joints) - 1)) for t in time]
+    clock = np.concatenate([t[k] for t, k in zip(time, used, strict=True)])
+    unknown = Unknown.of([p[k] for p, k in zip(pose, used, strict=True)], twist, inexact)
     if unknown is None:
         return twist, error
     if unknown.twist:
@@ -248,7 +248,7 @@ def begin_of(
 
 
 def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
-    """Return tracks whose first poses have errors (runs, 3), seen from them, taken out."""
+    """Return tracks with first poses corrected by errors (runs, 3), which are in each first pose's own axes."""
     moved = []
     for track, (x, y, turn) in zip(tracks, error, strict=True):
         direction = track.pose[0, 2] - math.pi
@@ -259,11 +259,11 @@ def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
 
 
 def between(center: Array, by: Array, clock: Array) -> tuple[Array, Array]:
-    """Interpolate poses (steps + 1, 3) and derivatives at times (frames,) in steps; at rest before the first one."""
-    left = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
-    part = np.clip(clock - left, 0.0, 1.0)[:, np.newaxis]
-    at = center[left] * (1 - part) + center[left + 1] * part
-    return at, by[left] * (1 - part[..., np.newaxis]) + by[left + 1] * part[..., np.newaxis]
+    """Return poses (steps + 1, 3) and derivatives interpolated at times (frames,) [steps]; the first ones before 0."""
+    before = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
+    fraction = np.clip(clock - before, 0.0, 1.0)[:, np.newaxis]
+    at = center[before] * (1 - fraction) + center[before + 1] * fraction
+    return at, by[before] * (1 - fraction[..., np.newaxis]) + by[before + 1] * fraction[..., np.newaxis]
 
 
 def _first_twist(time: Array, pose: Array, half: float) -> Array:
@@ -274,7 +274,7 @@ def _first_twist(time: Array, pose: Array, half: float) -> Array:
 
 
 def head_of(half: float, pose: Array, by: Array, by_half: Array | None = None) -> tuple[Array, Array]:
-    """Return head centers (times, 3), from that of the start, of noses that start at the origin, with derivatives."""
+    """Return head centers (times, 3) from the first one, for nose poses that start at 0, with their derivatives."""
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     center = np.column_stack([pose[:, 0] + half * (c - 1), pose[:, 1] + half * s, pose[:, 2]])
     by = by.copy()
@@ -287,18 +287,18 @@ def head_of(half: float, pose: Array, by: Array, by_half: Array | None = None) -
 
 
 def _forward_speed(track: Track) -> Array:
-    """Return the speed (frames - 1,) [m/s] of the head's center where the head faces, between frames."""
+    """Return the speed (frames - 1,) [m/s] of the head's center in the direction it faces, between frames."""
     step = np.diff(track.pose[:, :2], axis=0) / np.diff(track.time)[:, np.newaxis]
     yaw = (track.pose[1:, 2] + track.pose[:-1, 2]) / 2
     return np.asarray(np.cos(yaw) * step[:, 0] + np.sin(yaw) * step[:, 1])
 
 
 def _first_pose(track: Track, first: float, period: float) -> Array:
-    """Return pose and rate (2, 3) at a time [s]: those of a quintic through the first half beat."""
-    own = track.time <= max(first + period / 2, track.time[min(MIN_FRAMES, len(track.time)) - 1])
-    if own.sum() < MIN_FRAMES:
+    """Return pose and rate (2, 3) at a time [s], by a quintic fitted to the first half beat."""
+    used = track.time <= max(first + period / 2, track.time[min(MIN_FRAMES, len(track.time)) - 1])
+    if used.sum() < MIN_FRAMES:
         rule, fix = f"must have at least {MIN_FRAMES} frames to begin in motion", 'track more, or write begin = "rest"'
         raise InputError(rule, key=f"run {track.run}", value=f"{len(track.time)}", fix=fix)
-    powers = np.vander((track.time[own] - first) / period, 6, increasing=True)
-    fitted = np.linalg.lstsq(powers, track.pose[own], rcond=None)[0]
+    powers = np.vander((track.time[used] - first) / period, 6, increasing=True)
+    fitted = np.linalg.lstsq(powers, track.pose[used], rcond=None)[0]
     return np.asarray(fitted[:2] / [[1.0], [period]])

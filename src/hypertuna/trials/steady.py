@@ -83,16 +83,16 @@ def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]
 
 
 def unique(make: Callable[[int, dict[str, str]], R]) -> Callable[[int, dict[str, str]], R]:
-    """Return what makes a run of a line and its cells, and checks that the names of runs are unique."""
+    """Return a function that makes a run of a line and its cells, as `make`, and refuses a name used before."""
     lines: dict[str, int] = {}
 
     def run(line: int, cells: dict[str, str]) -> R:
-        made = make(line, cells)
-        if made.name in lines:
-            value, fix = f"{shown(made.name)}, as in line {lines[made.name]}", "give each run its own name"
+        new = make(line, cells)
+        if new.name in lines:
+            value, fix = f"{shown(new.name)}, as in line {lines[new.name]}", "give each run its own name"
             raise InputError("must be unique", key="name", value=value, fix=fix)
-        lines[made.name] = line
-        return made
+        lines[new.name] = line
+        return new
 
     return run
 
@@ -111,29 +111,29 @@ def gait_keys(
     angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in KINDS for name, g in groups.items()}
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in NEEDED for g, name in enumerate(names)}
     del required["phase[0]"]  # 0 by definition
-    said: set[str] = set()
+    explained: set[str] = set()
     return table.keys(
         {column: key for key, column in own.items()} | dict(others) | angles,
         {"frequency": own["frequency"]} | required,
         fix=f"add it; {rule}",
-        hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, said),
+        hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, explained),
     )
 
 
-def _hint(column: str, rule: str, angles: Mapping[str, str], said: set[str]) -> str:
-    """Return what to do about an unknown column of angles, the rule once; nothing for others."""
+def _hint(column: str, rule: str, angles: Mapping[str, str], explained: set[str]) -> str:
+    """Return the advice on an unknown column of angles, with the rule for names the first time; "" for others."""
     if not column.startswith(KINDS):
         return ""
     # one phase without a joint group: not that of the first, which is 0 by definition
-    own = {key: name for name, key in angles.items()}  # names of groups come after their numbers
-    names = [name for key, name in own.items() if not (column.startswith("phase") and key == "phase[0]")]
-    text = f"{'' if rule in said else rule}{did_you_mean(column, names or angles)}"
-    said.add(rule)
+    column_names = {key: name for name, key in angles.items()}  # names of groups come after their numbers
+    names = [name for key, name in column_names.items() if not (column.startswith("phase") and key == "phase[0]")]
+    text = f"{'' if rule in explained else rule}{did_you_mean(column, names or angles)}"
+    explained.add(rule)
     return text
 
 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set[str]) -> SteadyRun:
-    """Return the run of the cells of a row."""
+    """Return the steady run of the cells of a row."""
     gait = gait_of(cells, robot)
     measured: dict[str, Any] = {
         key: number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)
@@ -150,19 +150,19 @@ def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set
 
 
 def gait_of(cells: Mapping[str, str], robot: Robot) -> Gait:
-    """Return the gait of the cells of a row."""
+    """Return the gait of the cells of a row, by key such as "amplitude[0]"."""
     groups = range(len(robot.joints))
     angles = {kind: [number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
     return Gait.from_degrees(frequency=number(cells["frequency"], "frequency"), **angles)
 
 
 def name_of(cells: Mapping[str, str], file: str, line: int) -> str:
-    """Return the name of the run of a row."""
+    """Return the name of the run of a row: its cell, or the file's name and the line."""
     return cells.get("name") or f"{Path(file).name}:{line}"
 
 
 def origin(cells: Mapping[str, str], file: str, line: int) -> dict[str, Any]:
-    """Return repeats, file and line of a row."""
+    """Return the fields of a run that tell of its row: repeats, file and line."""
     repeats = cells.get("repeats") or "1"
     if not repeats.isdecimal() or len(repeats) > MAX_DIGITS:
         raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")
@@ -170,7 +170,7 @@ def origin(cells: Mapping[str, str], file: str, line: int) -> dict[str, Any]:
 
 
 def number(text: str, key: str) -> float:
-    """Return a number; the gait and the run check its value."""
+    """Return the number of a cell, whose value the gait and the run check."""
     try:
         return float(text)
     except ValueError:

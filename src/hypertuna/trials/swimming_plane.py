@@ -53,5 +53,5 @@ def on_plane(points: Points, vertical: str | None = None) -> tuple[Array, tuple[
 
 
 def _seen(place: Array, up: int) -> Array:
-    """Return places seen from above, against the axis that points up."""
+    """Return places (..., 2) as seen from above, for the axis `up` that points up."""
     return np.stack([sign * place[..., axis] for axis, sign in SEEN[up]], axis=-1)

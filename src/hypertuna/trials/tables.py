@@ -1,4 +1,4 @@
-"""CSV files of runs: which column tells of which kind they are, and their readers."""
+"""CSV files of runs: the kind of runs, told by the columns, and the readers."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -27,11 +27,11 @@ TABLES: dict[str, tuple[tuple[str, ...], Reader]] = {
 
 
 def read_runs(path: str | Path, robot: Robot) -> tuple[Run, ...]:
-    """Read a CSV file of runs; its columns tell of which kind they are."""
+    """Read a CSV file of runs of the kind that its columns tell."""
     table = read_table(path)
     head = set(table.head)
     steady = "frequency_hz" in head and ("time_s" in head or any(name.startswith("speed_") for name in head))
-    for begins, read in TABLES.values():
-        if begins and not steady and all(any(name.startswith(begin) for name in head) for begin in begins):
+    for prefixes, read in TABLES.values():
+        if prefixes and not steady and all(any(name.startswith(prefix) for name in head) for prefix in prefixes):
             return tuple(read(table, robot))
     return read_steady(table, robot)

@@ -60,7 +60,7 @@ class JointSeries(Plotted, Tabular, data=lambda series: series_columns(series.ti
             raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts separately")
 
     def _error(self, sample: int, column: int, rule: str, value: str, fix: str) -> InputError:
-        """Return the error of a value, with its line and column."""
+        """Return the error to raise for a sample's value, with its line and column."""
         names = self.columns or ("time", *(f"angle[{g}]" for g in range(self.angle.shape[1])))
         where = f"sample {sample}" if self.lines is None else f"line {self.lines[sample]}"
         return InputError(rule, file=self.file, key=f"{where}, {names[column]}", value=value, fix=fix)
@@ -127,10 +127,10 @@ def lag_of(measured: JointSeries, targets: JointSeries) -> tuple[float, ...]:
     lags = []
     for angle, target in zip(measured.angle.T, targets.angle.T, strict=True):
         moved = np.array([np.interp(time[inside] - shift, time, target) for shift in shifts])
-        moved, own = moved - moved.mean(axis=1, keepdims=True), angle[inside] - angle[inside].mean()
-        size = np.linalg.norm(moved, axis=1) * np.linalg.norm(own)
-        alike = np.divide(moved @ own, size, out=np.zeros(LAGS), where=size > 0)
-        lags.append(float(shifts[np.argmax(alike)]) if alike.any() else 0.0)
+        moved, centered = moved - moved.mean(axis=1, keepdims=True), angle[inside] - angle[inside].mean()
+        size = np.linalg.norm(moved, axis=1) * np.linalg.norm(centered)
+        correlation = np.divide(moved @ centered, size, out=np.zeros(LAGS), where=size > 0)
+        lags.append(float(shifts[np.argmax(correlation)]) if correlation.any() else 0.0)
     return tuple(lags)
 
 
@@ -182,11 +182,11 @@ def read_tracks(
             raise InputError("must not be empty", file=str(path), key=key, fix=fix)
         rows.setdefault(name, []).append(k)
     tracks = []
-    for name, members in rows.items():
-        clock, x, y, angle = values[members].T
+    for name, indices in rows.items():
+        clock, x, y, angle = values[indices].T
         for k in np.flatnonzero(np.diff(clock) <= 0)[:1] + 1:
             rule = f"must be later than the previous frame, at {clock[k - 1]:g} s"
-            key, value = f"line {lines[members[k]]}, {time}", f"{clock[k]:g} s"
+            key, value = f"line {lines[indices[k]]}, {time}", f"{clock[k]:g} s"
             fix = "sort the frames of each run by time, or name the column of the run"
             raise InputError(rule, file=str(path), key=key, value=value, fix=fix)
         tracks.append(Track(name, clock, np.column_stack([x, y, np.unwrap(angle)])))

@@ -56,7 +56,7 @@ class Trials(Plotted, Tabular):
 
     @property
     def kinds(self) -> dict[Kind[Any], tuple[Any, ...]]:
-        """Members of each kind that has any."""
+        """Trials of each kind that has any."""
         members = {kind: tuple(one for one in self.members if isinstance(one, kind.trial)) for kind in KINDS}
         return {kind: own for kind, own in members.items() if own}
 
@@ -138,7 +138,7 @@ def _check_no_track(path: Path) -> None:
 
 
 def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
-    """Check that names, given with their files, are unique."""
+    """Check that names, given in pairs with their files, are unique."""
     first: dict[str, str] = {}
     for name, file in names:
         if name in first:
@@ -150,8 +150,8 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
 
 def implausible(trials: Trials, robot: Robot) -> tuple[list[InputError], list[str]]:
     """Return errors on files that must be in wrong units, and warnings on files that are unlikely."""
-    found = [kind.implausible(members, robot) for kind, members in trials.kinds.items()]
-    return [error for errors, _ in found for error in errors], [text for _, texts in found for text in texts]
+    results = [kind.implausible(members, robot) for kind, members in trials.kinds.items()]
+    return [error for errors, _ in results for error in errors], [text for _, texts in results for text in texts]
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:

@@ -143,7 +143,7 @@ class Actuator(Part, table="joints.actuator", how="calipers on the mold, or CAD"
 
     @property
     def axis(self) -> tuple[float, float]:
-        """Stiffness [N] of what lies on the axis, and the compressive strain at which it buckles."""
+        """Stiffness [N] of the member on the axis, and the compressive strain at which it buckles."""
         if self.axis_buckling is None:
             return self.axis_stiffness, 1.0  # no axis gets that short
         return self.axis_stiffness, self.axis_buckling / self.axis_stiffness

@@ -1,4 +1,4 @@
-"""What every table of a file is made of: frozen parts, ranges of numbers, conversion of units, common checks.
+"""Common parts of all tables of a file: frozen tables, ranges of numbers, conversion of units, checks.
 
 An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file carry the unit (``length_m``):
 attributes are in SI units and radians and carry none.
@@ -27,7 +27,7 @@ def number(limits: Range) -> Any:
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
-    """Convert a number of the file to SI by a factor, and back to 15 digits."""
+    """Return the conversions of a number of the file: to SI by a factor, and back to 15 digits."""
     return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
 
 
@@ -60,21 +60,21 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 def _readable(text: str) -> str:
-    """Check that a text has no control characters: a terminal would obey them, files cannot hold them."""
+    """Return a text without control characters, or raise: terminals would obey them, files cannot hold them."""
     if escaped(text, "\n\t") != text or len(text) > MAX_TEXT:
         raise ValueError(f"must be at most {MAX_TEXT} characters, none of them a control character")
     return text
 
 
 def _name(text: str) -> str:
-    """Check that a name can be a part of file names, columns, variables of NetCDF, and text in figures."""
+    """Return a name that can be a part of file names, columns, NetCDF variables and figures, or raise."""
     if not NAME.fullmatch(text):
         raise ValueError("must be 1 to 60 letters, digits, spaces and - _ . + ( ) '")
     return text
 
 
 def _names(table: dict[str, Any]) -> dict[str, Any]:
-    """Check the names of a table's entries."""
+    """Return a table whose entries have valid names, or raise."""
     for name in table:
         _name(name)
     return table
@@ -96,7 +96,7 @@ class Scale(NamedTuple):
 
 
 class Radio(NamedTuple):
-    """A parameter of the firmware: range in which the radio may set a number, as fractions of its value.
+    """A parameter that the radio may set: its place, and the allowed range as fractions of the number.
 
     A limit may only become tighter, and a gain may be halved or doubled.
     """
@@ -127,7 +127,7 @@ class Spread(NamedTuple):
 
 
 class Key(NamedTuple):
-    """A key of the file as its table declares it."""
+    """A key of the file, as its table declares it."""
 
     description: str
     unit: str
@@ -141,7 +141,7 @@ class Key(NamedTuple):
     options: dict[str, Any]
 
     def field(self, attribute: str) -> Any:
-        """Return the field of pydantic; its key is the attribute with the unit unless another is given."""
+        """Return the pydantic field of a key, which is called by attribute and unit unless another name is given."""
         ending = self.unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None}).replace("degc", "c")
         key = self.name or f"{attribute}_{ending}".rstrip("_")
         extra: Any = {"unit": self.unit} if self.unit else None
@@ -187,7 +187,7 @@ class Part(BaseModel):
     def __init_subclass__(
         cls, table: str = "", how: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any
     ) -> None:
-        """Turn keys, and those of `keys` with their types, into fields of pydantic, which collects them next."""
+        """Turn the class's keys, and those of `keys` with their types, into fields of pydantic."""
         super().__init_subclass__(**options)
         cls.table = table
         for name, (kind, key) in (keys or {}).items():
@@ -200,20 +200,20 @@ class Part(BaseModel):
 
     @classmethod
     def scales(cls, *ratios: str) -> dict[str, Scale]:
-        """Return how the keys of the file scale whose values follow HyperTuna's by these ratios alone."""
+        """Return the scale of each key of the file that scales by no other ratios than these."""
         scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
         return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
 
     @classmethod
     def scaled(cls, values: Mapping[str, float], **ratios: float) -> dict[str, float]:
-        """Return the values of another robot at these ratios from HyperTuna's, by keys of the file."""
+        """Return values of another robot by key of the file, scaled from HyperTuna's by ratios of length and so on."""
         return {
             key: float(f"{math.prod(ratios[name] ** power for name, power in powers.items()) * values[key]:.{digits}g}")
             for key, (_, powers, digits) in cls.scales(*ratios).items()
         }
 
     def _checks(self) -> Iterable[Check]:
-        """List the checks of the table; of each key, the first that fails is an error."""
+        """Yield the checks of the table; for each key, the first check that fails is the error."""
         return ()
 
     @model_validator(mode="after")
@@ -244,7 +244,7 @@ class Part(BaseModel):
         return key, f"{value:g}" if isinstance(value, float) else shown(value)
 
     def ordered(self, low: str, high: str, *, equal: bool = False, fix: str = "exchange the two") -> Check:
-        """Check that one value is less than another, or at most equal to it."""
+        """Return the check that one value is less than another, or with `equal` at most equal."""
         below, above = getattr(self, low), getattr(self, high)
         holds = below < above or (equal and below == above)
         limit = "" if holds else f"{type(self).model_fields[high].alias} = {self._entry(high)[1]}"
@@ -252,7 +252,7 @@ class Part(BaseModel):
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> Iterator[Check]:
-    """Check that every list that a table gives, except those named in `but`, has one value per link or joint group."""
+    """Yield the checks that each list that a table gives, except in `but`, has one value per link or joint group."""
     for name, info in type(part).model_fields.items():
         column = getattr(part, name)
         if isinstance(column, tuple) and name not in but and name in part.model_fields_set:
@@ -261,14 +261,14 @@ def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...]
 
 
 def inside(places: tuple[float, ...], lengths: tuple[float, ...], where: str, fix: str) -> Iterator[Check]:
-    """Check that a place on each link is within its length [m]."""
+    """Yield the checks that a place on each link is within the link's length [m]."""
     for i, (place, length) in enumerate(zip(places, lengths, strict=True)):
         text = f"must lie inside the link, at most its length_m = {length:g}"
         yield Check(place <= length, f"{where}[{i}]", text, fix, f"{place:g}")
 
 
 def unique(names: tuple[str, ...], key: str) -> Iterator[Check]:
-    """Check that all names differ; `key` has a placeholder for the index."""
+    """Yield the checks that all names differ; `key` has a placeholder for the index."""
     for i, name in enumerate(names):
         fix = "give each its own name"
         yield Check(name not in names[:i], key.format(i), "must be unique", fix, repr(name))

@@ -56,7 +56,7 @@ class Body(Part):
     )
 
     def of(self, links: Links) -> Body:
-        """Return the body with what is not given as the sum of the links."""
+        """Return the body with length and mass, where not given, as sums of the links'."""
         sums = {"length": math.fsum(links.length), "mass": math.fsum(links.mass)}
         sums = {name: total for name, total in sums.items() if name not in self.model_fields_set}
         body = self.model_copy(update=sums)
@@ -240,7 +240,7 @@ class Fins(Part, table="fins", how="ruler"):
 
 
 def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
-    """Return the part of a group's bend that each of its joints takes, by its tendons or equal."""
+    """Return the share of a group's bend that each of its joints takes: by its tendons, or equal shares."""
     return (1 / len(links),) * len(links) if tendons is None else tendons.share
 
 
@@ -308,22 +308,22 @@ class JointGroup(Part):
 
     @property
     def drive(self) -> Drive:
-        """What moves the joint."""
+        """The kind of drive: muscles on oil, or a servo on the axle or on the drum of tendons."""
         return MUSCLES if self.servo is None else AXLE if self.tendons is None else DRUM
 
     @property
     def driven(self) -> bool:
-        """Whether the file says what moves the joint."""
+        """Whether the file describes a drive."""
         return self.servo is not None or self.actuator is not None
 
     @property
     def stall_power(self) -> float:
-        """Electrical power of the servo on its axle or drum at stall, 0 without [W]."""
+        """Electrical power of the servo on axle or drum at stall; 0 without one [W]."""
         return 0.0 if self.servo is None else self.servo.voltage * self.servo.stall_current
 
     @property
     def turns(self) -> float:
-        """Angle of what turns the joint over its bend: 1 on the axle [1]."""
+        """Angle of the servo's axle or drum over the bend of the group: 1 on the axle [1]."""
         return 1.0 if self.tendons is None else self.tendons.turns
 
     def one_drive(self, key: str) -> Iterator[Check]:

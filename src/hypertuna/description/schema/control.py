@@ -131,7 +131,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
 
     @property
     def works_at(self) -> float | None:
-        """Pressure to which the amplitude is governed [Pa]: between readings, hammer adds a fifth and more."""
+        """Pressure [Pa] to which the amplitude is limited; between readings, hammer adds a fifth and more."""
         return self.pressure_work or (None if self.pressure_soft is None else WORKING * self.pressure_soft)
 
     def _checks(self) -> Iterator[Check]:
@@ -190,7 +190,7 @@ class Sensor(Part, table="sensors", how="data sheet of the sensor"):
 
     @property
     def hidden_change(self) -> float:
-        """Change that a working sensor may not show [SI]: two steps, or 0 where its noise reaches `NOISY`.
+        """Largest change [SI] within which a working sensor may repeat its reading: two steps; 0 with enough noise.
 
         In the middle of a step a reading then repeats with a probability of erf(0.5 / (0.7 sqrt 2)) = 0.52; 25 times in
         a row, which is taken for a stuck sensor, with 1e-7.

@@ -35,11 +35,12 @@ DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, 
 
 
 def _pins_key(quantity: str) -> str:
+    """Return the attribute with the pins of a kind of analog sensor."""
     return f"{quantity}_pin" if CHANNELS[quantity].size == 1 else f"{quantity}_pins"
 
 
 def _analog_pins() -> dict[str, tuple[Any, Any]]:
-    """Return type and key of the pins of every analog channel."""
+    """Return type and key of the pins of every analog channel, by attribute."""
     order = {"joint": ", one per joint group", "circuit": ", left and right of each joint group", "robot": ""}
     keys: dict[str, tuple[Any, Any]] = {}
     for name in ANALOG:
@@ -56,7 +57,7 @@ FIRST_ANSWER = 15  # place of the first response among the parameters
 
 
 def _answers() -> dict[str, tuple[Any, Key]]:
-    """Return type and key of the response to every fault that leaves the choice."""
+    """Return type and key of the response to each fault whose response is a choice, by attribute."""
     choices = [(key, name, answer) for name, _, answer, *_, key in _core.fault_table() if key]
     spelled = ", ".join(f"{number} {answer}" for number, answer in enumerate(ANSWERS))
     most = len(ANSWERS) - 1
@@ -165,7 +166,7 @@ class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as
         return (pins,) if isinstance(pins, int) else pins
 
     def _checks(self) -> Iterator[Check]:
-        """Check that the microcontroller has the pins and ports, each for one use alone."""
+        """Check that pins and ports exist on the microcontroller, each with one use only."""
         yield self.ordered("analog_low", "analog_high")
         yield self.ordered("link_timeout", "home_timeout")
         identity = self.system_id <= MAX_ID
@@ -187,7 +188,7 @@ class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as
                 yield _free(uses, pin, name)
 
     def sizes(self, drives: Sequence[Drive], sensors: Collection[str]) -> Iterator[Check]:
-        """Check that every servo and sensor has its pin, with the drives of the joint groups."""
+        """Check that every servo and sensor of the joint groups' drives has its pin."""
         groups, counts = len(drives), {"servo_pins": (self.servo_pins, 2 + sum(len(one.servos) for one in drives))}
         for name in ANALOG:
             counts[_pins_key(name)] = (self.analog_pins(name), sum(wired(name, drives, sensors)))
@@ -212,7 +213,7 @@ def wired(quantity: str, drives: Sequence[Drive], sensors: Collection[str]) -> l
 
 
 def _free(uses: dict[int, str], pin: int, name: str) -> Check:
-    """Assign a pin to its use; check that it has no other."""
+    """Return the check that a pin has no other use, after noting this use."""
     other = uses.setdefault(pin, name)
     text = f"must leave pin {pin} to {other}"
     return Check(other == name, f"firmware.{name}", text, "wire one of the two elsewhere")

@@ -277,7 +277,7 @@ class Tendons(Part, table="joints.tendons", how="calipers"):
 
     @property
     def turns(self) -> float:
-        """Angle of the drum over the bend of the group [1]; 0 where the joints bend to no side in sum."""
+        """Angle of the drum over the group's bend [1]; 0 where the joints' bends cancel."""
         total = math.fsum(self.ratio)
         return 1 / total if total else 0.0
 

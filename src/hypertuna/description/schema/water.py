@@ -39,12 +39,12 @@ class Lumped(Part, how="fit to steady runs (`identify`)"):
 
 
 def _zeros(law: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return one zero per link."""
+    """Return a zero for each link, the default of a column."""
     return (0.0,) * len(law["drag_normal"])
 
 
 def _ones(law: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return a one per link."""
+    """Return a one for each link, the default of a column."""
     return (1.0,) * len(law["drag_normal"])
 
 
@@ -54,7 +54,7 @@ PLATE_MASS = (0.579, 0.642, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897, 0.917, 0.93
 
 
 def plate_mass(aspect: float) -> float:
-    """Return the added mass of a plate of an aspect ratio across the flow, over rho pi/4 chord^2 span."""
+    """Return the added mass of a plate across the flow, over rho pi/4 chord^2 span [1], by its aspect ratio."""
     if aspect < 1:  # the same plate, seen the other way round
         return aspect * plate_mass(1 / aspect) if aspect > 0 else 0.0
     k = min(bisect_right(PLATE_ASPECT, aspect), len(PLATE_ASPECT) - 1)
@@ -63,7 +63,7 @@ def plate_mass(aspect: float) -> float:
 
 
 def helmbold(aspect: float) -> float:
-    """Return the lift slope of a wing of an aspect ratio, in units of a slender wing's pi AR/2 (Helmbold)."""
+    """Return the lift slope of a wing by its aspect ratio, over a slender wing's pi AR/2 (Helmbold) [1]."""
     return 4 / (2 + math.hypot(aspect, 2))
 
 
@@ -224,7 +224,7 @@ class Water(Part):
 
 @dataclass(frozen=True)
 class Law:
-    """How a law reads a robot, beside its own table [water.NAME]."""
+    """How a law reads a robot, in addition to its own table [water.NAME]."""
 
     example: str  # a coefficient of the table, for hints
     # Columns that are areas of the links, by `areas` in [model]; columns named as those of the links need no entry.

@@ -26,7 +26,7 @@ POINTS = 51  # of a curve from no pressure to the largest
 
 @dataclass(frozen=True)
 class Bends:
-    """Bend against pressure of every joint group, by name."""
+    """Bends against pressure of every joint group, by name: printed equations, all material sets, and corrections."""
 
     sets: dict[str, dict[str, Bend]]  # corrected equations, loading and unloading, with each material set of the robot
     printed: dict[str, Bend]  # the equations as the paper prints them, with the robot's own set
@@ -76,7 +76,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
 
 
 def line_findings(joint: str, model: str, pressure: Array, angle: Array) -> Iterator[Finding]:
-    """Yield how far bends [rad] over pressures [Pa] are from a straight line, at 100 to 250 kPa."""
+    """Yield findings on the straightness of bends [rad] over pressures [Pa], at 100 to 250 kPa."""
     bend = np.degrees(np.interp(TESTED, pressure / 1e3, angle))
     first, *_, last = np.diff(bend) / np.diff(TESTED)
     line = bend[-1] * TESTED / TESTED[-1]
@@ -110,7 +110,7 @@ def sections(bends: Bends) -> list[Section]:
 
 
 def step_table(bends: Bends) -> Table:
-    """Tabulate how the bends change from the printed equations to the corrected ones."""
+    """Tabulate the bend of each joint after each correction of the printed equations."""
     steps = zip(*bends.steps.values(), strict=True)
     rows = [[joints[0].text, *(f"{np.degrees(joint.angle):.1f}" for joint in joints)] for joints in steps]
     return Table(["equations", *(f"{name} [deg]" for name in bends.steps)], rows)

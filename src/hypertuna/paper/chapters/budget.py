@@ -1,4 +1,4 @@
-"""How sure the twin is: its numbers over the family, the robots that the paper allows, by validation/twin/budget.py."""
+"""Uncertainty of the twin: its numbers over the family of robots that the paper allows (validation/twin/budget.py)."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ class Budget:
     reason: str = ""  # why the record does not count; without a full stop
 
     def judged(self, findings: Iterable[Finding]) -> Iterator[Finding]:
-        """Yield findings with the bands of the family, or without a number where it has none that counts."""
+        """Yield findings with the family's bands; without a number where the family's record is stale."""
         entries = self.record.get("entries", {})
         for finding in findings:
             table, name = TABLES.get(finding.id, ("", "")) if finding.model == TWIN else ("", "")
@@ -59,7 +59,7 @@ def read_budget(robot: Robot) -> Budget:
 
 
 def read_stored(name: str, robot: Robot) -> tuple[Mapping[str, Any], str]:
-    """Read a file of data/twin; return also why it does not count: the robot or its family has changed since."""
+    """Return a file of data/twin, and the reason why it is stale: the robot or its family has changed since."""
     folder, again = shipped("data/twin"), f"validation/twin/{name}.py computes it again"
     try:
         record = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))

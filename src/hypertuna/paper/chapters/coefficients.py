@@ -32,7 +32,7 @@ SYMBOLS = {"added_mass": "c_m", "friction": "c_f", "drag": "c_d"}
 
 @dataclass(frozen=True)
 class Fits:
-    """Identifications from published speeds."""
+    """Identifications from published speeds: of nine coefficients by model, and of the joints' bandwidth."""
 
     trials: Trials
     nine: dict[str, Fit]  # the nine coefficients of Table III from the eight speeds, by model
@@ -42,7 +42,7 @@ class Fits:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Fits:
-    """Identify from the published speeds; in full with more starts than the paper's."""
+    """Return the identifications from the published speeds; in full with more starts than the paper's."""
     robot = trials[OURS].robot
     runs = published_runs(robot)
     nine = {}

@@ -12,7 +12,7 @@ from hypertuna.swimming.gait import named_gait
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Dive:
-    """Dive as the paper's robot did."""
+    """Return a dive as the paper's robot made it."""
     robot, facts = trials[OURS].robot, published()["diving"]
     return dive(robot, named_gait(robot, facts["gait"]), angle=math.radians(facts["fins_deg"]))
 

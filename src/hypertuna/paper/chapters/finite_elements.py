@@ -51,7 +51,7 @@ class Solved:
     nested: tuple[Mapping[str, Any], ...] = ()  # series of nested spaces, from validation/fe/nested.py
 
     def column(self, key: str) -> Array:
-        """Return a number of the record for every pressure, shape (n,)."""
+        """Return a number of the record at every pressure, shape (n,)."""
         assert self.record is not None
         return np.array([step[key] for step in self.record["steps"]], float)
 
@@ -67,12 +67,12 @@ class Solved:
 
     @property
     def fast(self) -> Bend:
-        """The fast model at the same pressures; like the elements, without friction."""
+        """Bend by the fast model at the same pressures, also without friction."""
         return bend(self.robot, self.joint, self.pressure, friction=False)
 
     @property
     def r_squared(self) -> float:
-        """Coefficient of determination of a line over 100 to 250 kPa, as tested [1]."""
+        """Coefficient of determination of a line through the bend over 100 to 250 kPa [1]."""
         return straightness(self.pressure, self.angle)
 
     @property
@@ -86,6 +86,7 @@ class Solved:
         return self._ratio_less_one(1e6 * self.fast.volume, self.column("oil_taken_ml"))
 
     def _ratio_less_one(self, ours: Array, theirs: Array) -> Array:
+        """Return ours over theirs, less 1, shape (n,) [1]; 0 without pressure."""
         no_pressure = self.pressure == 0
         return np.where(no_pressure, 0.0, ours / np.where(no_pressure, 1.0, theirs) - 1)
 
@@ -122,19 +123,19 @@ class Solved:
 
 @dataclass(frozen=True)
 class Elements:
-    """Results of finite elements for the paper's robot."""
+    """Results of finite elements for both joints of the paper's robot, and pictures."""
 
     solved: dict[str, Solved]  # by joint
     pictures: dict[str, bytes]  # deformed shapes as PNG, by joint
 
 
 def command(joint: str, mesh: str = MESH) -> list[str]:
-    """Return the arguments of the command whose output is stored."""
+    """Return the arguments of the command whose output is the stored result."""
     return ["fe", "bend", "--robot", ROBOT, "--joint", joint, "--pressure", PRESSURES, "--mesh", mesh, "--json"]
 
 
 def joint_hash(robot: Robot, joint: str) -> str:
-    """Return a hash of everything that the finite-element model of a joint takes from the description."""
+    """Return a hash of all values of the description that the finite-element model of a joint uses."""
     group, actuator = joint_group(robot, joint)
     parts = [part.model_dump(mode="json", by_alias=True, exclude=FAST_ALONE) for part in (drive_unit(robot), actuator)]
     materials = {name: material.model_dump(mode="json", by_alias=True) for name, material in robot.materials.items()}
@@ -143,7 +144,7 @@ def joint_hash(robot: Robot, joint: str) -> str:
 
 
 def read_elements() -> Elements:
-    """Read the stored results; one that was computed for another description is left out, with the reason."""
+    """Return the stored results, without those for another description, with the reason."""
     folder, robot = shipped("data/fe"), load(ROBOT)
     names = [group.name for group in robot.joints]
     nested = json.loads((folder / NESTED).read_text("utf-8")) if (folder / NESTED).is_file() else {}
@@ -156,7 +157,7 @@ def read_elements() -> Elements:
 
 
 def _stored(folder: Path, joint: str) -> Iterator[Any]:
-    """Read the stored bend of a joint, or None, and its maps."""
+    """Yield the stored bend of a joint, or None, then its stored maps."""
     file = folder / f"{ROBOT}-{joint}.json"
     yield json.loads(file.read_text("utf-8")) if file.is_file() else None
     for path in sorted(folder.glob(f"{ROBOT}-{joint}-map*.json")):
@@ -181,7 +182,7 @@ def _checked(robot: Robot, joint: str, record: Mapping[str, Any] | None, *maps: 
 
 
 def solve_elements(stored: Elements, progress: Callable[[], None]) -> Elements:
-    """Compute every stored result again, where the extra `fe` is installed."""
+    """Return all results computed again, where the extra `fe` is installed."""
     solved = {}
     for joint, solution in stored.solved.items():
         solved[joint] = _solved(solution)
@@ -203,7 +204,7 @@ def _solved(stored: Solved) -> Solved:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Elements:
-    """Read the stored results; in full compute them again."""
+    """Return the stored results; in full compute them again."""
     return solve_elements(read_elements(), step) if full else read_elements()
 
 
@@ -240,7 +241,7 @@ def sections(elements: Elements) -> list[Section]:
 
 
 def difference_table(elements: Elements) -> Table | None:
-    """Tabulate bends by finite elements and by the fast model over the pressure; None where a joint has none."""
+    """Tabulate bends by elements and fast model at each pressure; None where a joint has no result."""
     if any(one.record is None for one in elements.solved.values()):
         return None
     columns = [_cells(one) for one in elements.solved.values()]

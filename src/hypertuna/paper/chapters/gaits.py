@@ -19,7 +19,7 @@ ALIKE = 0.1  # relative difference of every number of two gaits, up to which the
 
 
 def findings(trials: Trials) -> Iterator[Finding]:
-    """Yield speeds and changes by optimization of every model, the largest errors of the paper's, and the range."""
+    """Yield speeds and changes by optimization of each model, the largest errors of the paper's, and the range."""
     for model, trial in trials.items():
         notes = {name: "" if swim.settled else swim.status_text for name, swim in trial.gaits.items()}
         yield from gait_findings(model, trial.gaits, notes)
@@ -84,7 +84,7 @@ def range_sections(trials: Trials) -> list[Section]:
 
 
 def range_finding(robot: Robot) -> Finding:
-    """Compute the range of a robot on the battery of Table I at the published cost of transport.
+    """Return the finding on a robot's range with the battery of Table I at the published cost of transport.
 
     The note has the arithmetic, that of the claim, and that of the lake run.
     """
@@ -108,7 +108,7 @@ def range_finding(robot: Robot) -> Finding:
 
 
 def _largest_error(trial: Trial) -> Finding:
-    """Return the largest error of the eight speeds, beside the paper's for its validation set."""
+    """Return the largest relative error of the eight speeds, beside the paper's for its validation set."""
     errors = [abs(trial.gaits[name].speed / published_value(f"speed/{name}") - 1) for name in SPEEDS]
     slow, fast = trial.gaits["optimised-0.3"], trial.gaits["optimised-max"]
     note = (
@@ -121,7 +121,7 @@ def _largest_error(trial: Trial) -> Finding:
 
 
 def _largest_cost_error(trial: Trial) -> Finding:
-    """Return the largest error of costs over those of the unoptimized gaits, beside the paper's for its own set."""
+    """Return the largest error of optimized over unoptimized costs, beside the paper's for its validation set."""
     changes = []
     for speed in COSTS:
         before, after = _costs(trial.gaits, speed)
@@ -134,18 +134,18 @@ def _largest_cost_error(trial: Trial) -> Finding:
 
 
 def change(before: float, after: float) -> float:
-    """Return a change in percent."""
+    """Return the change between two values in percent of the first."""
     return 100 * (after / before - 1)
 
 
 def _costs(gaits: Mapping[str, Swim], speed: str) -> tuple[float, float]:
-    """Return costs of transport of the unoptimized and the optimized gait for a speed [J/(kg m)]."""
+    """Return costs of transport [J/(kg m)] of the unoptimized and the optimized gait for a speed."""
     before, after = (gaits[f"{kind}optimised-{speed}"].cost_of_transport for kind in ("un", ""))
     return before, after
 
 
 def _published_stride(name: str, trial: Trial) -> float:
-    """Return the stride length of a published speed [1]."""
+    """Return the stride length [body lengths per beat] of a published speed."""
     return float(published_value(f"speed/{name}") / (trial.gaits[name].gait.frequency * trial.robot.body.length))
 
 
@@ -162,7 +162,7 @@ def _cost_change(speed: str, trial: Trial) -> str:
 
 
 def _label(name: str, result: Swim) -> str:
-    """Return the label of a gait in a plot."""
+    """Return the label in a plot of a gait by name."""
     kind, speed = name.split("-")
     return f"{kind} {speed}: {result.gait.frequency:.3g} Hz, {np.degrees(result.gait.phase[-1]):.0f}°"
 

@@ -36,7 +36,7 @@ class Lake:
 
 
 def read_lake() -> Lake:
-    """Read the stored flight; it is invalid if the robot or the mission has changed since."""
+    """Return the stored flight; without a record if the robot or the mission has changed since."""
     folder = shipped("data")
     try:
         record = json.loads((folder / STORED).read_text(encoding="utf-8"))
@@ -55,7 +55,7 @@ def fly_lake() -> Lake:
 
 
 def lake_record(flight: Flight) -> dict[str, Any]:
-    """Return what the ledger needs of a flight: its first 30 min, the whole, and rows to plot."""
+    """Return the numbers of a flight for the ledger: of its first 30 min and the whole, and rows to plot."""
     record, result = flight.record, outcome(flight)
     seconds = min(published()["lake"]["duration_s"], float(record.time[-1]))
     steps = np.hypot(*np.diff(record.path[:, :2], axis=0).T)
@@ -82,7 +82,7 @@ def lake_record(flight: Flight) -> dict[str, Any]:
 
 
 def _rows(record: MissionRecord) -> dict[str, Any]:
-    """Return the rows of a record to plot, to four decimals."""
+    """Return the plotted columns of a record at a few instants, to four decimals."""
     plotted = record.every(EVERY)
     columns = {name: np.round(record.data[name][plotted], 4).tolist() for name in PLOTTED}
     return {"modes": list(record.modes), "time": np.round(record.time[plotted], 4).tolist(), **columns}
@@ -98,7 +98,7 @@ def _stored_record(stored: Mapping[str, Any]) -> MissionRecord:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Lake:
-    """Read the stored flight; in full fly again."""
+    """Return the stored flight; in full a new one."""
     return fly_lake() if full else read_lake()
 
 
@@ -130,9 +130,9 @@ def sections(lake: Lake) -> list[Section]:
     distance, energy = findings(lake)
     record = lake.record
     figures = {} if record is None else {"lake": plot_mission(_stored_record(record), width=WIDTH)}
-    straight = read_seeds("lakes", load(ROBOT))
+    straight_runs = read_seeds("lakes", load(ROBOT))
     swum = {
-        f"{name} {what}": float(np.median(straight.numbers[f"{name} {what}"]))
+        f"{name} {what}": float(np.median(straight_runs.numbers[f"{name} {what}"]))
         for name in LAKE_GAITS
         for what in ("speed", "power")
     }
@@ -142,7 +142,7 @@ def sections(lake: Lake) -> list[Section]:
         record=record,
         distance=distance,
         energy=energy,
-        straight=straight,
+        straight=straight_runs,
         swum=swum,
         gaits=LAKE_GAITS,
         speed=published_value("lake/speed"),

@@ -51,7 +51,7 @@ def model_checks(fits: Mapping[str, Fit], trials: Trials) -> list[Section]:
 
 
 def start_finding(model: str, trial: Trial) -> Finding:
-    """Return the speed over the last half of a swim from rest through the tank, over the settled speed."""
+    """Return the mean speed over the last half of a swim from rest through the tank, relative to the settled speed."""
     swim, facts = trial.start, published()["start"]
     motion, length = swim.trajectory, trial.robot.body.length
     distance = np.hypot(motion.x - motion.x[0], motion.y - motion.y[0]).values
@@ -67,7 +67,7 @@ def start_finding(model: str, trial: Trial) -> Finding:
 
 
 def _paths(fits: Mapping[str, Fit]) -> tuple[dict[str, Array], list[str]]:
-    """Return the coefficients over iterations, as places between their bounds [1], by model; and their names."""
+    """Return coefficients over iterations by model, relative to their bounds [1], and the coefficients' names."""
     free = next(iter(fits.values())).free
     low, high = (np.array([getattr(one, side) for one in free]) for side in ("lower", "upper"))
     places = {model: (fit.path - low) / (high - low) for model, fit in fits.items()}

@@ -41,7 +41,7 @@ class Optima:
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Optima:
-    """Find the best gait for each of the paper's four objectives, with its model and ours."""
+    """Return the best gaits for the paper's four objectives, with the paper's model and ours."""
     best: dict[tuple[str, str, str], Optimum] = {}
     for model in (PAPER, OURS):
         if best:
@@ -53,14 +53,14 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Optima:
 
 
 def table_iv(robot: Robot, method: str = "gradient") -> dict[str, Optimum]:
-    """Find the best gait of a robot for each of the paper's four objectives."""
+    """Return a robot's best gait for each of the paper's four objectives, by expected speed."""
     goals: dict[str, dict[str, Any]] = {target: {"speed": float(target)} for target in COSTS}
     goals["max"] = {"maximize": "speed"}
     return {target: optimize(robot, **goals[target], method=method) for target in TARGETS}
 
 
 def findings(optima: Optima) -> Iterator[Finding]:
-    """Yield the optima by gradients, with the swarm's in the note."""
+    """Yield the numbers of the optima by gradients, with the swarm's numbers in the notes."""
     for model in (PAPER, OURS):
         for finding in optimum_findings(model, {target: optima.gradient(model, target) for target in TARGETS}):
             _, target, key = finding.id.split("/")
@@ -94,7 +94,7 @@ def sections(optima: Optima) -> list[Section]:
 
 
 def gait_table(optima: Optima) -> Table:
-    """Return Table IV, with what the gaits do in the models."""
+    """Tabulate the gaits of Table IV with their speeds and costs in the models."""
     rows = []
     for target in TARGETS:
         for kind in ("unoptimised", "optimised"):
@@ -112,7 +112,7 @@ def gait_table(optima: Optima) -> Table:
 
 
 def method_table(optima: Optima) -> Table:
-    """Compare the two methods."""
+    """Tabulate fitness, phase and number of gaits of both methods."""
     rows = []
     for model, target in itertools.product((PAPER, OURS), TARGETS):
         pair = [optima.best[model, target, method] for method in METHODS]
@@ -170,7 +170,7 @@ def _facts(optima: Optima) -> dict[str, Any]:
 
 
 def _speed_at(best: Optimum, phase: float) -> float:
-    """Return the speed [m/s] of an optimal gait with another phase difference [deg]."""
+    """Return the speed [m/s] of an optimal gait with its phase difference changed to another [deg]."""
     assert best.gait is not None
     return swim(best.robot, replace(best.gait, phase=(0.0, math.radians(phase)))).speed
 
@@ -181,7 +181,7 @@ def _largest_gap(optima: Optima, model: str) -> float:
 
 
 def _span(values: Sequence[float]) -> str:
-    """Return the range of some values as text."""
+    """Return the range of values as text."""
     low, high = (f"{value:.3g}" for value in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
 

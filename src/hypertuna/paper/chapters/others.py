@@ -12,7 +12,7 @@ COMPUTED = "HyperTuna, computed"
 
 
 def computed_among(trials: Trials) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return rows of Table V in their order and of Table VI from the largest cost on, with the computed robot."""
+    """Return the rows of Tables V and VI with the computed robot among them; VI is sorted from the largest cost on."""
     others, trial = published("others"), trials[OURS]
     published_row = next(row for row in others["hydraulic"]["robots"] if row["name"].startswith("HyperTuna"))
     fastest_swim, turning = trial.gaits["optimised-max"], trial.gaits["turning"]

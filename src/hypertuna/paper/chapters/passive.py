@@ -1,4 +1,4 @@
-"""The paper's future work: joint II as a passive hinge of tuned stiffness, and other fins, beside what others found.
+"""The paper's future work: joint II as a passive hinge of tuned stiffness, and other fins; compared with literature.
 
 validation/twin/passive.py stores the searches; the settled beats of the best gaits are swum again here.
 """
@@ -101,7 +101,7 @@ def band(values: list[float]) -> tuple[float, float, float]:
 
 
 def verdict(record: Mapping[str, Any], name: str) -> str:
-    """Return which joint is better at a speed, if the bands of the family agree in both waters."""
+    """Return which joint is better at a speed, if the family's bands agree on it in both waters."""
     by_law = [changes(record, law, name) for law in LAWS]
     if not all(by_law):
         return "not decided" if any(by_law) else "not reached"
@@ -112,7 +112,7 @@ def verdict(record: Mapping[str, Any], name: str) -> str:
 
 
 def answer_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate electrical costs at each speed, and the largest speeds, with both joints and with the hinge."""
+    """Tabulate electrical costs at each speed, and largest speeds, with active joint and with hinge."""
     rows = []
     for name, law, label in _cases():
         rows.append([_at(name), label, *_pair(record["electrical"][law], name), _members(record, law, name)])
@@ -143,7 +143,7 @@ def _at(name: str) -> str:
 
 
 def _members(record: Mapping[str, Any], law: str, name: str) -> str:
-    """Write the band of changes over the family [%], how many members have one, and how many the spring loses."""
+    """Write the change over the family [%], the number of members that reach the speed, and of those that then fail."""
     values, family = changes(record, law, name), record["family"][law].values()
     if not values:
         return ""
@@ -169,7 +169,7 @@ def _pair(pair: Mapping[str, Any], name: str) -> list[str]:
 
 
 def spring_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate the one spring that serves all speeds best: the default robot's, and the range over the family."""
+    """Tabulate the one spring that is best for all speeds: the default robot's, and its range over the family."""
     rows = []
     for law, label in LAWS.items():
         default = record["electrical"][law]["one_spring"]
@@ -183,7 +183,7 @@ def spring_table(record: Mapping[str, Any]) -> Table:
 
 
 def stiffness_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate the best stiffness over speed, and by which power of the speed it grows."""
+    """Tabulate the best stiffness at each speed, and the power of the speed by which it grows."""
     rows = []
     for law, label in LAWS.items():
         for name, case in record["mechanical"][law].items():
@@ -196,12 +196,12 @@ def stiffness_table(record: Mapping[str, Any]) -> Table:
 
 
 def _spring(spring: Mapping[str, float] | None) -> str:
-    """Write a best stiffness and its range."""
+    """Write a best stiffness and its range [N m/rad]."""
     return "" if spring is None else f"{spring['stiffness']:.3f}, {spring['low']:.3f} to {spring['high']:.3f}"
 
 
 def fin_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate mechanical cost and largest speed of other fins over those of the fin as it is [%]."""
+    """Tabulate changes of mechanical cost and largest speed by other fins [%]."""
     unchanged = {law: next(fin for fin in record["fins"][law] if fin["span"] == fin["chord"] == 1) for law in LAWS}
     rows = []
     for k, fin in enumerate(record["fins"]["strip"]):
@@ -228,7 +228,7 @@ def _over(fin: Mapping[str, Any], unchanged: Mapping[str, Any], kind: str, name:
 
 
 def claim_table(record: Mapping[str, Any]) -> Table:
-    """Tabulate what others found, with the own number beside it."""
+    """Tabulate claims of the literature with our numbers beside them."""
     ours = {name: _our_number(record, name) for name in [claim["id"] for claim in published("springs")["claims"]]}
     rows = [
         [claim["claim"], f"{claim['source']} ({claim['read']})", *ours[claim["id"]]]
@@ -275,7 +275,7 @@ def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool |
 
 
 def sections(passive: Passive) -> list[Section]:
-    """Show the answer."""
+    """Show the tables of costs, springs, fins and claims."""
     if not passive.record:
         return compose("passive", {}, record={}, reason=passive.reason, gap=0.0, verdicts={})
     from hypertuna.paper.figures_passive import plot_passive

@@ -38,7 +38,7 @@ def read_posterior(robot: Robot) -> Posterior:
 
 
 def findings(posterior: Posterior) -> Iterator[Finding]:
-    """Yield speeds and powers of the fitted members: no predictions, as trial runs of such members were known."""
+    """Yield speeds and powers of the fitted members; no predictions, as trial runs of such members were known."""
     fitted = speed_classes({name: named_gait(posterior.robot, name) for name in SPEEDS})
     classes: dict[str, Class] = {name: "fitted" if fitted[name] == "fitted" else "in sight" for name in SPEEDS}
     for axis in AXES:

@@ -66,7 +66,7 @@ def _speeds(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _costs(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield electrical costs of transport [J/(kg m)]: changes by optimization, the smallest, and where it is."""
+    """Yield electrical costs of transport [J/(kg m)]: changes by optimization, the smallest cost, and its frequency."""
     n, mass = stored.numbers, stored.robot.body.mass
     tank = [tank_name(hertz) for hertz in TANK_HERTZ]
     costs = {name: n[f"{name} power"] / (mass * n[f"{name} speed"]) for name in (*SPEEDS, *tank)}
@@ -86,7 +86,7 @@ def _costs(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def power_findings(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield the two published powers, and the lower bounds of those of the gaits that are tested at 0.3 to 0.5 m/s."""
+    """Yield the two published powers, and lower bounds of the powers of the gaits for 0.3 to 0.5 m/s."""
     n, lake = stored.numbers, published()["lake"]["gait"]
     note = f"electrical power of all servos; {SERVOS}"
     yield stored.finding("power/fastest", model, "in sight", n[f"{FASTEST} power"], note)
@@ -99,7 +99,7 @@ def power_findings(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _powers(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield powers, the range that follows, and the lowest pressure."""
+    """Yield the power of the fastest gait, the range that follows, and the lowest pressure."""
     yield from power_findings(model, stored)
     n = stored.numbers
     power, speed = n[f"{FASTEST} power"], n[f"{FASTEST} speed"]
@@ -133,7 +133,7 @@ def _settling(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _lake(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield speed and power of a straight run under the paper's gait, and what the pilot's next slower one gives."""
+    """Yield speed and power of a straight run in the paper's gait, with those of the next slower gait in the notes."""
     n, (paper, slower) = stored.numbers, LAKE_GAITS
     for key, what, unit in (("lake/speed", "speed", "m/s"), ("power/lake", "power", "W")):
         class_: Class = "prediction" if what == "speed" else "in sight"
@@ -145,7 +145,7 @@ def _lake(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _dive(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield the rate of diving, and how far the pitch wanders over the test."""
+    """Yield the rate of diving and the range of the pitch."""
     n = stored.numbers
     down, up = (f"{np.median(n[f'{leg} pitch']):+.1f} deg" for leg in ("down", "up"))
     wander = max(n["down pitch range"].max(), n["up pitch range"].max())
@@ -160,7 +160,7 @@ def _dive(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield how speed rises over frequency at large amplitude."""
+    """Yield trends of speed over frequency at large amplitude."""
     n = stored.numbers
     speed = np.array([n[f"{tank_name(hertz)} speed"] for hertz in TANK_HERTZ])  # (frequency, seeds)
     note = f"large amplitude, {', '.join(f'{np.median(one):.3g}' for one in speed)} m/s from {TANK_HERTZ[0]:g} Hz on"
@@ -169,13 +169,13 @@ def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _by_seed(trends: Callable[..., Mapping[str, float]], *numbers: Array) -> dict[str, Array]:
-    """Apply a function of numbers to those of each seed, their last axis; return its results by name (seeds,)."""
+    """Apply a function to the numbers of each seed, along their last axis; return its results by name (seeds,)."""
     rows = [trends(*(one[..., k] for one in numbers)) for k in range(numbers[0].shape[-1])]
     return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 
 
 def _phases(stored: Stored) -> Iterator[Finding]:
-    """Yield best and cheapest phases."""
+    """Yield the fastest and the cheapest phase difference at each amplitude."""
     n, phases = stored.numbers, np.array(PHASES)
 
     def grid(level: str, what: str) -> Array:  # (frequency, phase, seeds)

@@ -53,7 +53,7 @@ def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Strips:
 
 
 def findings(strips: Strips) -> Iterator[Finding]:
-    """Yield speeds, changes by optimization and turns of joints that lag; of the twin over seeds, without turns."""
+    """Yield speeds, changes and turns with lagging joints, then the twin's numbers over seeds, without turns."""
     blunt, bandwidth = strips.values
     note = f"{1e4 * blunt:.3g} cm^2 of drag area of the head and {bandwidth:.3g} Hz, fitted to the unoptimised gaits"
     for finding in gait_findings(STRIPS, strips.trial.gaits, dict.fromkeys(SPEEDS, note)):
@@ -117,14 +117,14 @@ def _twin(strips: Strips) -> dict[str, float]:
 
 
 def _rms(speeds: Mapping[str, float]) -> dict[str, float]:
-    """Return root mean square errors [%] of the fitted gaits, of the other four and of all."""
+    """Return root mean square errors [%] of speeds: of the fitted gaits, of the other four, and of all."""
 
-    def over(names: Sequence[str]) -> float:
+    def rms_of(names: Sequence[str]) -> float:
         return 100 * float(
             np.sqrt(np.mean([(speeds[name] / published_value(f"speed/{name}") - 1) ** 2 for name in names]))
         )
 
-    return {part: over(names) for part, names in PARTS.items()}
+    return {part: rms_of(names) for part, names in PARTS.items()}
 
 
 CHAPTER = Chapter("strips", sections, findings, compute)

@@ -66,7 +66,7 @@ def _lead(speed: Array) -> float:
 
 
 def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], class_: Class = "prediction") -> Finding:
-    """Return the best phase at one amplitude, that of most frequencies, of speeds (frequency, phase) [m/s]."""
+    """Return the phase that is fastest at most frequencies, from speeds (frequency, phase) [m/s] at one amplitude."""
     tank = published()["tank"]
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
     commonest = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
@@ -88,7 +88,7 @@ def _fastest_phase(model: str, trial: Trial) -> Finding:
 
 
 def _cheapest(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield the frequency and the phase of the least mechanical cost at the paper's cheapest gait."""
+    """Yield frequency and phase of the least mechanical cost at the amplitude of the paper's cheapest gait."""
     tank = published()["tank"]
     cost = _grid(trial.tank.cost_of_transport, TANK)
     row, column = (
@@ -102,7 +102,7 @@ def _cheapest(model: str, trial: Trial) -> Iterator[Finding]:
 
 
 def _trends(model: str, trial: Trial) -> Iterator[Finding]:
-    """Yield how speed and mechanical cost change over frequency and amplitude.
+    """Yield trends of speed and mechanical cost over frequency and amplitude.
 
     Speed is proportional to frequency for ideal joints, so that its rise is no finding; joints that lag were introduced
     because the published rise slows down.
@@ -119,14 +119,14 @@ def _trends(model: str, trial: Trial) -> Iterator[Finding]:
 
 
 def frequency_trends(speed: Array) -> dict[str, float]:
-    """Return shares [%] of the steps of frequency, axis 0: where speed rises, and where it rises less than before."""
+    """Return shares [%] of steps in frequency (axis 0) where speed rises, and where it rises less than before."""
     rise = np.diff(speed, axis=0)
     slower = rise[1:] < rise[:-1] - FLAT * np.abs(rise[:-1])
     return {"speed/over-frequency": 100 * float(np.mean(rise > 0)), "speed/slows": 100 * float(np.mean(slower))}
 
 
 def amplitude_trends(speed: Array, power: Array) -> dict[str, float]:
-    """Return shares [%] of the steps of amplitude, axis 0: where speed rises, and where cost falls, swimming ahead."""
+    """Return shares [%] of steps in amplitude (axis 0) where speed rises, and where cost falls while swimming ahead."""
     cost = power / np.where(speed > 0, speed, np.nan)
     rises, falls = np.diff(speed, axis=0) > 0, np.diff(cost, axis=0) < 0
     keys = ("speed/over-amplitude", "cost-of-transport/over-amplitude")

@@ -59,7 +59,7 @@ def turning_findings(model: str, trial: Trial) -> Iterator[Finding]:
 
 
 def _tightest(model: str, turns: xr.Dataset, length: float) -> Finding:
-    """Return the phase of the tightest turn of those that swim head first, as fish do."""
+    """Return the finding on the phase of the tightest turn among those that swim head first."""
     grid, phases = turns.isel(frequency=0, amplitude=0, bias=0), published()["turning"]["phase_deg"]
     radius, forward = grid.turn_radius.values / length, grid.speed.values > 0
     first, overall = int(np.where(forward, radius, np.inf).argmin()), int(radius.argmin())

@@ -28,12 +28,12 @@ SIZING = "pump sizing"
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Twins:
-    """Run the twin of the paper's robot."""
+    """Return the runs of the twin of the paper's robot."""
     return run_published(trials[OURS].robot, published(), full=full, progress=step)
 
 
 def findings(twins: Twins) -> Iterator[Finding]:
-    """Yield the torque that each joint's servos need at the highest frequency and large amplitude."""
+    """Yield the torque that servos need at the highest frequency and large amplitude, over what they have."""
     tank = published()["tank"]
     amplitude, hertz = np.radians(tank["amplitude_deg"][TANK]), max(tank["frequency_hz"])
     for size in size_pump(twins.robot, frequency=[hertz], amplitude=amplitude):
@@ -66,7 +66,7 @@ def speed_table(twins: Twins) -> Table:
 
 
 def tank_table(twins: Twins) -> Table:
-    """Tabulate amplitudes over frequency beside those of the identified bandwidth."""
+    """Tabulate amplitudes over frequency beside those by the identified bandwidth."""
     groups, rows = twins.robot.joints, []
     for run in twins.tank:
         row = [f"{run.gait.frequency:g} Hz"]
