@@ -1,23 +1,84 @@
-// What moves the joints, by the core's rows of numbers: two a joint, of which a servo on the axle has the first alone.
+// The kinds of drive that move joints, and what the page says and shows of each.
 import type { Robot } from "./robot.ts";
 
+/** Numbers of drives in the table of joints; those of one side. */
+interface Numbers {
+  label: string;
+  numbers: "unit" | "torque"; // of a `Moment`
+  side: Drive["side"];
+  size: number;
+  decimals: number;
+}
+
+/** Numbers of drives over time. */
+interface Plot {
+  label: string;
+  unit: string;
+  name: string; // of the core's column
+  scale: number;
+  reach: readonly [number, number];
+}
+
+interface Kind {
+  words: string;
+  servos: { end: string; side: Drive["side"] }[]; // in the core's rows of numbers, of which each joint has two
+  numbers: Numbers[];
+  plots: Plot[];
+  places: string[]; // where it loses power
+  colors: string; // in the caption
+  dashed: string;
+}
+
+/** A servo that moves a joint. */
 export interface Drive {
+  kind: Kind;
   name: string;
   joint: number;
   row: number;
-  side: -1 | 0 | 1; // oil on the right or the left; 0: a servo on the axle
+  side: -1 | 0 | 1; // oil on the right or the left; 0: a servo that turns the joint
 }
 
+const pressure = { numbers: "unit", size: 1e3, decimals: 0 } as const;
+const AXLE: Kind = {
+  words: "servos on the axles",
+  servos: [{ end: "", side: 0 }],
+  numbers: [{ label: "servo torque [N\u00a0m]", numbers: "torque", side: 0, size: 1, decimals: 3 }],
+  plots: [{ label: "torque of the servo", unit: "N m", name: "servo_torque", scale: 1, reach: [-1e-3, 1e-3] }],
+  places: ["servos", "water"],
+  colors: "",
+  dashed: "",
+};
+const KINDS: Record<Robot["joints"][number]["drive"], Kind> = {
+  hydraulic: {
+    words: "pump servos, cylinders, oil lines, muscles",
+    servos: [
+      { end: " left", side: 1 },
+      { end: " right", side: -1 },
+    ],
+    numbers: [
+      { label: "oil, left [kPa]", side: 1, ...pressure },
+      { label: "oil, right [kPa]", side: -1, ...pressure },
+    ],
+    plots: [{ label: "pressure", unit: "kPa", name: "unit_pressure", scale: 1e-3, reach: [0, 10] }],
+    places: ["servos", "oil", "joints", "water"],
+    colors: " Orange: oil under pressure; blue: suction.",
+    dashed: "; of pressures, the right side",
+  },
+  servo: AXLE,
+  tendons: { ...AXLE, words: "servos on drums, which bend the joints by tendons" },
+};
+
 export function drivesOf({ joints }: Robot): Drive[] {
-  return joints.flatMap(({ name, direct }, joint): Drive[] =>
-    direct
-      ? [{ name, joint, row: 2 * joint, side: 0 }]
-      : [
-          { name: `${name} left`, joint, row: 2 * joint, side: 1 },
-          { name: `${name} right`, joint, row: 2 * joint + 1, side: -1 },
-        ],
-  );
+  return joints.flatMap(({ name, drive }, joint) => {
+    const kind = KINDS[drive];
+    return kind.servos.map(({ end, side }, k) => ({ kind, name: name + end, joint, row: 2 * joint + k, side }));
+  });
+}
+
+/** What a robot's kinds of drive have, each part once. */
+export function ofKinds<T>({ joints }: Robot, part: (kind: Kind) => readonly T[]): T[] {
+  const own = Object.entries(KINDS).filter(([name]) => joints.some(({ drive }) => drive === name));
+  return [...new Set(own.flatMap(([, kind]) => part(kind)))];
 }
 
 export const hasOil = ({ side }: Drive): boolean => side !== 0;
-export const onAxle = ({ side }: Drive): boolean => side === 0;

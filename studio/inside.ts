@@ -2,7 +2,7 @@
 import type { Column } from "./core.ts";
 import { twinFollows } from "./changes.ts";
 import { button, element, fact, labeled, selection } from "./dom.ts";
-import { drivesOf, hasOil, onAxle } from "./drives.ts";
+import { drivesOf, ofKinds } from "./drives.ts";
 import { FaultKind } from "./interface.ts";
 import { JointTable } from "./jointtable.ts";
 import { Losses } from "./losses.ts";
@@ -271,10 +271,8 @@ export class InsideView implements View {
     const guard = element("p", "guard");
     guard.setAttribute("role", "status");
     const [table, plots, losses] = [new JointTable(robot), new TwinPlots(robot), new Losses(robot)];
-    const oil = drivesOf(robot).some(hasOil);
-    const colors = oil ? " Orange: oil under pressure; blue: suction." : "";
-    const sides = oil ? "; of pressures, the right side" : "";
-    const text = `Widths of the body are drawn larger.${colors} Dashed traces: of bends, what the controller asks for${sides}.`;
+    const [colors, dashed] = [ofKinds(robot, ({ colors }) => [colors]), ofKinds(robot, ({ dashed }) => [dashed])];
+    const text = `Widths of the body are drawn larger.${colors.join("")} Dashed traces: of bends, what the controller asks for${dashed.join("")}.`;
     const caption = element("p", "caption", text);
     const { element: bends } = table;
     this.body.replaceChildren(
@@ -342,12 +340,7 @@ export class InsideView implements View {
 }
 
 /** What moves a robot's joints, in words. */
-function machinery(robot: Robot): string {
-  const drives = drivesOf(robot);
-  const oil = drives.some(hasOil) ? ["pump servos, cylinders, oil lines, muscles"] : [];
-  const axles = drives.some(onAxle) ? ["servos on the axles"] : [];
-  return [...oil, ...axles].join(", ");
-}
+const machinery = (robot: Robot): string => ofKinds(robot, ({ words }) => [words]).join(", ");
 
 /** Names of the places that a condition's bits stand for. */
 function placesOf(robot: Robot, place: string): string[] {

@@ -1,6 +1,6 @@
-// Bends of the joints in numbers, and what moves them: pressures of oil, torques of servos.
+// Bends of joints and hinges in numbers, and what moves them: pressures of oil, torques of servos.
 import { element } from "./dom.ts";
-import { type Drive, drivesOf, hasOil, onAxle } from "./drives.ts";
+import { drivesOf, ofKinds } from "./drives.ts";
 import type { Moment } from "./machine.ts";
 import { DEGREE, type Robot } from "./robot.ts";
 
@@ -16,11 +16,12 @@ export class JointTable {
   private readonly columns: Column[];
 
   constructor(robot: Robot) {
-    this.columns = columnsOf(drivesOf(robot));
+    this.columns = columnsOf(robot);
     const head = element("tr");
     head.append(element("th", "", "joint"), ...this.columns.map(({ label }) => element("th", "", label)));
     this.element.append(head);
-    for (const { name } of robot.joints) {
+    const hinges = robot.hinges.map((link) => ({ name: `hinge of ${robot.links[link]?.name ?? link}` }));
+    for (const { name } of [...robot.joints, ...hinges]) {
       const row = element("tr");
       this.cells.push(this.columns.map(() => element("td")));
       row.append(element("th", "", name), ...(this.cells.at(-1) ?? []));
@@ -39,27 +40,24 @@ export class JointTable {
   }
 }
 
-/** Columns of what the robot has: no pressures without oil, no torques without servos on axles. */
-function columnsOf(drives: Drive[]): Column[] {
-  const of = (side: number, numbers: (moment: Moment) => number[], size: number): Column["value"] => {
-    const rows = new Map(drives.filter((drive) => drive.side === side).map(({ joint, row }) => [joint, row]));
-    return (moment, joint) => (rows.has(joint) ? (numbers(moment)[rows.get(joint) ?? 0] ?? 0) / size : undefined);
-  };
+/** Columns of the bends, and of what the robot's drives have. */
+function columnsOf(robot: Robot): Column[] {
+  const drives = drivesOf(robot);
   const bend = (numbers: (moment: Moment) => number[]): Column["value"] => {
-    return (moment, joint) => (numbers(moment)[joint] ?? 0) / DEGREE;
+    return (moment, joint) => {
+      const angle = numbers(moment)[joint]; // none is asked of a hinge
+      return angle === undefined ? undefined : angle / DEGREE;
+    };
   };
-  const unit = ({ unit }: Moment): number[] => unit;
+  const moved = ofKinds(robot, ({ numbers }) => numbers).map(({ label, numbers, side, size, decimals }): Column => {
+    const rows = new Map(drives.filter((drive) => drive.side === side).map(({ joint, row }) => [joint, row]));
+    const value: Column["value"] = (moment, joint) =>
+      rows.has(joint) ? (moment[numbers][rows.get(joint) ?? 0] ?? 0) / size : undefined;
+    return { label, value, decimals };
+  });
   return [
     { label: "bend [deg]", value: bend(({ angle }) => angle), decimals: 1 },
     { label: "asked for [deg]", value: bend(({ angleSet }) => angleSet), decimals: 1 },
-    ...(drives.some(hasOil)
-      ? [
-          { label: "oil, left [kPa]", value: of(1, unit, 1e3), decimals: 0 },
-          { label: "oil, right [kPa]", value: of(-1, unit, 1e3), decimals: 0 },
-        ]
-      : []),
-    ...(drives.some(onAxle)
-      ? [{ label: "servo torque [N\u00a0m]", value: of(0, ({ torque }) => torque, 1), decimals: 3 }]
-      : []),
+    ...moved,
   ];
 }

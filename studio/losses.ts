@@ -1,12 +1,10 @@
 // Where the electrical power of the twin goes, from the battery to the water, means of a beat: a bar for each place.
 import { element } from "./dom.ts";
-import { drivesOf, hasOil } from "./drives.ts";
+import { ofKinds } from "./drives.ts";
 import { digits } from "./quantities.ts";
 import type { Robot } from "./robot.ts";
 
-const PLACES = ["battery", "servos", "oil", "joints", "water"]; // in the order of the power's path
 const REST = "converter and electronics"; // what the battery gives and the servos do not take
-const SOFT = ["oil", "joints"]; // of robots with soft joints alone
 const COLORS = ["pink", "orange", "green", "sky", "blue"];
 const SMALL = 5e-3; // part of the power below which a number is 0
 
@@ -20,13 +18,15 @@ interface Row {
 export class Losses {
   readonly element = element("div", "losses");
   private readonly title = element("p", "caption");
+  private readonly places: string[]; // in the order of the power's path
   private readonly rows: Row[];
   private readonly losses: { name: string; place: string; text: string }[];
 
   constructor(robot: Robot) {
     this.losses = robot.twin?.losses ?? [];
-    const oil = drivesOf(robot).some(hasOil);
-    this.rows = PLACES.map((place, k) => {
+    this.places = ["battery", ...new Set(this.losses.map(({ place }) => place))];
+    const own = ["battery", ...ofKinds(robot, ({ places }) => places)];
+    this.rows = this.places.map((place, k) => {
       const [row, track] = [element("div", "loss"), element("span", "track")];
       const [lost, power, parts] = [element("i"), element("b"), element("small")];
       lost.style.background = `var(--${COLORS[k]})`;
@@ -38,7 +38,7 @@ export class Losses {
         part.append(number);
         parts.append(part);
       }
-      row.hidden = SOFT.includes(place) && !oil;
+      row.hidden = !own.includes(place);
       return { element: row, lost, power, named };
     });
     this.element.append(this.title, ...this.rows.map(({ element }) => element));
@@ -57,7 +57,7 @@ export class Losses {
     this.title.textContent = `Where the ${digits(drawn, 3)} W from the battery go, means of a beat [W]`;
     let before = 0;
     this.rows.forEach((row, k) => {
-      const here = powers.filter(({ place }) => place === PLACES[k]);
+      const here = powers.filter(({ place }) => place === this.places[k]);
       const sum = here.reduce((all, { power }) => all + power, 0);
       row.element.hidden &&= Math.abs(sum) < 1e-9; // a hinge, without oil
       row.lost.style.left = `${percent(before, drawn)}%`;

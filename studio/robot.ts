@@ -69,7 +69,7 @@ export interface Robot {
   links: { name: string; length: number; width: number | null; height: number | null; mass: number; com: number }[];
   tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
   fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
-  joints: { name: string; links: number[]; share: number[]; direct?: boolean }[]; // direct: by a servo on the axle
+  joints: { name: string; links: number[]; share: number[]; drive: "hydraulic" | "servo" | "tendons" }[];
   hinges: number[]; // passive ones, by the link behind each
   models: { water: string; joints: string }[]; // the robot's own choice first
   limits: Ranges | null; // that the optimizer searches
@@ -201,7 +201,8 @@ export function modelOf(robot: Robot, water: string, joints: string): number {
 /** Read a robot's text. */
 export function robotOf(text: string): Robot {
   const robot = JSON.parse(text) as Robot;
-  if (robot.ranges === undefined || robot.ledger === undefined)
+  const { ranges, ledger, joints } = robot;
+  if (ranges === undefined || ledger === undefined || joints.some(({ drive }) => drive === undefined))
     throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
   robot.body ??= { knobs: [] }; // of an older program
   robot.key = robot.robot;

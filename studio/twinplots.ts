@@ -1,6 +1,6 @@
 // Bends of the twin, and what moves its joints, over the last seconds, as traces.
 import { element } from "./dom.ts";
-import { drivesOf, hasOil, onAxle } from "./drives.ts";
+import { drivesOf, ofKinds } from "./drives.ts";
 import { DEGREE, type Robot } from "./robot.ts";
 import { TimePlot, type Trace } from "./timeplot.ts";
 
@@ -69,7 +69,7 @@ export class TwinPlots {
   }
 }
 
-/** What is plotted of a robot: bends, pressures where it has oil, torques where it has servos on axles. */
+/** What is plotted of a robot: bends, and what its drives have. */
 function kindsOf(robot: Robot): Kind[] {
   const color = (joint: number): string => COLORS[joint % COLORS.length] ?? "ink";
   const drives = drivesOf(robot);
@@ -77,16 +77,14 @@ function kindsOf(robot: Robot): Kind[] {
     { trace: { name: `joint ${name}`, color: color(k), dashed: false }, name: "angle", part: k, scale: 1 / DEGREE },
     { trace: { name: `${name} set`, color: color(k), dashed: true }, name: "angle_set", part: k, scale: 1 / DEGREE },
   ]);
-  const moved = (those: typeof drives, name: string, scale: number): Column[] =>
-    those.map(({ name: drive, joint, row, side }) => {
-      return { trace: { name: drive, color: color(joint), dashed: side < 0 }, name, part: row, scale };
-    });
-  const pressures = moved(drives.filter(hasOil), "unit_pressure", 1e-3);
-  const torques = moved(drives.filter(onAxle), "servo_torque", 1);
-  const kinds: Kind[] = [
-    { label: "bend", unit: "deg", columns: bends, reach: [-5, 5] },
-    { label: "pressure", unit: "kPa", columns: pressures, reach: [0, 10] },
-    { label: "torque of the servo", unit: "N m", columns: torques, reach: [-1e-3, 1e-3] },
-  ];
-  return kinds.filter(({ columns }) => columns.length > 0);
+  const moved = ofKinds(robot, ({ plots }) => plots).map((plot): Kind => {
+    const columns = drives
+      .filter(({ kind }) => kind.plots.includes(plot))
+      .map(({ name, joint, row, side }) => {
+        const trace = { name, color: color(joint), dashed: side < 0 };
+        return { trace, name: plot.name, part: row, scale: plot.scale };
+      });
+    return { ...plot, columns };
+  });
+  return [{ label: "bend", unit: "deg", columns: bends, reach: [-5, 5] }, ...moved];
 }

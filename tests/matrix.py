@@ -16,7 +16,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import Robot, load, parse
-from hypertuna.description.twin import ON_BOARD
+from hypertuna.description.schema.body import AXLE, MUSCLES
 from hypertuna.description.writer import write_robot
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
@@ -126,7 +126,7 @@ def expected(case: Case) -> bool | None:
     oil = case.drive in ("hydraulic", "mixed")
     few = oil or case.drive == "tendons"
     twin = case.drive != "none" and (case.sea or few or case.links - 1 <= _core.MAX_JOINTS)
-    board = case.sea and (few or case.links - 1 <= ON_BOARD["servo"])
+    board = case.sea and (few or case.links - 1 <= AXLE.on_board)
     needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE), (board, BOARD))
     return next((there for there, commands in needs if case.command in commands), None)
 
@@ -142,7 +142,7 @@ def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
     if file.exists():
         return file
     oil = drive in ("hydraulic", "mixed")
-    most = (ON_BOARD["hydraulic"] if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
+    most = (MUSCLES.on_board if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
     most = MOTORS if drive == "tendons" else most
     options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
     text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)

@@ -14,7 +14,11 @@ from hypertuna.actuation.sizing import size_pump
 TOP = Path(__file__).parents[1]
 WHERE = ("src", "core/include", "core/src", "bindings", "hosts", "firmware/app", "firmware/mavlink", "studio", "robots")
 NOT = ("studio/tests/", "studio/interface.ts")  # tests, and what is generated
-KIND = r"\.servo is (?:not )?None|\bdirect\b|\.hinge\b|\bhasOil\b|\bonAxle\b"  # asks which kind a joint is of
+# Asks which kind a joint is of, or names one.
+KIND = (
+    r"\.(?:servo|tendons|actuator) is (?:not )?None|\"servo\" (?:not )?in\b|\bactuation (?:[!=]=|in)|\"tendons\""
+    r"|(?:[!=]=|is|in) (?:AXLE|DRUM|MUSCLES)\b|\.hinge\b|\bdirect\b|\bhasOil\b"
+)
 
 
 @cache
@@ -71,4 +75,4 @@ def test_a_message_is_in_the_dialect_and_in_one_file_of_the_firmware(
 def test_few_files_ask_which_kind_a_joint_is_of() -> None:
     """The others ask what its drive has (`JointGroup.drive`), and what passive hinges there are (`Robot.hinges`)."""
     files = naming(KIND)
-    assert len(files) in range(10, 28), files
+    assert len(files) in range(10, 21), files

@@ -10,7 +10,8 @@ const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
 const folder = temporary("inside-");
 const run = (...words) => execFileSync(HYPERTUNA, words, { stdio: "ignore" });
 const OIL = /\boil\b|kPa|pump|cylinder|muscle|piston|suction/i;
-const AXLE = /servos on the axles|servo torque/;
+const SERVO = /servo torque/;
+const [AXLE, DRUM] = [/servos on the axles/, /tendons/];
 const SIZE = { wide: SIZES.wide, phone: SIZES.phone };
 
 before(async () => {
@@ -19,9 +20,11 @@ before(async () => {
       const file = join(folder, `${actuation}${links}.toml`);
       run("robot", "new", file, "--links", String(links), "--actuation", actuation);
     }
+  run("robot", "new", join(folder, "tendons3.toml"), "--actuation", "tendons");
   run("robot", "new", join(folder, "many.toml"), "--links", "14", "--actuation", "servo"); // one group more than a twin has
+  run("robot", "new", join(folder, "supple.toml"), "--tail", "flexible", "--actuation", "servo");
   writeFileSync(join(folder, "mixed3.toml"), mixed());
-  for (const name of ["servo3", "servo5", "hydraulic3", "hydraulic5", "mixed3", "many"])
+  for (const name of ["servo3", "servo5", "hydraulic3", "hydraulic5", "mixed3", "tendons3", "supple", "many"])
     run("studio", join(folder, `${name}.toml`), "-o", join(folder, `${name}.html`));
 });
 
@@ -79,12 +82,13 @@ const words = (page) =>
     return `${room.innerText}\n${labels.join("\n")}`;
   });
 
-for (const [name, oil, axles] of [
-  ["servo3", false, true],
-  ["servo5", false, true],
-  ["hydraulic3", true, false],
-  ["hydraulic5", true, false],
-  ["mixed3", true, true],
+for (const [name, oil, axles, drums] of [
+  ["servo3", false, true, false],
+  ["servo5", false, true, false],
+  ["hydraulic3", true, false, false],
+  ["hydraulic5", true, false, false],
+  ["mixed3", true, true, false],
+  ["tendons3", false, false, true],
 ])
   for (const [size, viewport] of Object.entries(SIZE))
     test(`${name}, ${size}: it shows the drives that the robot has, and no text over another`, async () => {
@@ -95,9 +99,11 @@ for (const [name, oil, axles] of [
       assert.deepEqual(await crowded(page, ".machine", name.endsWith("5") ? 4 : 2), []);
       const text = await words(page);
       assert.equal(OIL.test(text), oil, text);
+      assert.equal(SERVO.test(text), axles || drums, text);
       assert.equal(AXLE.test(text), axles, text);
+      assert.equal(DRUM.test(text), drums, text);
       const plots = await page.locator("#inside .timeplot").evaluateAll((all) => all.map(({ ariaLabel }) => ariaLabel));
-      const wanted = ["bend", ...(oil ? ["pressure"] : []), ...(axles ? ["torque of the servo"] : [])];
+      const wanted = ["bend", ...(oil ? ["pressure"] : []), ...(axles || drums ? ["torque of the servo"] : [])];
       assert.deepEqual(
         plots,
         wanted.map((one) => `${one} over time`),
@@ -169,6 +175,25 @@ test("a robot without a twin says why, and has all other views", async () => {
     await page.locator(`[data-view="${view}"]`).click();
     await settled(page);
     assert.ok((await page.locator(`#${view}`).innerText()).length > 10, view);
+  }
+  await close();
+});
+
+test("hinges stand below the joints, bend with the water, and nothing is asked of them", async () => {
+  const { page, close } = await inside("supple");
+  await live(page, 1.2);
+  const rows = await page.evaluate(() =>
+    [...document.querySelectorAll("#inside table.joints tr")]
+      .slice(1)
+      .map((row) => [...row.children].map((cell) => cell.textContent)),
+  );
+  assert.deepEqual(
+    rows.map(([name]) => name),
+    ["J1", "hinge of fin 1", "hinge of fin 2", "hinge of fin 3"],
+  );
+  for (const [name, bend, asked] of rows.slice(1)) {
+    assert.ok(Math.abs(Number(bend.replace("\u2212", "-"))) > 0, `${name} is straight: ${bend}`);
+    assert.equal(asked, "–");
   }
   await close();
 });

@@ -18,6 +18,7 @@ from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import new_robot, shape_of
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.robot import load, parse
+from hypertuna.description.schema.body import DRIVES
 from hypertuna.description.shape import Shape, link_columns, link_lengths
 from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
@@ -126,7 +127,7 @@ def test_no_first_robot_is_unlikely(size: Any, parts: dict[str, float]) -> None:
     assert robot.unsourced() == ()
 
 
-@pytest.mark.parametrize("actuation", ["servo", "tendons", "hydraulic"])
+@pytest.mark.parametrize("actuation", DRIVES)
 @pytest.mark.parametrize("length", [0.2, 0.3, 1.5])
 def test_no_first_robot_with_an_actuator_is_unlikely(actuation: str, length: float) -> None:
     text = first_robot("fish", length=length, actuation=actuation, sea=True, width=0.14 * length, fin_span=0.3 * length)
@@ -187,7 +188,7 @@ def test_what_is_no_fish_is_refused(options: dict[str, Any], sentence: str) -> N
     assert str(caught.value).startswith(sentence)
 
 
-@pytest.mark.parametrize("actuation", ["servo", "tendons", "hydraulic"])
+@pytest.mark.parametrize("actuation", DRIVES)
 @pytest.mark.parametrize(("links", "length", "mass"), [(2, 0.3, 0.85), (3, 0.5, 2.5), (5, 0.3, 0.4)])
 def test_a_first_robot_with_an_actuator_runs_in_the_twin(
     actuation: str, links: int, length: float, mass: float
@@ -203,7 +204,7 @@ def test_a_first_robot_with_an_actuator_runs_in_the_twin(
     assert reached == pytest.approx(gait.amplitude, rel=0.3)
 
 
-@pytest.mark.parametrize("actuation", ["servo", "tendons", "hydraulic"])
+@pytest.mark.parametrize("actuation", DRIVES)
 def test_a_first_robot_at_sea_dives_flies_a_mission_and_has_firmware(actuation: str) -> None:
     robot = parse(tomllib.loads(first_robot("fish", actuation=actuation, sea=True)))
     assert (robot.unsourced(), implausible(robot)) == ((), [])
@@ -259,7 +260,7 @@ def test_turns_of_a_first_robot_are_not_taken_for_a_lost_fin() -> None:
     assert "port_fin_lost" in broken.record.first_reasons
 
 
-@pytest.mark.parametrize("actuation", ["servo", "tendons", "hydraulic"])
+@pytest.mark.parametrize("actuation", DRIVES)
 def test_the_pilot_of_a_first_robot_steers_within_its_bends_and_on_its_own_scales(actuation: str) -> None:
     document = tomllib.loads(first_robot("fish", actuation=actuation, sea=True))
     pilot, amplitude = document["guidance"], document["gaits"]["cruise"]["amplitude_deg"]

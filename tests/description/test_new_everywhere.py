@@ -14,8 +14,9 @@ import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.actuation.sizing import size_pump
 from hypertuna.description.robot import parse
+from hypertuna.description.schema.body import DRIVES
 from hypertuna.description.shape import FULL
-from hypertuna.description.twin import ON_BOARD, new_command
+from hypertuna.description.twin import new_command
 from hypertuna.errors import InputError
 from hypertuna.firmware.header import header
 from hypertuna.firmware.parameters import firmware_table
@@ -94,7 +95,7 @@ def test_a_written_robot_swims_and_has_a_twin(actuation: str, data: st.DataObjec
 @settings(max_examples=8)
 @given(data=st.data())
 def test_a_written_robot_at_sea_dives_and_has_firmware_and_starts_missions(actuation: str, data: st.DataObject) -> None:
-    robot = written(actuation=actuation, sea=True, **data.draw(sizes(ON_BOARD[actuation])))
+    robot = written(actuation=actuation, sea=True, **data.draw(sizes(DRIVES[actuation].on_board)))
     for use in (TWIN | SEA).values():
         use(robot)
     try:

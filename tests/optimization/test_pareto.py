@@ -294,6 +294,16 @@ def test_no_gait_keeps_impossible_limits(tuna: ht.Robot) -> None:
     assert front.hypervolume == 0.0
 
 
+def test_progress_counts_batches_up_to_the_most_that_there_can_be(tuna: ht.Robot) -> None:
+    told: list[tuple[int, int]] = []
+    pareto(tuna, **SMALL, progress=lambda *numbers: told.append(numbers))
+    ((total, *others),) = [{total for _, total in told}]
+    done = [count for count, _ in told]
+    assert others == []
+    assert done == sorted(done)
+    assert SMALL["generations"] < done[-2] <= total == done[-1]
+
+
 def test_same_seed_same_front_through_an_interruption(tuna: ht.Robot, front: Front, tmp_path: Path) -> None:
     path = tmp_path / "pareto.jsonl"
 

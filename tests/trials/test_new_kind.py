@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 import hypertuna as ht
 from hypertuna.cli.trials import _lines, _summary
-from hypertuna.display import plots
 from hypertuna.identification.identify import identify
 from hypertuna.reports.fit import write_fit
 from hypertuna.swimming.model import parameter_names
@@ -88,6 +87,12 @@ class Pull(Kind[Pulled]):
         """Draw nothing."""
         return "<svg></svg>"
 
+    def plot(self, trials: Sequence[Pulled], *, width: float) -> Figure:
+        """Plot pull over speed."""
+        figure = Figure(figsize=(width, width))
+        figure.subplots().plot([pull.u for pull in trials], [pull.pull for pull in trials], "o")
+        return figure
+
     def summaries(self, trials: Sequence[Pulled], robot: ht.Robot) -> list[dict[str, Any]]:
         """Count them."""
         return [{"file": "pull.csv", "runs": len(trials)}]
@@ -95,16 +100,6 @@ class Pull(Kind[Pulled]):
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:
         """Write the count."""
         yield f"{summary['file']}: {summary['runs']} pulls"
-
-
-def plot_pulls(pulls: Sequence[Pulled], *, width: float) -> Figure:
-    """Plot pull over speed."""
-    figure = Figure(figsize=(width, width))
-    figure.subplots().plot([pull.u for pull in pulls], [pull.pull for pull in pulls], "o")
-    return figure
-
-
-plots[Pull] = plot_pulls
 
 
 @pytest.fixture

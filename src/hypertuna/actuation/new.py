@@ -16,6 +16,7 @@ from hypertuna.description.inversion import inversion_speed
 from hypertuna.description.new import Sizes, shape_of
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.actuator import HOSE, DriveUnit
+from hypertuna.description.schema.body import DRIVES, Drive
 from hypertuna.description.schema.control import Controller
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
@@ -43,12 +44,7 @@ REACH = 1.2  # control may command so much more than the largest bend
 CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # of lithium polymer
 LOW_V = 3.4  # of such a cell, at which a status warns
 CHARGE, STRING = 15.0, 5.0  # W h per kg of robot, as HyperTuna's; A h of a string at most
-WITHOUT_OIL = ("rate", "acceleration", "current", "voltage", "depth")
-SENSORS = {
-    "servo": WITHOUT_OIL,
-    "tendons": WITHOUT_OIL,
-    "hydraulic": ("rate", "acceleration", "current", "bend", "pressure", "voltage", "depth"),
-}
+SENSORS, OF_OIL = ("rate", "acceleration", "current", "voltage", "depth"), ("bend", "pressure")
 AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 
@@ -63,19 +59,15 @@ def first_robot(
 ) -> str:
     """Return the text of a robot file that swims at once; sizes as in `new_robot`, `tail` as in `with_tail`.
 
-    `actuation` is "none", "servo", "tendons" or "hydraulic"; `sea` adds what dives, missions and the firmware need.
+    `actuation` is "none" or a key of `MADE`; `sea` adds what dives, missions and the firmware need.
     """
-    if sea and actuation == "none":
+    drive = DRIVES.get(actuation)
+    if sea and drive is None:
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
     document, (shape, _) = with_tail(name, tail, joints=joints, **sizes), shape_of(**sizes)
-    if actuation != "none":
-        _drive(document, actuation)
-    if actuation == "tendons":
-        _tendons(document, shape)
-    if actuation in ("servo", "tendons"):
-        _drive_by_servos(document)
-    elif actuation == "hydraulic":
-        _drive_by_oil(document, shape)
+    if drive is not None:
+        _drive(document, drive)
+        MADE[actuation](document, shape)
     if sea:
         tuna = read_toml(shipped("robots") / "hypertuna.toml")
         add_space(document, tuna, shape)
@@ -107,13 +99,14 @@ def _slow_to_dive(document: dict[str, Any]) -> float:
     return speed(LEAST_SHARE + bisect_right(range(LEAST_SHARE + 1, 101), limit, key=speed))
 
 
-def _drive(document: dict[str, Any], actuation: str) -> None:
+def _drive(document: dict[str, Any], drive: Drive) -> None:
     """Add battery, sensors, controller and the joints' limits to a document, as HyperTuna's."""
+    sensors = SENSORS + OF_OIL * drive.oil
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     for group, (_, largest) in zip(document["joints"], document["gait_bounds"]["amplitude_deg"], strict=True):
         group |= {"amplitude_max_deg": largest, "bend_max_deg": largest}
     document["battery"] = tuna["battery"]
-    document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in SENSORS[actuation]]
+    document["sensors"] = [sensor for sensor in tuna["sensors"] if sensor["quantity"] in sensors]
     hertz_max = min(FASTER * document["gait_bounds"]["frequency_hz"][1], tuna["controller"]["frequency_max_hz"])
     document["controller"] = tuna["controller"] | {"frequency_max_hz": float(f"{hertz_max:.2g}")}
     document["sources"] |= dict.fromkeys(("battery", "sensors", "controller"), AS_HYPERTUNA)
@@ -147,9 +140,10 @@ def _tendons(document: dict[str, Any], shape: Shape) -> None:
         f"estimate: each runs beside the spine, at {LEVER:g} times the half width at each joint; drums that share the "
         "bend equally, and turn as far as all joints of the group bend together"
     )
+    _drive_by_servos(document, shape)
 
 
-def _drive_by_servos(document: dict[str, Any]) -> None:
+def _drive_by_servos(document: dict[str, Any], _: Shape) -> None:
     """Add a servo to each joint; fit battery, low voltage and current sensor to it, and remove the keys of pressure."""
     control = document["controller"]
     document["controller"] = {key: value for key, value in control.items() if not key.startswith("pressure_")}
@@ -212,6 +206,8 @@ def _drive_by_oil(document: dict[str, Any], shape: Shape) -> None:
     document["controller"] |= Controller.scaled(control, pressure=PRESSURE / control["pressure_work_pa"])
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
+
+MADE = {"servo": _drive_by_servos, "tendons": _tendons, "hydraulic": _drive_by_oil}  # by --actuation: those of `DRIVES`
 
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "

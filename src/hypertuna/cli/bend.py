@@ -56,17 +56,17 @@ def bend_command(
     fish, path = robot.load(), 1e3 * np.array(pressure)
     number = joint_index(joint, fish)
 
-    def bent(chosen: str | None, path: Array = path) -> Bend:
+    def bend_of(chosen: str | None, path: Array = path) -> Bend:
         options: dict[str, Any] = {"side": side, "friction": not no_friction, "unload": unload, "law": law}
         return bend(fish, number, path, material=chosen, **options)
 
-    first = bent(None if material == ALL else material)
-    known = _known(fish) if material == ALL or files.plot is not None else ()
-    sets = {name: first if name == first.material else bent(name) for name in known} | {first.material: first}
+    first = bend_of(None if material == ALL else material)
+    complete = _known(fish) if material == ALL or files.plot is not None else ()
+    sets = {name: first if name == first.material else bend_of(name) for name in complete} | {first.material: first}
     curves = sets
     if files.plot is not None and len(path) < SMOOTH:
         smooth = np.union1d(path, np.linspace(0, path[-1], SMOOTH))
-        curves = {name: bent(name, smooth) for name in sets}
+        curves = {name: bend_of(name, smooth) for name in sets}
     steps = misprints(fish, number, float(path[-1]), first.material) if law == "as_printed" else ()
     emit(
         Bends(first, sets if material == ALL else {first.material: first}, tuple(steps)),
@@ -80,7 +80,7 @@ def bend_command(
 
 
 def _known(robot: Robot) -> Iterator[str]:
-    """Yield the material sets that the robot has all values of."""
+    """Yield the names of the material sets for which the robot has all values."""
     unit = drive_unit(robot)
     for name in MATERIAL_SETS:
         with contextlib.suppress(InputError):
@@ -90,14 +90,14 @@ def _known(robot: Robot) -> Iterator[str]:
 
 
 def _figure(first: Bend, curves: Mapping[str, Bend]) -> Any:
-    """Plot a bend within the band of its material sets."""
+    """Return the figure of a bend, with the band of its material sets if there are several."""
     from hypertuna.actuation.plots import plot_bend  # slow to import
 
     return plot_bend(first, curves)
 
 
 def _branches(result: Bend) -> dict[str, Any]:
-    """Return pressures [kPa] and angles [deg] of both branches."""
+    """Return pressures [kPa] and angles [deg] of loading and unloading, by the keys of the JSON record."""
     columns: dict[str, Any] = {}
     for start, (pressure, angle) in zip(("", "unload_"), result.branches.values(), strict=False):
         columns |= {f"{start}pressure_kpa": pressure / 1e3, f"{start}angle_deg": np.degrees(angle)}
@@ -105,7 +105,7 @@ def _branches(result: Bend) -> dict[str, Any]:
 
 
 def _facts(result: Bend) -> dict[str, Any]:
-    """Return what stands beside the branches of a bend."""
+    """Return the JSON record of a bend without its branches: r squared, hysteresis, friction loss, limits, status."""
     loop, loss = (result.loop_area, result.friction_loss) if result.unload_angle is not None else (math.nan, math.nan)
     return {
         "r_squared": result.r_squared(),
@@ -119,12 +119,12 @@ def _facts(result: Bend) -> dict[str, Any]:
 
 
 def _record(bends: Bends) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of the bends."""
     first = bends.first
     record = made_by(first.robot, joint=first.joint, side=first.side, material=first.material)
     record |= {"law": first.law, "friction": first.friction} | _branches(first) | _facts(first)
     if len(bends.sets) > 1:
-        record["materials"] = {name: _branches(one) | _facts(one) for name, one in bends.sets.items()}
+        record["materials"] = {name: _branches(bend) | _facts(bend) for name, bend in bends.sets.items()}
         low, high = spread(bends.sets)
         record["spread_deg"] = {"smallest": low, "largest": high}
     if bends.misprints:
@@ -138,17 +138,17 @@ def _dataset(bends: Bends) -> Any:
         return bends.first.dataset()
     import xarray as xr
 
-    whole = xr.concat([one.dataset().expand_dims(material=[name]) for name, one in bends.sets.items()], "material")
+    whole = xr.concat([bend.dataset().expand_dims(material=[name]) for name, bend in bends.sets.items()], "material")
     return whole.assign_attrs(bends.first.dataset().attrs | {"material": ALL})
 
 
 def _csv(bends: Bends) -> Csv:
-    """Write bends as comma-separated values, a row per pressure."""
+    """Return the CSV table of bends, a row per pressure."""
     first = bends.first
     rows = [
         {"material": name, "branch": branch.removesuffix("ing"), "pressure_kpa": pressure, "angle_deg": angle}
-        for name, one in bends.sets.items()
-        for branch, (pressures, angles) in one.branches.items()
+        for name, bend in bends.sets.items()
+        for branch, (pressures, angles) in bend.branches.items()
         for pressure, angle in zip((pressures / 1e3).tolist(), np.degrees(angles).tolist(), strict=True)
     ]
     facts = made_by(first.robot, joint=first.joint, side=first.side, law=first.law, status=first.status_text)

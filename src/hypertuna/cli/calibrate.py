@@ -99,35 +99,35 @@ def calibrate_command(
 
 
 def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[Any]:
-    """Lay out calibrations."""
+    """Yield the lines that the terminal shows of calibrations."""
     rows = []
-    for one in calibrations:
-        parameters = ", ".join(f"{name} = {value:.7g}" for name, value in one.parameters.items())
-        rms, unit = one.reading
-        rows.append((one.sensor, f"{one.points}", f"{rms:.3g} {unit}", parameters))
+    for calibration in calibrations:
+        parameters = ", ".join(f"{name} = {value:.7g}" for name, value in calibration.parameters.items())
+        residual, unit = calibration.reading
+        rows.append((calibration.sensor, f"{calibration.points}", f"{residual:.3g} {unit}", parameters))
     yield Table(["sensor", "points", "rms", "parameters"], rows, left=range(4))
-    for one in calibrations:
-        yield from (f"{one.sensor}: {note}" for note in one.notes)
+    for calibration in calibrations:
+        yield from (f"{calibration.sensor}: {note}" for note in calibration.notes)
     yield "The robot keeps them." if place else "Nothing was sent: --connect sends them to a robot.", "dim"
 
 
 def _references(sensor: str, values: Sequence[float] | None) -> list[float]:
-    """Check the references of a sensor: two at least; none of depth, one of voltage, none or one of a servo suffice."""
+    """Return a sensor's references after a check of their number: two; depth takes 0, voltage 1, a servo 0 or 1."""
     kind = "servo" if sensor == "servo" else parse_sensor(sensor)[0]
     unit, references = KINDS[kind][0], list(values or [])
-    given = ",".join(f"{value:g}" for value in references) or "missing"
+    typed = ",".join(f"{value:g}" for value in references) or "missing"
     if kind in AXES or sensor == "servo":
         if references:
-            raise InputError(f"must not be given for {sensor}", key="--at", value=given, fix="leave it out")
+            raise InputError(f"must not be given for {sensor}", key="--at", value=typed, fix="leave it out")
         return []
     if kind == "servo" and len(references) > 1:
-        raise InputError("must be one angle of a servo", key="--at", value=given, fix="write it as --at=2")
+        raise InputError("must be one angle of a servo", key="--at", value=typed, fix="write it as --at=2")
     if not (kind in ONE_REFERENCE or (kind == "depth" and not references)) and len(set(references)) < 2:
         fix = f"give them in {unit}: --at={'0,1.5' if kind == 'depth' else '-20,0,20'}"
-        raise InputError("must name at least two references", key="--at", value=given, fix=fix)
+        raise InputError("must name at least two references", key="--at", value=typed, fix=fix)
     if kind == "voltage" and (not references or references[0] <= 0):
         fix = "measure it at the battery: --at=16.2"
-        raise InputError("must be a voltage above 0", key="--at", value=given, fix=fix)
+        raise InputError("must be a voltage above 0", key="--at", value=typed, fix=fix)
     return references
 
 
@@ -149,7 +149,7 @@ class Terminal:
         return line.decode(errors="replace").strip()
 
     def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
-        """Ask for a number in a unit."""
+        """Ask a question, and return the number that the operator types in a unit; key: its name in errors."""
         return read_number(self.ask(robot, question), key, unit)
 
     def tell(self, text: str, *, end: str = "\n") -> None:

@@ -28,20 +28,20 @@ PANELS = {
 
 
 class _Front:
-    """What commands and groups share: the parser's errors as one sentence with the fix in it."""
+    """Base of commands and groups: turns the parser's errors into one sentence with its fix, and writes the help."""
 
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
-        """Read the arguments."""
-        given = list(args)
-        _check_words(self, context, given)
+        """Parse the arguments; raise InputError for unknown, repeated and missing options."""
+        typed = list(args)
+        _check_words(self, context, typed)
         try:
             rest: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
         except UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":
                 typer.echo(context.get_help(), err=True)
                 raise typer.Exit(2) from None
-            raise _explained(error, self, context, given) from None
-        _check_once(self, context, given)
+            raise _explained(error, self, context, typed) from None
+        _check_once(self, context, typed)
         return rest
 
     def get_help_option(self, context: Any) -> Any:
@@ -60,8 +60,8 @@ class _Front:
         for param in params:
             if (record := param.get_help_record(context)) is not None:
                 title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
-                names, text = record
-                panels[title].append((re.sub(r" <\S+>$", "", names), text))  # without the type in Python's words
+                names, meaning = record
+                panels[title].append((re.sub(r" <\S+>$", "", names), meaning))  # without the type in Python's words
         for title, rows in panels.items():
             if rows:
                 with formatter.section(title):
@@ -89,7 +89,7 @@ class Group(_Front, TyperGroup):
     """A group of commands."""
 
     def resolve_command(self, context: Any, args: list[str]) -> Any:
-        """Find the command that is asked for: of one word, or of two."""
+        """Return the command that the arguments name by their first word, or by the first two."""
         if " ".join(args[:2]) in self.commands:
             args = [" ".join(args[:2]), *args[2:]]
         if args[0] not in self.commands and not context.resilient_parsing:
@@ -117,7 +117,7 @@ class Group(_Front, TyperGroup):
 
 
 class TableGroup(Group):
-    """A group of the commands of a table: lists them, maybe in panels, without importing them."""
+    """A group of commands from tables, one a panel of the help; it lists them without importing them."""
 
     def __init__(self, *, panels: Mapping[str, Table], **options: Any) -> None:
         super().__init__(**options)
@@ -137,7 +137,7 @@ class TableGroup(Group):
 
 
 class _Commands(Mapping[str, Any]):
-    """The commands of a table by name, each imported when it is asked for."""
+    """Mapping of names to the commands of a table, each imported at its first use."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -164,7 +164,7 @@ class _Commands(Mapping[str, Any]):
 
 
 class App(typer.Typer):
-    """A group of commands whose functions are at hand."""
+    """A group of commands whose functions are already imported."""
 
     def __init__(self, **options: Any) -> None:
         options = {"cls": Group} | options
@@ -196,7 +196,7 @@ def _no_option(word: str, name: str, fix: str) -> InputError:
 
 
 def _check_once(command: Any, context: Any, args: list[str]) -> None:
-    """Check that no option with one value is given twice: nobody knows which of them is meant."""
+    """Check that no option that takes one value is given twice."""
     if context.resilient_parsing:
         return
     _, _, order = command.make_parser(context).parse_args(args=list(args))
@@ -207,7 +207,7 @@ def _check_once(command: Any, context: Any, args: list[str]) -> None:
 
 
 def _name(context: Any) -> str:
-    """Return the command that a parser's context belongs to, as typed."""
+    """Return the words of the command that a parser's context belongs to, such as "hypertuna joint fit"."""
     names: list[str] = []
     while context is not None and context.parent is not None:
         names, context = [context.info_name, *names], context.parent
@@ -215,22 +215,22 @@ def _name(context: Any) -> str:
 
 
 def _explained(error: Any, command: Any, context: Any, args: list[str]) -> InputError:
-    """Return an error of the parser with its fix."""
+    """Return the InputError for an error of the parser, with its fix."""
     kind, name = type(error).__name__, _name(context)
     if kind == "MissingParameter":
-        lacking = listed([_asked_for(param) for param in _missing(command, context, args)])
-        return InputError(f"needs {lacking}", key=f"`{name}`")
+        needed = listed([_asked_for(param) for param in _missing(command, context, args)])
+        return InputError(f"needs {needed}", key=f"`{name}`")
     if kind == "NoSuchOption":
         word = next((word for word in args if word.startswith(error.option_name)), error.option_name).partition("=")[0]
-        long = f"--{word.lstrip('-')}"
+        dashed = f"--{word.lstrip('-')}"
         known = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
-        near = difflib.get_close_matches(long, known, n=1)
-        longer = [option for option in known if option.startswith(long)]
+        near = difflib.get_close_matches(dashed, known, n=1)
+        longer = [option for option in known if option.startswith(dashed)]
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
-        if long == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
+        if dashed == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
             fix = f"write the robot alone, such as `{name} hypertuna`"
         if context.parent is None:
-            fix = f"write options after a command, such as `hypertuna swim {long} ...`"
+            fix = f"write options after a command, such as `hypertuna swim {dashed} ...`"
             fix = "did you mean --version?" if word.lower() == "-v" else fix
         return _no_option(word, name, fix)
     if kind == "BadOptionUsage":
@@ -243,7 +243,7 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
 
 
 def _missing(command: Any, context: Any, args: list[str]) -> Iterator[Any]:
-    """Yield all parameters that are missing."""
+    """Yield the required parameters that the arguments lack."""
     given, rest, _ = command.make_parser(context).parse_args(args=args)
     for param in command.get_params(context):
         try:
@@ -256,11 +256,11 @@ def _missing(command: Any, context: Any, args: list[str]) -> Iterator[Any]:
 
 
 def _asked_for(param: Any) -> str:
-    """Write a parameter with what it takes."""
-    first = (param.help or "").removesuffix(".").split(". ")[0]
+    """Return a text of a parameter: its name, the form of its value, and the start of its help."""
+    sentence = (param.help or "").removesuffix(".").split(". ")[0]
     shape = param.metavar or (param.name or "value").upper()
     name = f"{max(param.opts, key=len)} {shape}" if param.param_type_name == "option" else shape
-    text = f"{first[:1].lower()}{first[1:]}" if first[1:2].islower() else first
+    text = f"{sentence[:1].lower()}{sentence[1:]}" if sentence[1:2].islower() else sentence
     return f"{name} ({text})" if text else name
 
 

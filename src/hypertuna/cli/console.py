@@ -1,4 +1,4 @@
-"""What the commands print: strict JSON, tables, sentences, progress; and the folder of a run."""
+"""Output of the commands: strict JSON, tables, sentences, progress; and the folder of a run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PERIOD = 10.0  # seconds between two lines of progress elsewhere
 
 
 def plain(value: Any) -> Any:
-    """Return a value as strict JSON can hold it: arrays as lists, NaN and infinity as null."""
+    """Return a value in the types of strict JSON: arrays as lists, NaN and infinity as None."""
     if isinstance(value, Mapping):
         return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, np.ndarray):
@@ -41,7 +41,7 @@ def plain(value: Any) -> Any:
 
 
 def json_text(value: Any) -> str:
-    """Write a value as strict JSON, control characters escaped."""
+    """Return a value as the text of strict JSON, control characters escaped."""
     return escaped(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False), "\n")
 
 
@@ -52,12 +52,12 @@ def print_json(value: Any) -> None:
 
 
 def _ascii_json(text: str) -> str:
-    """Return JSON in ASCII."""
+    """Return the text of JSON in ASCII, other characters escaped."""
     return json.dumps(json.loads(text), indent=2, allow_nan=False)
 
 
 def print_lines(lines: Iterable[Any]) -> None:
-    """Print the parts of a card, rich's own, and sentences as text or as (text, style), on the terminal."""
+    """Print lines on the terminal: parts of a card, objects of rich, and sentences as text or as (text, style)."""
     from rich.console import Console
 
     console = Console()
@@ -66,14 +66,14 @@ def print_lines(lines: Iterable[Any]) -> None:
 
 
 def print_written(*paths: str | None) -> None:
-    """Name the files that were written."""
+    """Print the names of the files that were written."""
     for path in paths:
         if path is not None:
             typer.echo(f"written: {path}")
 
 
 def _text(part: Any) -> Any:
-    """Take text, or (text, style), as it stands, without markup; control characters are escaped."""
+    """Return rich's text of a sentence or (text, style), its markup ignored and control characters escaped."""
     from rich.text import Text
 
     text, *style = (part,) if isinstance(part, str) else part if isinstance(part, tuple) else ("",)
@@ -81,7 +81,7 @@ def _text(part: Any) -> Any:
 
 
 def _laid_out(part: Any) -> Any:
-    """Lay out a part of a card: facts as label, value and unit."""
+    """Return rich's table of a part of a card: facts as label, value and unit."""
     from rich.table import Table
 
     from hypertuna import display  # here, because the help of commands does without
@@ -90,12 +90,12 @@ def _laid_out(part: Any) -> Any:
         grid = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=part.tight)
         for k, head in enumerate(part.heads):
             side: Literal["left", "right"] = "left" if k in part.left else "right"
-            whole = part.fold not in (-1, k) or k == part.whole
-            grid.add_column(_text(head), justify=side, no_wrap=whole, overflow="fold")
+            wrap = part.fold not in (-1, k) or k == part.whole
+            grid.add_column(_text(head), justify=side, no_wrap=wrap, overflow="fold")
     elif isinstance(part, display.Facts):
         grid = Table(box=None, pad_edge=False, show_header=False)
         grid.add_column(style="dim")
-        numbers = any(not isinstance(one, str) for one in part.values.values())
+        numbers = any(not isinstance(value, str) for value in part.values.values())
         grid.add_column(justify="right" if numbers else "left", style="bold" if numbers else "", overflow="fold")
         grid.add_column()
     else:
@@ -149,8 +149,8 @@ def progress_bar(
     except BaseException:
         if count and parts:
             done = f"{count} of {counted(total, parts)} {'is' if count == 1 else 'are'} done"
-            again = f" and kept in {checkpoint}; run the same command again to go on"
-            streams.state["done"] = done + (again if checkpoint else ", but not kept: --checkpoint FILE keeps them")
+            resume = f" and kept in {checkpoint}; run the same command again to go on"
+            streams.state["done"] = done + (resume if checkpoint else ", but not kept: --checkpoint FILE keeps them")
         raise
     finally:
         ended.set()
@@ -160,7 +160,7 @@ def progress_bar(
 
 
 def attended(what: str, work: Callable[[], R]) -> R:
-    """Return what work of a single call returns; show meanwhile that it runs, and let Ctrl-C end it."""
+    """Return the result of `work`, run in a thread: meanwhile progress is shown, and Ctrl-C ends it."""
     from concurrent.futures import Future  # here, because its import takes longer than many commands
 
     done: Future[R] = Future()
@@ -177,7 +177,7 @@ def attended(what: str, work: Callable[[], R]) -> R:
 
 
 def _bar(what: str) -> Any:
-    """Start a progress bar on the error output."""
+    """Return a started progress bar on the error output."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -189,13 +189,13 @@ def _bar(what: str) -> Any:
 
 
 def command_line() -> str:
-    """Return the command as it was typed, for the files that it writes."""
+    """Return the command line as typed, for the attributes of files."""
     return shlex.join(["hypertuna", *sys.argv[1:]])
 
 
 @contextlib.contextmanager
 def run_folder(output: str | None, journal: str) -> Iterator[Path | None]:
-    """Make the folder of a run; remove it again if the input was bad.
+    """Make the folder of a run and yield its path; remove a new folder again if the input was bad.
 
     A folder with files in it is taken only if one of them is the `journal` of such a run.
     """

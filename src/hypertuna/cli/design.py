@@ -38,7 +38,7 @@ Day = Annotated[
 
 
 def _prior(text: str, key: str) -> parsing.Setting:
-    """Read NAME=FACTOR."""
+    """Return name and factor from NAME=FACTOR; key: the option, for errors."""
     return parsing.setting(text, key, "a factor such as 2")
 
 
@@ -115,20 +115,20 @@ def ask_command(
 
 
 def _tables(result: NextRuns, output: str) -> dict[str, Csv]:
-    """Return the tables of the next runs to be filled in: a file for each kind, the first as it is asked for."""
+    """Return the CSV tables of the next runs to be filled in, by file: one per kind, the first named `output`."""
     rows: dict[type[Any], list[dict[str, Any]]] = {}
-    for one in result.choices:
-        kind, gait, u = RUN_KINDS[one.run.kind], one.run.gait, one.run.u
-        trial = TurnRun if "turn_rate" in one.expected else kind.trials[0]
+    for choice in result.choices:
+        kind, gait, u = RUN_KINDS[choice.run.kind], choice.run.gait, choice.run.u
+        trial = TurnRun if "turn_rate" in choice.expected else kind.trials[0]
         columns = STEADY_COLUMNS if trial is SteadyRun else trial.columns
-        row = gait_row(result.robot, one.name, gait) if gait is not None else {columns["name"]: one.name}
+        row = gait_row(result.robot, choice.name, gait) if gait is not None else {columns["name"]: choice.name}
         row |= {columns["u"]: f"{u:g}"} if u and not kind.series else {}
         row |= {columns["time"]: ""} if kind.series else {}
         row |= dict.fromkeys(STEADY if trial is SteadyRun else (columns["value"],), "")
         rows.setdefault(trial, []).extend([row] * (MIN_ROWS if kind.series else 1))
     first, keys = Path(output), {kind.trial: kind.key for kind in KINDS}
     names = (f"{first.with_name(f'{first.stem}-{keys[trial]}.csv')}" for trial in [*rows][1:])
-    return {name: rows_csv({}, each) for name, each in zip((output, *names), rows.values(), strict=False)}
+    return {name: rows_csv({}, table) for name, table in zip((output, *names), rows.values(), strict=False)}
 
 
 def tell_command(
@@ -162,7 +162,7 @@ def tell_command(
 
 
 def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
-    """Return the trials of files; runs of one file are in the order of its rows."""
+    """Return the trials of CSV files, runs of each file in the order of its rows."""
     told = list[Told]()
     for file in files:
         told += read_runs(file, robot)
@@ -170,8 +170,8 @@ def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
 
 
 def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
-    """Return trials of values of the option, for the next runs in their order."""
-    made = list[Told]()
+    """Return trials from the texts of --value, one for each of the next runs in their order."""
+    trials = list[Told]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
         key, run, names = f"--value {k + 1}", choice.run, list(choice.expected)
         if RUN_KINDS[run.kind].series:
@@ -182,38 +182,38 @@ def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
         if len(values) > len(names):
             rule, fix = f"must have at most {len(names)} of {', '.join(names)}", f"give {','.join(names).upper()}"
             raise InputError(rule, key=key, value=text, fix=fix)
-        given = {name: v / QUANTITIES[name].per_si for name, v in zip(names, values, strict=False)}
-        made += [Measurement(run, name, v, name=choice.name) for name, v in given.items()]
-    return made
+        fields = {name: v / QUANTITIES[name].per_si for name, v in zip(names, values, strict=False)}
+        trials += [Measurement(run, name, v, name=choice.name) for name, v in fields.items()]
+    return trials
 
 
 def _record(result: NextRuns) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of the next runs, and of what they are expected to narrow."""
     names = result.unknowns.names
-    known = zip(names, result.unknowns.sd.tolist(), result.sd.tolist(), result.never.tolist(), strict=True)
+    rows = zip(names, result.unknowns.sd.tolist(), result.sd.tolist(), result.never.tolist(), strict=True)
     return {
         "stop": result.stop,
         "want": result.want,
         "half_width": result.half_width,
         "enough": result.width,
         "runs": [
-            {"run": one.name}
-            | run_record(one.run)
+            {"run": choice.name}
+            | run_record(choice.run)
             | {
-                "why": one.why,
-                "expected": {name: {"value": v, "half_width": w} for name, (v, w) in one.expected.items()},
-                "half_width": one.half_width,
-                "narrowed": {name: {"before": old, "after": new} for name, (old, new) in one.narrowed.items()},
+                "why": choice.why,
+                "expected": {name: {"value": v, "half_width": w} for name, (v, w) in choice.expected.items()},
+                "half_width": choice.half_width,
+                "narrowed": {name: {"before": old, "after": new} for name, (old, new) in choice.narrowed.items()},
             }
-            for one in result.choices
+            for choice in result.choices
         ],
         "coefficients": [
-            {"name": name, "prior_sd": prior, "sd": sd, "never_below": never} for name, prior, sd, never in known
+            {"name": name, "prior_sd": prior, "sd": sd, "never_below": never} for name, prior, sd, never in rows
         ],
         "history": [
             {"run": step.results[0].name}
             | run_record(step.run)
-            | {one.quantity: one.value for one in step.results}
+            | {choice.quantity: choice.value for choice in step.results}
             | {"off_sd": step.off, "half_width": step.half_width, "discrepancy": step.discrepancy, "sd": step.sd}
             for step in result.steps
         ],

@@ -48,7 +48,7 @@ def dive_command(
 
 
 def _record(result: Dive) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a dive."""
     run = result.run
     legs = [
         columns(leg) | {"depth_from_m": leg.depth[0], "depth_to_m": leg.depth[1], "steady": leg.steady}
@@ -65,7 +65,7 @@ def _record(result: Dive) -> dict[str, Any]:
 
 
 def _csv(result: Dive) -> Csv:
-    """Write a dive as comma-separated values, one row per control period."""
+    """Return the CSV table of a dive, one row per control period."""
     run = result.run
     table: dict[str, Any] = {
         "time_s": run.time,

@@ -67,7 +67,7 @@ def drive_command(
 
 
 def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
-    """Follow the keys until they quit, then disarm; return whether the robot confirmed that it is disarmed."""
+    """Send the keys' orders until the operator quits, then disarm; return whether the robot confirmed that."""
     gaits, stick = tuple(fish.gaits), Stick()
     received, sent, manual, disarmed = time.monotonic(), 0.0, False, False
     with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
@@ -76,8 +76,8 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
             while stick.order != "quit":
                 for _ in client.poll(0.05):
                     received = time.monotonic()
-                before, stick = stick, _asked(stick, pad)
-                moves = (stick.ahead, stick.turn, stick.climb) != (before.ahead, before.turn, before.climb)
+                last_stick, stick = stick, _asked(stick, pad)
+                moves = (stick.ahead, stick.turn, stick.climb) != (last_stick.ahead, last_stick.turn, last_stick.climb)
                 if moves and not manual:
                     manual = _ordered(client, lambda: _begin_manual(client))
                 if stick.order and stick.order != "quit":
@@ -97,7 +97,7 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
 
 
 def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
-    """Send an order; show what is refused."""
+    """Send the order of a key to the robot; show the reason if it refuses."""
     if order == "arm":
         heart = client.last.get("HEARTBEAT")
         _ordered(client, lambda: client.arm(heart is None or not heart.base_mode & 128))
@@ -110,13 +110,13 @@ def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> 
 
 
 def _begin_manual(client: Client) -> None:
-    """Select the mode of the sticks, and center them: the robot does not move before."""
+    """Select the mode in which the robot follows sticks, and send centered ones, so that it stays at rest."""
     client.mode("manual")
     client.manual(0.0, 0.0, 0.0)
 
 
 def _ordered(client: Client, order: Callable[[], None]) -> bool:
-    """Send an order and show why it is refused; return whether it was accepted."""
+    """Call `order`, which sends an order, and show a refusal; return whether the robot accepted it."""
     try:
         order()
     except InputError as error:
@@ -126,11 +126,11 @@ def _ordered(client: Client, order: Callable[[], None]) -> bool:
 
 
 def _asked(stick: Stick, pad: Pad | None) -> Stick:
-    """Return the stick after all keys and gamepad events since the last call."""
+    """Return the stick moved by all keys and gamepad events since the last call."""
     stick = Stick(stick.ahead, stick.turn, stick.climb)
     if select.select([sys.stdin], [], [], 0)[0]:
-        typed = os.read(sys.stdin.fileno(), 64)
-        for key in keys(typed) if typed else "q":  # a terminal that is gone quits
+        bytes_read = os.read(sys.stdin.fileno(), 64)
+        for key in keys(bytes_read) if bytes_read else "q":  # a terminal that is gone quits
             stick = pressed(stick, key)
             if stick.order:
                 return stick
@@ -143,21 +143,21 @@ def _asked(stick: Stick, pad: Pad | None) -> Stick:
 
 @contextlib.contextmanager
 def _raw() -> Iterator[None]:
-    """Read keys one by one, without echo."""
+    """Switch the terminal to single keys without echo, and back at the end."""
     import termios  # here, because only Unix has them
     import tty
 
-    before = termios.tcgetattr(sys.stdin)
+    settings = termios.tcgetattr(sys.stdin)
     tty.setcbreak(sys.stdin)
     try:
         yield
     finally:
         with contextlib.suppress(termios.error):  # of a terminal that is gone
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, settings)
 
 
 class Pad(Closing):
-    """A gamepad that may go away: the stick then rests."""
+    """A gamepad; if it is unplugged, the stick returns to rest."""
 
     def __init__(self, path: str, texts: list[str]) -> None:
         fix = "plug it in, and look for it with `ls /dev/input`"
@@ -192,6 +192,6 @@ class Pad(Closing):
             self._texts.append("the gamepad is disconnected: drive with the keys, or restart the command")
             return [("gone", 1.0)]
         content = self._rest + content
-        whole = len(content) - len(content) % EVENT.size
-        self._rest = content[whole:]
-        return gamepad(content[:whole])
+        length = len(content) - len(content) % EVENT.size
+        self._rest = content[length:]
+        return gamepad(content[:length])

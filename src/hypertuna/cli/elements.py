@@ -41,7 +41,7 @@ class CoarseElements(Elements):
 
 
 def rising(pressures: Sequence[float]) -> Array:
-    """Return the pressures that a joint is led through [Pa], from those of the option [kPa]."""
+    """Return the pressures [Pa] of the option [kPa], after checks of their number and order."""
     if len(pressures) > MAX_PRESSURES:
         rule = f"must be at most {MAX_PRESSURES} pressures"
         raise InputError(rule, key="--pressure", value=f"{len(pressures)}", fix="ask for fewer")

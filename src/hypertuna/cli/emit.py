@@ -1,4 +1,4 @@
-"""Give a result to the user: JSON or tables on the terminal, the data as CSV or NetCDF, a figure."""
+"""Output of a command's result: JSON or tables on the terminal, the data as CSV or NetCDF, a figure."""
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -73,7 +73,7 @@ def emit(
 
 
 def save(figure: Any, path: str) -> None:
-    """Write a figure to a file; a moving one is None, for it is written already."""
+    """Write a figure to a file; None is an animation, which is already written."""
     from hypertuna import figures  # here, because the import of matplotlib takes longer than most results
 
     if figure is not None:
@@ -82,27 +82,27 @@ def save(figure: Any, path: str) -> None:
 
 @contextlib.contextmanager
 def refused(as_json: bool) -> Iterator[None]:
-    """Print bad input as a JSON object too, with the parts of its sentence."""
+    """With --json, print an InputError raised inside also as a JSON object of its file, key, rule, value and fix."""
     try:
         yield
     except InputError as error:
         if as_json:
             errors = error.errors if isinstance(error, InputErrors) else (error,)
             names = ("file", "key", "rule", "value", "fix")
-            each = [{name: getattr(one, name) for name in names} for one in errors]
-            print_json({"valid": False, "error": str(error)} | each[0] | {"errors": each})
+            rows = [{name: getattr(mistake, name) for name in names} for mistake in errors]
+            print_json({"valid": False, "error": str(error)} | rows[0] | {"errors": rows})
         raise
 
 
 def made_by(robot: Any, **facts: Any) -> dict[str, Any]:
-    """Return what made a result: version, robot, model, command, and more facts."""
+    """Return the provenance of a result: version, robot, model and command, and more facts."""
     from hypertuna.description.provenance import provenance
 
     return provenance(robot) | {"command": command_line()} | facts
 
 
 def _summary(result: Any) -> dict[str, Any]:
-    """Return the values of a result's summary, and what made the result."""
+    """Return the values of a result's summary, with its provenance."""
     return {key: quantity.value for key, quantity in result.summary().items()} | made_by(result.robot)
 
 
@@ -121,7 +121,7 @@ def _write(
 
 
 def attributes(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a record as attributes that NetCDF can hold: rows by their names, texts joined, flags as 0 or 1."""
+    """Return a record as attributes that NetCDF can hold: rows flattened by name, texts joined, flags as 0 or 1."""
     flat: dict[str, Any] = {}
     for key, value in record.items():
         rows = value if isinstance(value, list | tuple) else ()

@@ -43,8 +43,8 @@ def ask_command(
     """
     options: dict[str, Any] | None = None
     if robot:
-        kept = [asdict(limit) for limit in limits.make(load(robot))]
-        options = {"robot": robot, "limits": kept} | search.arguments() | {"method": search.method or "pso"}
+        limit_records = [asdict(limit) for limit in limits.make(load(robot))]
+        options = {"robot": robot, "limits": limit_records} | search.arguments() | {"method": search.method or "pso"}
     else:
         check_later(context, {"state", "output", "as_json"})
     with TankSearch(state, options) as experiment:
@@ -61,7 +61,7 @@ def ask_command(
 
 
 def check_later(context: typer.Context, kept: Collection[str]) -> None:
-    """Check that a later call gives no options but those `kept`: the state has the others."""
+    """Check that a call without --robot gives only the options `kept`: the state file has the others."""
     for name in set(context.params) - {*kept}:
         if str(context.get_parameter_source(name)).endswith("COMMANDLINE"):
             rule = "needs --robot: without it, the state file continues with its own options"
@@ -70,7 +70,7 @@ def check_later(context: typer.Context, kept: Collection[str]) -> None:
 
 
 def check_one_source(results: str | Collection[str] | None, value: Collection[str] | None) -> None:
-    """Check that results are given in one way."""
+    """Check that results are given by files or by --value, and not by both."""
     if (results is None) == (not value):
         rule = "must be given either in a CSV file or with --value"
         raise InputError(rule, key="results", value="given in both" if value else "given in neither")
@@ -94,15 +94,15 @@ def tell_command(
     with TankSearch(state) as experiment:
         check_one_source(results, value)
         runs = _runs_of(value or [], experiment) if results is None else read_steady(results, experiment.problem.robot)
-        left = experiment.tell(runs)
+        remaining = experiment.tell(runs)
         if not as_json:
-            print_lines([f"{len(runs)} recorded; {left or 'none'} of this batch remaining."])
-        if as_json or left == 0:
+            print_lines([f"{len(runs)} recorded; {remaining or 'none'} of this batch remaining."])
+        if as_json or remaining == 0:
             emit(experiment, record=_record, lines=_lines, as_json=as_json)
 
 
 def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
-    """Make runs of the values of the option, for the gaits that are not measured yet."""
+    """Return steady runs from the texts of --value, one for each gait of the batch that is not yet measured."""
     gaits = experiment.ask()
     if not gaits:
         raise InputError("has stopped", key="the search", fix="see `hypertuna optimize ask`")
@@ -119,7 +119,7 @@ def _runs_of(texts: list[str], experiment: TankSearch) -> list[SteadyRun]:
 
 
 def _record(experiment: TankSearch) -> dict[str, Any]:
-    """Return the next gaits, or how the search ended, as JSON."""
+    """Return the JSON record of the next gaits, the best run so far, and how the search ended."""
     best = experiment.best
     return {
         "stop": experiment.optimizer.stop,
@@ -130,7 +130,7 @@ def _record(experiment: TankSearch) -> dict[str, Any]:
 
 
 def _lines(experiment: TankSearch) -> Iterator[Any]:
-    """Lay out the next gaits, and the best one so far."""
+    """Yield the lines that the terminal shows: the next gaits, or the end of the search, and the best gait so far."""
     robot, best, stop = experiment.problem.robot, experiment.best, experiment.optimizer.stop
     rows = [gait_row(robot, name, gait, ".4g") for name, gait in experiment.ask().items()]
     if rows:
@@ -147,21 +147,21 @@ def _lines(experiment: TankSearch) -> Iterator[Any]:
 
 
 def _measured(run: SteadyRun) -> dict[str, Any]:
-    """Return the measurements of a run by the names of a file of steady runs."""
+    """Return the measurements of a run by their column names in files of steady runs."""
     return {COLUMNS[name]: getattr(run, name) for name in MEASURED}
 
 
 def _values(gait: Gait) -> list[float]:
-    """Values of a gait in Hz and degrees, in the order of `gait_columns`."""
+    """Return the values of a gait [Hz, deg] in the order of `gait_columns`."""
     return [gait.frequency, *np.degrees(gait.values[1:]).tolist()]
 
 
 def gait_row(robot: Robot, name: str, gait: Gait, digits: str = ".6f") -> dict[str, str]:
-    """Return a gait by the names of a file of steady runs."""
+    """Return the cells of a gait by their column names in files of steady runs."""
     values = (f"{x:{digits}}" for x in _values(gait))
     return {COLUMNS["name"]: name} | dict(zip(gait_columns(robot), values, strict=True))
 
 
 def gaits_csv(robot: Robot, gaits: Mapping[str, Gait]) -> Csv:
-    """Write gaits with empty cells in the columns of what is to be measured."""
+    """Return the CSV table of gaits, with empty cells for the measurements to be filled in."""
     return rows_csv({}, [gait_row(robot, name, gait) | dict.fromkeys(STEADY, "") for name, gait in gaits.items()])

@@ -11,7 +11,7 @@ from hypertuna.description.robot import Robot
 def export_file(
     robot: Robot, output: str, content: bytes, *, as_json: bool, lines: Sequence[str] = (), **facts: Any
 ) -> None:
-    """Write what a robot becomes elsewhere, and print what was written, with more `facts` in JSON."""
+    """Write the file of a robot for another program, and print its name and size, with more `facts` in JSON."""
     from hypertuna.io.files import write_atomically
 
     write_atomically(output, content)
@@ -41,8 +41,8 @@ def mjcf_command(
 
     subject = robot.load()
     content = mjcf(subject, plugin=plugin, free=free).encode()
-    lost = losses(subject, plugin=plugin, free=free)
-    export_file(subject, output, content, as_json=as_json, lines=_not_in(lost), plugin=plugin, free=free, lost=lost)
+    omits = losses(subject, plugin=plugin, free=free)
+    export_file(subject, output, content, as_json=as_json, lines=_not_in(omits), plugin=plugin, free=free, lost=omits)
 
 
 @opt.grouped
@@ -55,13 +55,13 @@ def sdf_command(
     from hypertuna.export.sdf import sdf, sdf_losses
 
     subject = opt.with_rigid_hinge(robot.load())
-    content, lost = sdf(subject).encode(), sdf_losses(subject)
-    export_file(subject, output, content, as_json=as_json, lines=_not_in(lost), lost=lost)
+    content, omits = sdf(subject).encode(), sdf_losses(subject)
+    export_file(subject, output, content, as_json=as_json, lines=_not_in(omits), lost=omits)
 
 
-def _not_in(lost: Sequence[str]) -> list[str]:
-    """Lay out what of a robot is not in a model."""
-    return ["not in it:", *(f"  - {line}" for line in lost)]
+def _not_in(omits: Sequence[str]) -> list[str]:
+    """Return the lines that list the parts of a robot which a model leaves out."""
+    return ["not in it:", *(f"  - {line}" for line in omits)]
 
 
 @opt.grouped

@@ -33,7 +33,7 @@ COMPARISON = "compare.json"  # file of the record in the folder of a comparison
 
 
 def _folder(content: str) -> Any:
-    """Declare the option of the folder of a run."""
+    """Return the declaration of --output for the folder of a run; content: of the folder, for the help."""
     return typer.Option("-o", "--output", metavar="FOLDER", help=f"Folder of the run: {content}")
 
 
@@ -60,7 +60,7 @@ def geometry_command(
 
 
 def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
-    """Lay out the sections of a body."""
+    """Yield the lines that the terminal shows of a body: its sections [mm] and its channels."""
     sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
     rows = [[f"{1e3 * value:.2f}" for value in section] for section in sections]
     channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * 1e3 * body.radius:.4g} mm"
@@ -124,7 +124,7 @@ def bend_command(
 
 
 def _write(bent: FeBend, folder: Path, *, pictures: bool) -> None:
-    """Write the numbers of a run into its folder, and its pictures."""
+    """Write the numbers of a run into its folder, and its pictures if wanted."""
     record = bent.record() | {"command": command_line()}
     write_atomically(folder / SUMMARY, f"{json_text(record)}\n".encode())
     rows_csv({}, record["steps"]).write(folder / "bend.csv")
@@ -168,8 +168,8 @@ def compare_command(
             fish, index, path, side=side, options=elements, folder=folder, progress=report, work="fe compare"
         )
     if not len(bent.pressure):  # and so nothing to compare
-        whole = bent.record() | {"command": command_line()}
-        emit(bent, record=lambda _: whole, lines=lambda bent: [outcome(bent)], as_json=as_json, failed=True)
+        run_record = bent.record() | {"command": command_line()}
+        emit(bent, record=lambda _: run_record, lines=lambda bent: [outcome(bent)], as_json=as_json, failed=True)
     comparison = compare(bent, reasons=reasons)
     record = comparison.record() | {"command": command_line()}
     written = None if folder is None else str(folder / COMPARISON)

@@ -162,21 +162,21 @@ def _track_marks(
     assert marks.marks is not None
     what = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
     with progress_bar("tracking") as progress:
-        shown = open_film(film, options.frame_rate)
-        points = points_of(fish, shown, camera, options.depth, what, progress)
-    run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, shown.rate)
+        opened = open_film(film, options.frame_rate)
+        points = points_of(fish, opened, camera, options.depth, what, progress)
+    run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, opened.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
         write_atomically(places.places_from_run, places_text(run.places, comment).encode())
     if overlay is not None:
         with progress_bar("drawing") as progress:
-            write_overlay(shown, marked(run, shown, camera, options.depth), overlay, progress)
-    also = (places.places_from_run, overlay)
-    show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise], also=also)
+            write_overlay(opened, marked(run, opened, camera, options.depth), overlay, progress)
+    other_files = (places.places_from_run, overlay)
+    show_marker_runs([run], fish, output, plot, as_json, comment=comment, noises=[noise], also=other_files)
 
 
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
-    """Lay out a tracked film."""
+    """Yield the lines that the terminal shows of a tracked film."""
     sizes = (record["fish_px"], record["contrast_gray"], record["edge_offset_px"], record["length_ratio"])
     heads = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
     counts = (f"{record[key]}" for key in ("frames", "frames_used"))
@@ -234,7 +234,7 @@ def camera_command(
     from hypertuna.film.camera import write_camera
 
     size, squares = (None if pair is None else (int(pair[0]), int(pair[1])) for pair in (lens.size, lens.squares))
-    camera, about = calibrate(
+    camera, report = calibrate(
         size=size,
         board=lens.board,
         squares=squares or (9, 6),
@@ -246,14 +246,14 @@ def camera_command(
     )
     write_camera(camera, output, f"Made by `hypertuna trials camera` {version()}")
     facts = camera.model_dump(mode="json", by_alias=True) | {"off_vertical_deg": math.degrees(camera.off_vertical)}
-    facts |= about
+    facts |= report
     emit(facts, record=dict, lines=_facts, as_json=as_json)
     if not as_json:
         print_written(output)
 
 
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
-    """Lay out a camera."""
+    """Yield the lines that the terminal shows of a calibrated camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
     if "corners" in facts:
         yield f"The camera looks {facts['off_vertical_deg']:.2g} deg off straight down."
@@ -287,7 +287,7 @@ def record_command(
 
 
 def _recorded_lines(facts: dict[str, Any]) -> Iterator[Any]:
-    """Lay out a recording."""
+    """Yield the lines that the terminal shows of a recorded film."""
     width, height = facts["size_px"]
     yield f"{facts['frames']} frames of {width} x {height} pixels at {facts['frame_rate_hz']:.4g} Hz"
 
@@ -310,13 +310,13 @@ def clock_command(
     from hypertuna.film.blinks import blinks_of, clock_between, lamp_of, read_blinks
     from hypertuna.film.source import open_film
 
-    shown = open_film(film)
-    lamp = lamp_of(shown) if led is None else (round(led[0]), round(led[1]))
-    blinks = blinks_of(shown, lamp)
-    facts: dict[str, Any] = {"file": film, "led_px": list(lamp), "frame_rate_hz": shown.rate}
-    facts |= {"blinks_s": blinks.tolist(), "blink_sd_s": 1 / (shown.rate * 12**0.5)}
+    opened = open_film(film)
+    lamp = lamp_of(opened) if led is None else (round(led[0]), round(led[1]))
+    blinks = blinks_of(opened, lamp)
+    facts: dict[str, Any] = {"file": film, "led_px": list(lamp), "frame_rate_hz": opened.rate}
+    facts |= {"blinks_s": blinks.tolist(), "blink_sd_s": 1 / (opened.rate * 12**0.5)}
     if log is not None:
-        clock = clock_between(blinks, read_blinks(log, column), shown.rate, film)
+        clock = clock_between(blinks, read_blinks(log, column), opened.rate, film)
         facts |= {"log": log, "matched": clock.blinks, "time_offset_s": clock.offset, "time_offset_sd_s": clock.sd}
         facts |= {"middle_s": clock.middle, "drift": clock.drift, "drift_sd": clock.drift_sd, "left_s": clock.left}
     if output is not None:
@@ -326,7 +326,7 @@ def clock_command(
 
 
 def _clock_lines(facts: dict[str, Any]) -> Iterator[Any]:
-    """Lay out the blinks of a film, and the clock of a log."""
+    """Yield the lines that the terminal shows of a film's blinks, and of a log's clock if there is one."""
     yield Table(["blink", "time [s]"], [[f"{k + 1}", f"{time:.3f}"] for k, time in enumerate(facts["blinks_s"])])
     frame = 1e3 / facts["frame_rate_hz"]
     yield f"lamp at pixel {facts['led_px'][0]}, {facts['led_px'][1]}; a blink begins within one frame, {frame:.2g} ms"
@@ -337,5 +337,5 @@ def _clock_lines(facts: dict[str, Any]) -> Iterator[Any]:
         f"{counted(facts['matched'], 'blink')} in both: add it to the times of {facts['log']}"
     )
     drift, sd = (f"{1e6 * facts[key]:.0f} ppm" for key in ("drift", "drift_sd"))
-    off = f"{1e3 * facts['left_s']:.2g} ms off the line (rms)"
-    yield f"drift: {drift}, within {sd}, from {facts['middle_s']:.1f} s of the log on; the blinks are {off}"
+    residual = f"{1e3 * facts['left_s']:.2g} ms off the line (rms)"
+    yield f"drift: {drift}, within {sd}, from {facts['middle_s']:.1f} s of the log on; the blinks are {residual}"

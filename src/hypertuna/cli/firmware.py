@@ -88,7 +88,7 @@ def faults(as_json: opt.AsJson = False) -> None:
 
 
 def _wires(wiring: Wiring) -> list[dict[str, Any]]:
-    """Return the wires as rows."""
+    """Return the wires as rows of the JSON record."""
     return [{("rate_bit_s" if key == "rate" else key): value for key, value in wire._asdict().items()}
             for wire in wiring.wires]  # fmt: skip
 
@@ -100,7 +100,7 @@ def _wiring_record(wiring: Wiring) -> dict[str, Any]:
 
 
 def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
-    """Lay out the wiring."""
+    """Yield the lines that the terminal shows of a robot's wiring."""
     yield Table(
         ["pin", "part", "signal", "bus", "range"],
         [(f"{w.pin}", w.part, w.signal, _bus(w), w.range) for w in wiring.wires],
@@ -114,12 +114,12 @@ def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
 
 
 def _bus(wire: Wire) -> str:
-    """Name the bus of a wire with its rate."""
+    """Return the name of a wire's bus, with its rate if it has one."""
     return f"{wire.bus}, {wire.rate}" if wire.rate else wire.bus
 
 
 def _pin(wiring: Wiring) -> int:
-    """Return the pin of the battery's voltage."""
+    """Return the number of the pin that measures the battery's voltage."""
     return next(wire.pin for wire in wiring.wires if wire.signal == "voltage")
 
 
@@ -137,11 +137,11 @@ def _record(parameters: FirmwareTable) -> dict[str, Any]:
 
 
 def _lines(parameters: FirmwareTable) -> Iterator[Any]:
-    """Lay out the parameters."""
+    """Yield the lines that the terminal shows of the firmware's parameters."""
     rows = []
     for p in parameters.parameters:
-        part, column, index = parameters.fields[p.field]
-        rows.append((p.name, f"{p.standard:.6g}", f"{p.low:.6g}", f"{p.high:.6g}", f"{part} {column}[{index}]"))
+        struct, column, index = parameters.fields[p.field]
+        rows.append((p.name, f"{p.standard:.6g}", f"{p.low:.6g}", f"{p.high:.6g}", f"{struct} {column}[{index}]"))
     total, settable = len(parameters.values), len(parameters.parameters)
     yield f"{parameters.robot.name}: {total} numbers on board, {settable} of them parameters (SI)", "bold"
     yield Table(["parameter", "value", "low", "high", "of"], rows, left=(0, 4))

@@ -33,12 +33,12 @@ class GaitOptions:
 
     @property
     def given(self) -> dict[str, Points]:
-        """Values of each option that is given [Hz, deg]."""
+        """Values [Hz, deg] of each option that is given, by its key."""
         angles = {key: [point for level in getattr(self, key) or () for point in level] for key in KINDS}
         return {key: points for key, points in {"frequency": self.frequency, **angles}.items() if points}
 
     def make(self, robot: Robot) -> Gait:
-        """Return the only gait."""
+        """Return the gait of the options; refuse options that give several."""
         for key, points in self.given.items():
             if len(points) != 1:
                 value = " and ".join(",".join(f"{x:g}" for x in point) for point in points[:2])
@@ -52,7 +52,7 @@ class GaitOptions:
         return gait
 
     def grid(self, robot: Robot) -> Gaits:
-        """Return all combinations."""
+        """Return the grid of all combinations of the options' values."""
         axes = _axes(robot, self.gait, self.given)
         typed = {"frequency": [value for (value,) in axes["frequency"]]} | {key: axes[key] for key in KINDS}
         with _as_options():
@@ -62,14 +62,14 @@ class GaitOptions:
 
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:
-    """Make a gait of its values [Hz, deg]."""
+    """Return the gait of its values [Hz, deg] by key."""
     with _as_options():
         return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
 
 
 @contextlib.contextmanager
 def _as_options() -> Iterator[None]:
-    """Name the options in errors of gaits."""
+    """Turn errors of gaits raised inside into errors that name the options."""
     try:
         yield
     except InputError as error:
@@ -77,38 +77,38 @@ def _as_options() -> Iterator[None]:
 
 
 def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[str, Points]:
-    """Return the values of each option, checked for their number per joint group."""
+    """Return the values [Hz, deg] of each option, or of the named gait, one angle per joint group in each."""
     groups = len(robot.joints)
     axes: dict[str, Points] = {"bias": [(0.0,) * groups]}
     if name is None and len(robot.gaits) == 1 and not given.keys() >= {"frequency", "amplitude", "phase"}:
         (name,) = robot.gaits  # the only one
     if name is not None:
-        known = named_gait(robot, name)
-        axes["frequency"] = [(known.frequency,)]
-        axes |= {key: [tuple(np.degrees(getattr(known, key)).tolist())] for key in KINDS}
+        named = named_gait(robot, name)
+        axes["frequency"] = [(named.frequency,)]
+        axes |= {key: [tuple(np.degrees(getattr(named, key)).tolist())] for key in KINDS}
     for key, points in given.items():
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
-    if 0 < max((abs(a) for point in given.get("amplitude", ()) for a in point), default=0) < RADIANS:
+    if 0 < max((abs(angle) for point in given.get("amplitude", ()) for angle in point), default=0) < RADIANS:
         note("amplitudes are in degrees, and these are small; multiply radians by 57.3.")
     if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
         choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
-        rule, them = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")
-        raise InputError(rule, key=listed(missing), fix=f"give {them}{choice}")
+        rule, pronoun = ("is missing", "it") if len(missing) == 1 else ("are missing", "them")
+        raise InputError(rule, key=listed(missing), fix=f"give {pronoun}{choice}")
     return axes | dict(given)
 
 
 def _note_bounds(robot: Robot, given: Mapping[str, Points]) -> None:
-    """Note frequencies and amplitudes that are given beyond the bounds of the robot's file."""
+    """Print a note on the given frequencies and amplitudes that lie beyond the gait bounds of the robot's file."""
     if (bounds := robot.gait_bounds) is None:
         return
     for key, unit in {"frequency": "Hz", "amplitude": "deg"}.items():
         pairs = [bounds.frequency] if key == "frequency" else np.degrees(bounds.amplitude).tolist()
         names = [""] if key == "frequency" else [f" of joint group {group.name}" for group in robot.joints]
-        typed = [one for point in given.get(key, ()) for one in zip(point, pairs, names, strict=True)]
-        if outside := [(x, *pair, of) for x, pair, of in typed if not pair[0] - NEAR <= x <= pair[1] + NEAR]:
-            value, low, high, of = outside[-1]
+        typed = [triple for point in given.get(key, ()) for triple in zip(point, pairs, names, strict=True)]
+        if outside := [(x, *pair, suffix) for x, pair, suffix in typed if not pair[0] - NEAR <= x <= pair[1] + NEAR]:
+            value, low, high, suffix = outside[-1]
             bound = f"gait_bounds.{key}_{unit.lower()} of {robot.name}"
-            note(f"--{key} {value:g} {unit}{of} is outside {bound}, {low:g} to {high:g} {unit}.")
+            note(f"--{key} {value:g} {unit}{suffix} is outside {bound}, {low:g} to {high:g} {unit}.")
 
 
 def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:
@@ -117,14 +117,14 @@ def _check_count(robot: Robot, key: str, points: Points, count: int) -> None:
         if len(point) != count:
             groups = ", ".join(group.name for group in robot.joints)
             rule = "must be one value" if key == "frequency" else f"must be {count} values, for joint groups {groups}"
-            given = f"but has {len(point)} ({', '.join(f'{x:g}' for x in point)})"
+            has = f"but has {len(point)} ({', '.join(f'{x:g}' for x in point)})"
             fix = "give one number" if count == 1 else f"give {count}, separated by commas"
             fix += ", such as " + "0," * (count - 1) + "0:90:10" if min(count, len(points)) > 1 else ""
-            raise InputError(f"{rule}, {given}", key=f"--{key}", fix=fix)
+            raise InputError(f"{rule}, {has}", key=f"--{key}", fix=fix)
 
 
 def check_duration(gait: Gait, duration: float) -> None:
-    """Check that a run has whole beats to take means over."""
+    """Check that a run is long enough for means over two whole beats."""
     shortest = MIN_BEATS / gait.frequency
     if duration < shortest:
         rule = f"must be at least two beats, {shortest:.4g} s at {gait.frequency:g} Hz"
@@ -133,5 +133,5 @@ def check_duration(gait: Gait, duration: float) -> None:
 
 
 def column_rows(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
-    """Return columns as rows."""
+    """Return the rows of columns, each a dictionary by the columns' names."""
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

@@ -73,20 +73,20 @@ def hil_command(
     """
     if air is not None and radio is None:
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
-    if (lack := missing(board)) is not None:
-        raise InputError("must be able to run here", key="--board", value=board, fix=lack)
+    if (missing_tool := missing(board)) is not None:
+        raise InputError("must be able to run here", key="--board", value=board, fix=missing_tool)
     named = robot.load() if robot.robot else None
-    flown = find_scenario(scenario, replace(robot, robot=ROBOT).load() if named is None and ":" in scenario else named)
-    fish = named if named is not None else replace(robot, robot=flown.robot or ROBOT).load()
-    if flown.mission is not None:
-        check_current(fish, flown.mission)
-        if radio is not None and flown.mission.waypoints:
+    plan = find_scenario(scenario, replace(robot, robot=ROBOT).load() if named is None and ":" in scenario else named)
+    fish = named if named is not None else replace(robot, robot=plan.robot or ROBOT).load()
+    if plan.mission is not None:
+        check_current(fish, plan.mission)
+        if radio is not None and plan.mission.waypoints:
             note = f"note: {scenario} is armed and started by itself; --scenario afloat waits for the ground station"
             typer.echo(note, err=True)
     with progress_bar("ticks") as progress:
         run = firmware_in_the_loop(
             fish,
-            flown,
+            plan,
             board=board,
             ticks=ticks,
             seed=seed,
@@ -109,7 +109,7 @@ def hil_command(
 
 
 def _record(run: FirmwareRun) -> dict[str, Any]:
-    """Return the JSON record of a run."""
+    """Return the JSON record of a run of the firmware."""
     last, mission = run.answers[-1], run.mission_run
     record: dict[str, Any] = {
         "board": run.board,
@@ -132,7 +132,7 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
 
 
 def _lines(run: FirmwareRun) -> Iterator[Any]:
-    """Lay out a run."""
+    """Yield the lines that the terminal shows of a run of the firmware."""
     record = _record(run)
     yield f"{run.scenario.name} on {run.board}: {run.ticks} ticks", "bold"
     yield f"real-time factor: {run.real_time_factor:.1f}"
@@ -141,8 +141,8 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
         yield f"max stack: {record['stack_bytes']} bytes"
     if run.mission_run is not None:
         status = f"{record['status']}, " if record["status"] is not None else ""
-        way = f"{record['distance_m']:.1f} m over ground"
-        yield f"at the end: {status}{way}, state {record['state']}, mode {record['mode']}"
+        distance = f"{record['distance_m']:.1f} m over ground"
+        yield f"at the end: {status}{distance}, state {record['state']}, mode {record['mode']}"
     for side, packets in run.air.items():
         counts = f"{packets['sent']} packets, {packets['lost']} lost, {packets['damaged']} damaged"
         yield f"radio of the {side}: {counts}, {packets['dropped']} bytes dropped"
@@ -153,7 +153,7 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
     if not run.compared:
         yield "Not compared: orders over the radio reach the board alone.", "dim"
     elif len(run.mismatches):
-        where = f"{len(run.mismatches)} ticks, first in tick {run.mismatches[0]}"
-        yield f"The board differs from the program on this machine in {where}.", "bold red"
+        mismatch = f"{len(run.mismatches)} ticks, first in tick {run.mismatches[0]}"
+        yield f"The board differs from the program on this machine in {mismatch}.", "bold red"
     else:
         yield "Every tick has the same bits as the program on this machine.", "green"

@@ -47,24 +47,24 @@ class Fits:
 
 
 def _unit(name: str) -> tuple[str, float]:
-    """Return the unit of a coefficient on the command line, and how many of it are one SI unit."""
+    """Return the unit of a coefficient on the command line, and the factor from SI to that unit."""
     return ("deg", 180 / math.pi) if name.startswith("joints.phase_offset") else ("its SI unit", 1.0)
 
 
 def _bound(text: str, key: str) -> parsing.Bound:
-    """Read NAME=LOW:HIGH; return SI units."""
+    """Return name, low and high [SI] from NAME=LOW:HIGH in the units of the command line."""
     unit, factor = _unit(text)
     name, low, high = parsing.bound(text, key, unit)
     return parsing.Bound(name, low / factor, high / factor)
 
 
 def _prior(text: str, key: str) -> parsing.Setting:
-    """Read NAME=FACTOR."""
+    """Return name and factor from NAME=FACTOR; key: the option, for errors."""
     return parsing.setting(text, key, "a factor such as 2")
 
 
 def _start(text: str, key: str) -> parsing.Setting:
-    """Read NAME=VALUE; return SI units."""
+    """Return name and value [SI] from NAME=VALUE in the unit of the command line."""
     unit, factor = _unit(text)
     name, value = parsing.setting(text, key, unit)
     return parsing.Setting(name, value / factor)
@@ -181,10 +181,10 @@ def identify_command(
     fit, sampled = by_law[best], None
     if samples is not None:
         file = Path(search.checkpoint) if search.checkpoint else None
-        own = file and file.with_stem(f"{file.stem}-posterior")
-        how: Any = {"threads": search.threads, "checkpoint": own}
-        with progress_bar("sampling", parts="step", checkpoint=own) as progress, connected(cluster) as executor:
-            sampled = posterior(fit, samples, executor=executor, **how, progress=progress)
+        saved = file and file.with_stem(f"{file.stem}-posterior")
+        sampling: Any = {"threads": search.threads, "checkpoint": saved}
+        with progress_bar("sampling", parts="step", checkpoint=saved) as progress, connected(cluster) as executor:
+            sampled = posterior(fit, samples, executor=executor, **sampling, progress=progress)
     fitted = fit.robot if sampled is None else with_posterior(fit, sampled)
     if output is not None:
         write_robot(fitted, output)
@@ -215,7 +215,7 @@ def _record(fits: Fits) -> dict[str, Any]:
 
 
 def _lines(fits: Fits) -> Iterator[Part]:
-    """Lay out a fit, beside those of other water laws; names of coefficients take two lines on a narrow terminal."""
+    """Yield the lines that the terminal shows of the best fit, and of the fits by other water laws."""
     if len(fits.by_law) > 1:
         yield digits_table(*law_table(fits.by_law))
     title, table, *rest = sampled_card(fits.fit, fits.sampled, fits.seconds).lines()

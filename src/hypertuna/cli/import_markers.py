@@ -25,7 +25,7 @@ from hypertuna.trials.tracks import LENGTHS
 
 @dataclass(frozen=True)
 class PlaceOptions:
-    """Where markers are on the robot, and which are used."""
+    """Options of where markers are on the robot, and of which are used."""
 
     places: Annotated[
         str | None,
@@ -48,7 +48,7 @@ class PlaceOptions:
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
     def wishes(self) -> Wishes:
-        """Return how the markers are fitted."""
+        """Return the options as those of the fit to the markers."""
         joints = [_names(self.merge)] if self.merge else []
         return Wishes(self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None)
 
@@ -87,9 +87,9 @@ class MarkerOptions:
             fix = "give --unit px and --scale in m/px, or neither"
             key, value = "--unit px and --scale", f"--unit {self.unit or 'm'}"
             raise InputError("must be given together", key=key, value=value, fix=fix)
-        own = {key: getattr(self, key) for key in ("frame_rate", "min_likelihood", "individual", "vertical")}
-        own["scale"] = self.scale if self.scale is not None else LENGTHS[self.unit] if self.unit else None
-        return own | {"y_down": None if self.y_axis is None else self.y_axis == "down", "pixels": self.unit == "px"}
+        others = {key: getattr(self, key) for key in ("frame_rate", "min_likelihood", "individual", "vertical")}
+        others["scale"] = self.scale if self.scale is not None else LENGTHS[self.unit] if self.unit else None
+        return others | {"y_down": None if self.y_axis is None else self.y_axis == "down", "pixels": self.unit == "px"}
 
 
 @opt.grouped
@@ -140,10 +140,10 @@ def show_marker_runs(
     from hypertuna.trials.plots_markers import plot_markers
 
     save(plot_markers(refused_run or next((run for run in runs if run.doubts), runs[0])), plot)
-    if refused_run is not None and (why := refused_run.refusal()):
-        fix = f"{why.fix}; the picture is {plot}"
+    if refused_run is not None and (error := refused_run.refusal()):
+        fix = f"{error.fix}; the picture is {plot}"
         with refused(as_json):
-            raise InputError(why.rule, file=why.file, key=why.key, value=why.value, fix=fix)
+            raise InputError(error.rule, file=error.file, key=error.key, value=error.value, fix=fix)
     written = write_marker_runs(runs, fish, output, comment, noises)
     records = [run.record() for run in runs]
     emit(
@@ -156,17 +156,17 @@ def show_marker_runs(
 
 
 def _names(text: str) -> list[str]:
-    """Read names separated by commas."""
+    """Return the names in a text, separated by commas."""
     return [name for part in text.split(",") if (name := part.strip())]
 
 
 def _comment() -> str:
-    """Return the first line of a file that is written here."""
+    """Return the comment in the first line of the files that the command writes."""
     return f"Made by `hypertuna trials import` {version()}"
 
 
 def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) -> Iterator[Any]:
-    """Lay out imported runs."""
+    """Yield the lines that the terminal shows of imported runs."""
     heads = ["run", "frames", "used", "missing", "rejected", "noise [mm]", "head sd [mm]", "yaw sd [deg]"]
     rows = []
     for record in records:

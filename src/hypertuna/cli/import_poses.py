@@ -59,7 +59,7 @@ def import_poses_command(
 
 
 def _lines(run: PoseRun, record: dict[str, Any]) -> Iterator[Any]:
-    """Lay out an imported run."""
+    """Yield the lines that the terminal shows of an imported run."""
     row = [run.name, run.source, f"{record['poses']}", f"{record['seconds']:.4g}", f"{record['joint_samples']}"]
     yield Table(["run", "source", "poses", "duration [s]", "joint samples"], [row])
     for sentence in record["notes"]:

@@ -43,7 +43,7 @@ def silicone_command(
 
 
 def _silicone_record(file: str, test: TensileTest, fit: TensileFit) -> dict[str, Any]:
-    """Return the JSON record of a fit."""
+    """Return the JSON record of a fit to a tensile test."""
     return {
         "hypertuna_version": version(),
         "file": file,
@@ -63,7 +63,7 @@ def _silicone_record(file: str, test: TensileTest, fit: TensileFit) -> dict[str,
 
 
 def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
-    """Lay out a fit."""
+    """Yield the lines that the terminal shows of a fit to a tensile test."""
     solid = fit.solid
     yield f"{test.name}: tensile_pa = [{solid.c1:.0f}, {solid.c2:.0f}]", "bold"
     yield f"Young's modulus at small strain: {solid.modulus / 1e3:.1f} kPa"
@@ -77,7 +77,7 @@ def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
 
 
 def _bound(text: str, key: str) -> parsing.Bound:
-    """Read NAME=LOW:HIGH; return SI units."""
+    """Return name, low and high [SI] from NAME=LOW:HIGH in the units of the command line."""
     kind = text.partition("=")[0].partition("[")[0].strip()
     unit, factor = BORDER[KINDS[kind].unit if kind in KINDS else "1"]
     name, low, high = parsing.bound(text, key, unit)
@@ -121,15 +121,15 @@ def fit_command(
     prior = {name: (low, high) for name, low, high in bounds or []}
     with progress_bar("fitting") as progress:
         fit = fit_bench(fish, bench, free, bounds=prior, loss=loss, starts=starts, seed=seed, progress=progress)
-    more = information_gain(fit)
+    gains = information_gain(fit)
     if output is not None:
         write_robot(fit.robot, output, note="fitted, see [sources]")
     emit(
         fit,
         record=lambda fit: (
-            fit.record | {"files": files, "measurements": [one.record for one in more], "output": output}
+            fit.record | {"files": files, "measurements": [one.record for one in gains], "output": output}
         ),
-        lines=lambda fit: _lines(fit, more),
+        lines=lambda fit: _lines(fit, gains),
         plot=plot,
         written=(output,),
         as_json=as_json,
@@ -137,17 +137,17 @@ def fit_command(
     )
 
 
-def _lines(fit: BenchFit, more: Sequence[InformationGain]) -> Iterator[Part]:
-    """Lay out a fit, and the measurements that would add most before its warnings."""
+def _lines(fit: BenchFit, gains: Sequence[InformationGain]) -> Iterator[Part]:
+    """Yield the lines that the terminal shows of a fit; before its warnings, the measurements that would add most."""
     lines = card_of(fit).lines()
-    last = len(lines) - 1 - len(fit.warnings)
-    yield from lines[:last]
-    if more:
+    warnings_start = len(lines) - 1 - len(fit.warnings)
+    yield from lines[:warnings_start]
+    if gains:
         yield "Additional measurements, the most informative first:", "bold"
-    for one in more[:MEASUREMENTS]:
-        parts = [f"{name} {half_text(one.before[name])} to {half_text(after)}" for name, after in one.after.items()]
-        left = len(parts) - NARROWED
-        narrowed = ", ".join(parts[:NARROWED]) + f", {left} more" * (left > 0)
-        expected = f"expected {one.value:.3g} \u00b1 {one.half_interval:.2g} {one.unit}, known to {one.sd:.2g}"
-        yield f"{one.bits:4.1f} bits  {one.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
-    yield from lines[last:]
+    for gain in gains[:MEASUREMENTS]:
+        parts = [f"{name} {half_text(gain.before[name])} to {half_text(after)}" for name, after in gain.after.items()]
+        rest = len(parts) - NARROWED
+        narrowed = ", ".join(parts[:NARROWED]) + f", {rest} more" * (rest > 0)
+        expected = f"expected {gain.value:.3g} \u00b1 {gain.half_interval:.2g} {gain.unit}, known to {gain.sd:.2g}"
+        yield f"{gain.bits:4.1f} bits  {gain.text} ({expected}): {narrowed or 'no unknown by a tenth'}"
+    yield from lines[warnings_start:]

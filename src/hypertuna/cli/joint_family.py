@@ -78,9 +78,9 @@ def family_command(
         with progress_bar("finite elements", slow=True) as progress:
             checked = check_chosen(found, elements, progress=progress)
     checks = [
-        f"hypertuna fe bend --robot {output or 'FILE.toml'} --joint {fish.joints[joint].name} --pressure 0:{top:g}:6"
+        f"hypertuna fe bend --robot {output or 'FILE.toml'} --joint {fish.joints[joint].name} --pressure 0:{peak:g}:6"
         for joint in bench.joints
-        for top in [bench.pressure[bench.joint == joint].max() / 1e3]
+        for peak in [bench.pressure[bench.joint == joint].max() / 1e3]
     ]
     emit(
         found,
@@ -98,29 +98,29 @@ def family_command(
 
 
 def _lines(found: Family, checks: list[str], output: str | None, checked: Checked | None) -> Iterator[Part]:
-    """Lay out a family, with its check before the warnings."""
+    """Yield the lines that the terminal shows of a family of designs, with its check before the warnings."""
     lines = card_of(found).lines()
-    last = len(lines) - 1 - len(found.warnings)
-    yield from lines[:last]
+    warnings_start = len(lines) - 1 - len(found.warnings)
+    yield from lines[:warnings_start]
     if checked is not None:
         yield from _check_lines(checked)
     else:
-        then = "run" if output else "write it by -o FILE.toml, then"
-        yield f"To check the chosen design by finite elements, add --check, or {then}:"
+        next_step = "run" if output else "write it by -o FILE.toml, then"
+        yield f"To check the chosen design by finite elements, add --check, or {next_step}:"
         yield from checks
-    yield from lines[last:]
+    yield from lines[warnings_start:]
 
 
 def _check_lines(checked: Checked) -> Iterator[Part]:
-    """Lay out the chosen design by finite elements, beside the fast model."""
+    """Yield the lines that compare the chosen design by finite elements with the fast model."""
     yield f"Chosen design by finite elements, mesh {checked.options.mesh}:", "bold"
     rows = [
         [
-            *(fact_text(one), one["unit"], f"{one['measured']:.3g}", f"{one['chosen']:.3g}"),
-            *(f"{one['without_friction']:.3g}", f"{one['elements']:.3g}" if math.isfinite(one["elements"]) else ""),
-            f"{one['difference_percent']:+z.1f}" if math.isfinite(one["difference_percent"]) else "",
+            *(fact_text(fact), fact["unit"], f"{fact['measured']:.3g}", f"{fact['chosen']:.3g}"),
+            *(f"{fact['without_friction']:.3g}", f"{fact['elements']:.3g}" if math.isfinite(fact["elements"]) else ""),
+            f"{fact['difference_percent']:+z.1f}" if math.isfinite(fact["difference_percent"]) else "",
         ]
-        for one in checked.facts
+        for fact in checked.facts
     ]
     heads = ["measured", "unit", "value", "fast model", "without\nfriction", "elements", "differs\n[%]"]
     yield Table(heads, rows, left=(0, 1))

@@ -36,8 +36,8 @@ def info_command(log: LogFile, as_json: opt.AsJson = False) -> None:
     bad input.
     """
     if is_radio_log(log):
-        heard = read_radio_log(log)
-        return emit(heard, record=_radio, lines=_radio_lines, as_json=as_json, failed=not heard.complete)
+        radio_log = read_radio_log(log)
+        return emit(radio_log, record=_radio, lines=_radio_lines, as_json=as_json, failed=not radio_log.complete)
     content = read_log(log)
     emit(content, record=_record, lines=_lines, as_json=as_json, failed=not content.complete)
 
@@ -129,7 +129,7 @@ def black_box_command(
 
 
 def _convert(log: str, output: str, as_json: bool, write: Callable[[Log], Any]) -> None:
-    """Read a log, write it to another file, and report what is missing."""
+    """Read a log, write it in another format by `write`, and report whether the log is complete."""
     content = read_log(log)
     write(content)
     if not content.complete and not as_json:
@@ -144,21 +144,21 @@ def _convert(log: str, output: str, as_json: bool, write: Callable[[Log], Any]) 
 
 
 def _record(log: Log) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a mission's log."""
     state = {"complete": log.complete, "status_text": log.sentence}
     state |= {"chunks": log.chunks, "size_bytes": log.size, "messages": log.messages}
     return values_of(log.record.summary()) | {"facts": dict(log.record.facts)} | state
 
 
 def _radio(log: RadioLog) -> dict[str, Any]:
-    """Return the JSON record of a log of the radio."""
+    """Return the JSON record of a radio log: its duration [s], and the number of each message."""
     counts = {name: len(times) for name, times in sorted(log.time.items())}
     seconds = max((float(times[-1]) for times in log.time.values()), default=0.0)
     return {"messages": counts, "seconds": seconds, "complete": log.complete}
 
 
 def _radio_lines(log: RadioLog) -> Iterator[Any]:
-    """Lay out a log of the radio."""
+    """Yield the lines that the terminal shows of a radio log."""
     record = _radio(log)
     yield f"log of the radio, {record['seconds']:.4g} s", "bold"
     yield f"messages: {', '.join(f'{count} {name}' for name, count in record['messages'].items())}"
@@ -167,7 +167,7 @@ def _radio_lines(log: RadioLog) -> Iterator[Any]:
 
 
 def _lines(log: Log) -> Iterator[Any]:
-    """Lay out a log as a small table."""
+    """Yield the lines that the terminal shows of a mission's log."""
     yield from card_of(log.record).lines()
     yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():
@@ -177,7 +177,7 @@ def _lines(log: Log) -> Iterator[Any]:
 
 
 def _csv(log: Log) -> Csv:
-    """Write a record as comma-separated values."""
+    """Return the CSV table of a log's record."""
     record = log.record
     facts = {"mission": record.name, "robot": record.robot, **record.facts, "complete": str(log.complete).lower()}
     return columns_csv(facts, record_columns(record), digits=9)

@@ -240,12 +240,12 @@ def _run() -> Any:
 
 
 def _sentence(error: BaseException) -> str:
-    """Describe what stopped the program; empty for a fault of its own."""
+    """Return the sentence for an error that the user or the system caused; "" for a fault of the program."""
     if isinstance(error, OSError):
         file = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
         return f"{file}: {error.strerror or error}.".removeprefix(": ")
     if isinstance(error, MemoryError):
         needed = f" ({error})" if str(error) else ""  # what NumPy says: how much, for which array
         return f"there is not enough memory{needed}: give the process more, or this command less to do at once."
-    isa = isinstance(error, ValueError) and str(error).startswith("HYPERTUNA_ISA")
-    return f"{error}." if isa else ""
+    is_isa = isinstance(error, ValueError) and str(error).startswith("HYPERTUNA_ISA")
+    return f"{error}." if is_isa else ""

@@ -34,7 +34,7 @@ from hypertuna.mission.seeds import flight_table, flights_layout, fly_seed_shard
 
 
 def _seeds(text: str, key: str) -> range:
-    """Read FROM:TO."""
+    """Return the range of seeds from FROM:TO, without TO."""
     first, colon, last = text.partition(":")
     fix = "write, for example, 0:100"
     if not colon:
@@ -155,7 +155,7 @@ def mission_command(
 
 
 def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
-    """Load the robot of the option, or of the file."""
+    """Return the robot of --robot, or of the mission file."""
     chosen = options.robot or file.robot
     if not chosen:
         fix = "add robot to the file, or give --robot"
@@ -164,30 +164,30 @@ def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
 
 
 def _tell_doubts(robot: Robot, file: MissionFile) -> None:
-    """Note before the flight what will slow the mission down or end it early."""
+    """Print notes, before the flight, on what will slow the mission down or end it early."""
     check_current(robot, file.mission)
     check_fit(robot, file.mission)
-    for sentence in (found := doubts(robot, file.mission)):
+    for sentence in (sentences := doubts(robot, file.mission)):
         note(sentence)
-    if found and spelled(robot) != file.robot:
+    if sentences and spelled(robot) != file.robot:
         command = f"hypertuna mission new FILE.toml --robot {shlex.quote(spelled(robot))}"
         note(f"`{command}` writes a mission that this robot can swim")
 
 
-def _outcome(one: Outcome) -> dict[str, Any]:
-    """Return the outcome of a flight, names with units."""
-    ending = {"seed": one.seed, "status": one.status}
-    return ending | values_of(one.summary()) | {"reasons_s": one.reasons, "waypoints": one.waypoints}
+def _outcome(result: Outcome) -> dict[str, Any]:
+    """Return the JSON record of a flight's outcome, units in the names."""
+    ending = {"seed": result.seed, "status": result.status}
+    return ending | values_of(result.summary()) | {"reasons_s": result.reasons, "waypoints": result.waypoints}
 
 
 def _record(flight: Flight) -> dict[str, Any]:
     """Return the JSON record of a flight."""
-    record, one, fastest = flight.record, outcome(flight), gait_table(flight.robot).speed[-1]
+    record, result, fastest = flight.record, outcome(flight), gait_table(flight.robot).speed[-1]
     return (
-        _outcome(one)
+        _outcome(result)
         | values_of(record.summary())
         | {"facts": dict(record.facts), "expected_s": expected(record.mission, fastest)}
-        | {"status_text": ending_text(flight, one), "command": command_line()}
+        | {"status_text": ending_text(flight, result), "command": command_line()}
     )
 
 
@@ -200,7 +200,7 @@ def _fly_many(
     output: str | None,
     as_json: bool,
 ) -> None:
-    """Fly many seeds, and summarize them."""
+    """Fly a mission with many seeds, and print or write a summary."""
     bar = progress_bar("flying", parts="flight", checkpoint=options["checkpoint"])
     with bar as progress, connected(cluster) as executor:
         outcomes = fly_seeds(file, robot, seeds, executor=executor, **options, report=progress)
@@ -219,16 +219,16 @@ def _fly_many(
 
 
 def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Count how flights ended; return minimum, mean and maximum of each number."""
-    rows = [values_of(one.summary()) for one in outcomes]
+    """Return the counts of flights by status and reason, and minimum, mean and maximum of each number."""
+    rows = [values_of(result.summary()) for result in outcomes]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
-    spans = {key: {"min": v.min(), "mean": v.mean(), "max": v.max()} for key, v in columns.items()}
-    reasons = Counter(reason for one in outcomes for reason in one.reasons)
-    return {"status": dict(Counter(one.status for one in outcomes)), "reasons": dict(reasons), **spans}
+    spans = {key: {"min": column.min(), "mean": column.mean(), "max": column.max()} for key, column in columns.items()}
+    reasons = Counter(reason for result in outcomes for reason in result.reasons)
+    return {"status": dict(Counter(result.status for result in outcomes)), "reasons": dict(reasons), **spans}
 
 
 def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
-    """Lay out many flights as minimum, mean and maximum."""
+    """Yield the lines that the terminal shows of many flights: minimum, mean and maximum of each number."""
     statistics = _statistics(outcomes)
     yield f"{title}: {counted(len(outcomes), 'flight')}", "bold"
     rows = [
@@ -244,21 +244,21 @@ def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
 
 
 def _not_done(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
-    """Lay out the flights that are not done, one line for those that failed alike."""
+    """Yield a line for the flights that failed in the same way, with their seeds, the most frequent first."""
     failed: dict[str, list[int]] = {}
-    for one in outcomes:
-        if one.status != "done":
-            failed.setdefault(_why(one), []).append(one.seed)
+    for result in outcomes:
+        if result.status != "done":
+            failed.setdefault(_why(result), []).append(result.seed)
     for why, seeds in sorted(failed.items(), key=lambda item: -len(item[1])):
         yield f"not done: {why}: {'seeds' if len(seeds) > 1 else 'seed'} {', '.join(map(str, seeds))}", "yellow"
 
 
-def _why(one: Outcome) -> str:
-    """Return how a flight that is not done ended: status, first waypoint not reached, reasons that ended it."""
-    left = [point for point in one.waypoints if point["outcome"] != "reached"]
+def _why(result: Outcome) -> str:
+    """Return a text of how a failed flight ended: its status, the first waypoint not reached, and the reasons."""
+    missed = [point for point in result.waypoints if point["outcome"] != "reached"]
     where = "all waypoints reached"
-    if left:
-        where = f"waypoint {left[0]['waypoint']} of {len(one.waypoints)} {left[0]['outcome']}"
+    if missed:
+        where = f"waypoint {missed[0]['waypoint']} of {len(result.waypoints)} {missed[0]['outcome']}"
     names = [name for name, _ in _core.reason_table()]
-    ended = [name.replace("_", " ") for name in one.reasons if name in names[: names.index("all_reached")]]
-    return ", ".join([one.status, where, *ended])
+    end_reasons = [name.replace("_", " ") for name in result.reasons if name in names[: names.index("all_reached")]]
+    return ", ".join([result.status, where, *end_reasons])

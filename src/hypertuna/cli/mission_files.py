@@ -71,27 +71,27 @@ def import_command(
 
     parsing.new_file(output, force)
     fish: Robot | None = None if robot is None else load(robot)
-    found = read_plan(plan, depth=depth)
-    document = plan_document(found, Path(output).stem, fish, speed)
-    file = check_plan(document, found, plan, fish)
-    write_atomically(output, plan_text(document, found, plan).encode())
+    read = read_plan(plan, depth=depth)
+    document = plan_document(read, Path(output).stem, fish, speed)
+    file = check_plan(document, read, plan, fish)
+    write_atomically(output, plan_text(document, read, plan).encode())
     emit(
         file,
         record=lambda file: {
             "written": output,
             "waypoints": len(file.mission.waypoints),
             "depth_max_m": max(point.depth for point in file.mission.waypoints),
-            "goes_home": found.goes_home,
-            "notes": found.notes,
+            "goes_home": read.goes_home,
+            "notes": read.notes,
         },
-        lines=lambda file: _import_lines(file, found.goes_home, found.notes),
+        lines=lambda file: _import_lines(file, read.goes_home, read.notes),
         written=(output,),
         as_json=as_json,
     )
 
 
 def _import_lines(file: MissionFile, goes_home: bool, notes: list[str]) -> Iterator[Any]:
-    """Print what was read, and what a mission holds in another form."""
+    """Yield the lines that the terminal shows of an imported plan, with notes on parts that were changed."""
     points = file.mission.waypoints
     depths = sorted({f"{point.depth:g}" for point in points}, key=float)
     span = depths[0] if len(depths) == 1 else f"{depths[0]} to {depths[-1]}"

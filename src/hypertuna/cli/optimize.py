@@ -52,13 +52,13 @@ def optimize_command(
         _check_alone(context)
         return
     subject = robot.load(output)
-    kept = limits.make(subject, speed=min_speed, **body.arguments())
+    all_limits = limits.make(subject, speed=min_speed, **body.arguments())
     if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
     how = search.arguments() | vars(robust) | {"checkpoint": checkpoint, "design": design_of(design)}
     with progress_bar("optimizing", parts="gait", checkpoint=checkpoint) as progress, connected(cluster) as executor:
-        result = optimize(subject, limits=kept, executor=executor, progress=progress, **how)
+        result = optimize(subject, limits=all_limits, executor=executor, progress=progress, **how)
     if output is not None and result.gait is not None:
         write_robot(_with_best(result.robot, result.gait), output)
     emit(
@@ -72,7 +72,7 @@ def optimize_command(
 
 
 def _with_best(robot: Robot, gait: Gait) -> Robot:
-    """Return a robot with a gait named best."""
+    """Return a robot with `gait` added under the name "best"."""
     document = robot.document()
     document["gaits"] = document.get("gaits", {}) | {"best": gait_record(gait)}
     document["sources"] = document.get("sources", {}) | {"gaits.best": command_line()}
@@ -80,7 +80,7 @@ def _with_best(robot: Robot, gait: Gait) -> Robot:
 
 
 def _check_alone(context: typer.Context) -> None:
-    """Check that the options of ask and tell stand behind their names."""
+    """Check that options of the subcommands ask and tell come after their names."""
     for key in context.params:
         if str(context.get_parameter_source(key)).endswith("COMMANDLINE"):
             rule = f"must come after {context.invoked_subcommand}"
@@ -88,7 +88,7 @@ def _check_alone(context: typer.Context) -> None:
 
 
 def _record(result: Optimum) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of an optimum."""
     target = result.objective
     facts = ("evaluations", "seconds", "stop", "remark", "method", "seed", "value", "robust", "history")
     return {

@@ -39,12 +39,12 @@ def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, s
 
 
 def _as_typed(value: str) -> str:
-    """Keep the text for the callback."""
+    """Return an option's text unchanged, for its callback to read."""
     return value
 
 
 def group(help: str) -> typer.Typer:
-    """Make a group of commands."""
+    """Return an empty group of commands with a help text."""
     return App(no_args_is_help=True, help=help)
 
 
@@ -54,7 +54,7 @@ SYMBOLS |= {"m, m and degrees": "m,m,deg"}
 
 
 def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function that declares options of a kind; `read` takes the text, the key, the unit and more.
+    """Return a function that declares options of a form; `read` takes the text, the key, the unit and more.
 
     In the metavar `form`, UNIT stands for the symbol of the unit, or for NUMBER without one.
     """
@@ -89,7 +89,7 @@ def word(name: str, words: Sequence[str], help: str) -> Any:
 
 
 def starting(words: Sequence[str], incomplete: str) -> list[str]:
-    """Return the words that a word may become."""
+    """Return the words that complete an incomplete one."""
     return [word for word in words if word.startswith(incomplete)]
 
 
@@ -122,7 +122,7 @@ def file_or_shards(help: str, *suffixes: str) -> Any:
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a command take groups of options: a parameter whose type is a dataclass stands for the options it holds."""
+    """Return a command with each parameter of a dataclass type replaced by that dataclass's fields as options."""
     types: dict[str, Any] = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in types.items() if is_dataclass(kind)}
     options: dict[str, inspect.Parameter] = {}
@@ -139,9 +139,9 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
             values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
         command(**values)
 
-    listed = [one.replace(kind=one.KEYWORD_ONLY, annotation=types[name]) for name, one in options.items()]
-    called.__signature__ = inspect.Signature(listed)  # type: ignore[attr-defined]  # read by typer
-    called.__annotations__ = {option.name: option.annotation for option in listed}
+    flat = [one.replace(kind=one.KEYWORD_ONLY, annotation=types[name]) for name, one in options.items()]
+    called.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]  # read by typer
+    called.__annotations__ = {option.name: option.annotation for option in flat}
     return called
 
 
@@ -154,23 +154,23 @@ ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT
 
 
 def offered_robots(incomplete: str) -> list[str]:
-    """Return the robots that a name may become."""
+    """Return the names of robots that complete an incomplete one."""
     from hypertuna.description.robot import robots
 
     return starting(robots(), incomplete)
 
 
 def offered_files(incomplete: str, suffixes: Sequence[str]) -> list[str]:
-    """Return the files of some kinds that a path may become."""
+    """Return the files with some suffixes that complete an incomplete path."""
     folder, name = os.path.split(incomplete)
     with contextlib.suppress(OSError):
-        found = [entry.name for entry in os.scandir(folder or ".") if entry.name.endswith(tuple(suffixes))]
-        return [os.path.join(folder, entry) for entry in starting(sorted(found), name)]
+        matches = [entry.name for entry in os.scandir(folder or ".") if entry.name.endswith(tuple(suffixes))]
+        return [os.path.join(folder, entry) for entry in starting(sorted(matches), name)]
     return []
 
 
 def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
-    """Return the gaits of the robot that is typed before."""
+    """Return the gaits, of the robot typed before on the line, that complete an incomplete name."""
     from hypertuna.description.robot import load
 
     named = [*context.args, context.params.get("robot") or ROBOT]  # words that are no option wait in `args`
@@ -180,7 +180,7 @@ def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def _keys(context: typer.Context, incomplete: str) -> list[str]:
-    """Return the keys that one of the robot typed before may become; a name with a space would be two words."""
+    """Return the keys, of the robot typed before on the line, that complete an incomplete one; none with a space."""
     from hypertuna.description.changes import settable
     from hypertuna.description.robot import load
 
@@ -191,7 +191,7 @@ def _keys(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def _change(text: str, key: str) -> tuple[str, Any]:
-    """Read KEY=VALUE of a robot."""
+    """Return key and value from KEY=VALUE of a robot's file."""
     from hypertuna.description.changes import toml_value
 
     name, value = parsing.pair(text, key, "KEY=VALUE")
@@ -279,7 +279,7 @@ class ModelOptions(RobotOptions):
 
 
 def with_rigid_hinge(robot: Robot, where: str = "here") -> Robot:
-    """Return a robot whose hinge a command leaves rigid, with a note."""
+    """Return a robot unchanged, and print a note that the command leaves its hinges rigid."""
     for hinge in robot.hinges:
         rigid = "rigid and straight" if hinge.rest else "rigid"
         note(f"the passive hinge of link {hinge.link} stays {rigid} {where}: `swim` and the twin bend it.")
@@ -349,7 +349,7 @@ PRESSURES = Range(max=2000.0)  # kPa: beyond any actuator
 
 
 def _pressures(text: str, key: str) -> list[float]:
-    """Read gauge pressures [kPa]."""
+    """Return gauge pressures [kPa] from a text of numbers and ranges."""
     pressures = parsing.values(text, key, "kPa", limits=PRESSURES)
     if len(pressures) > MAX_PRESSURES:
         rule, fix = f"must be at most {MAX_PRESSURES} pressures", "ask for fewer; 100 make a smooth curve"
@@ -380,7 +380,7 @@ RobotOutput = Annotated[str | None, file("--output", "the resulting robot", ".to
 
 @dataclass(frozen=True)
 class Files:
-    """What is written, as `emit` takes it."""
+    """Options of the files to write and of --json, as `emit` takes them."""
 
     plot: Plot = None
     output: TableOutput = None
@@ -392,7 +392,7 @@ NO_FILES = Files()
 
 @dataclass(frozen=True)
 class ShardFiles(Files):
-    """What is written, maybe a folder of shards."""
+    """Options of the files to write, which may be a folder of shards, and of --json."""
 
     output: ShardsOutput = None
 

@@ -64,7 +64,7 @@ def paper_command(
 
 
 def _brief(ledger: Ledger) -> Iterator[str]:
-    """Summarize the ledger in two sentences."""
+    """Yield two sentences that summarize the ledger."""
     summary = ledger.summary
     reproduced = f"{summary['reproduced']} of {summary['predictions']} predicted numbers are reproduced by a model"
     yield f"The paper's numbers, computed: {len(ledger.entries)} comparisons; {reproduced}."
@@ -73,7 +73,7 @@ def _brief(ledger: Ledger) -> Iterator[str]:
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:
-    """Lay out the counts by class, each number with what the models compute, what no model computes, sums."""
+    """Yield the lines that the terminal shows of the ledger: counts by class, each number, and the models' errors."""
     from rich.text import Text
 
     summary = ledger.summary
@@ -116,7 +116,7 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
 
 
 def _answer(entry: Entry) -> Text:
-    """Write what was computed, with its error, the mark of its verdict, and how many seeds agree."""
+    """Return the text of a computed number, with its error, the mark of its verdict, and the seeds that agree."""
     from rich.text import Text
 
     error = f" ({entry.error})" if entry.error else ""

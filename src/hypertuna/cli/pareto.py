@@ -82,14 +82,14 @@ def pareto_command(
 
 
 def _gait_names(front: Front) -> dict[str, str]:
-    """Name the columns of the gaits in CSV; biases only if there are any."""
+    """Return the CSV column of each variable of the front's gaits and designs; biases only if there are any."""
     kinds = KINDS if any(any(gait.bias) for gait in front.gaits) else NEEDED
     names = ["frequency", *(f"{kind}_{group.name}" for kind in kinds for group in front.robot.joints)]
-    return {name: name for name in (*names, *(one.label for one in front.space.variables))}
+    return {name: name for name in (*names, *(variable.label for variable in front.space.variables))}
 
 
 def _names(front: Front) -> dict[str, str]:
-    """Name the columns of the results in CSV and JSON."""
+    """Return the name in CSV and JSON of each result of the front."""
     robust = {
         f"{name}_{front.robust}": key_of(f"{name}_{front.robust}", QUANTITIES[name].unit)
         for name in front.objectives
@@ -99,7 +99,7 @@ def _names(front: Front) -> dict[str, str]:
 
 
 def _record(front: Front) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a front."""
     objectives = [
         {"name": name, "better": "large" if OBJECTIVES[name] else "small", "unit": unit}
         for name, unit in zip(front.objectives, front.units, strict=True)

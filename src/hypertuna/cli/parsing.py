@@ -40,18 +40,18 @@ def number(text: str, key: str, unit: str, limits: Range = FINITE) -> float:
 
 
 def _fix(text: str, unit: str) -> str:
-    """Return what to write instead of a text that is no number."""
-    begin = re.match(r"-?[\d.]+", text.strip())
-    rest = text.strip()[begin.end() :].strip() if begin else ""
+    """Return the advice for a text that is no number, such as one with a unit."""
+    number_match = re.match(r"-?[\d.]+", text.strip())
+    suffix = text.strip()[number_match.end() :].strip() if number_match else ""
     if re.fullmatch(r"[\d.,;\s-]+", text) and ";" in text:
         return "separate values with commas, and write decimal points"
     if text.strip()[:1] in ("[", "(", "{"):
         return "write the values without brackets, such as 16,25"
-    if re.fullmatch(r"(-|to|\.\.)\s*[\d.]+", rest):
+    if re.fullmatch(r"(-|to|\.\.)\s*[\d.]+", suffix):
         return "write a range as START:STOP:COUNT, such as 1:6:6 for 1, 2, 3, 4, 5 and 6"
-    if re.fullmatch(r"[\d.\s-]+", rest):
+    if re.fullmatch(r"[\d.\s-]+", suffix):
         return "write the values with commas and without spaces, such as 16,25"
-    return f"give the number alone, in {unit}" if begin and rest else f"give it in {unit}"
+    return f"give the number alone, in {unit}" if number_match and suffix else f"give it in {unit}"
 
 
 def whole_number(text: str, key: str) -> int:
@@ -92,7 +92,7 @@ def values(text: str, key: str, unit: str, limits: Range = FINITE) -> list[float
 
 
 def interval(text: str, key: str, unit: str) -> tuple[float, float]:
-    """Read LOW:HIGH."""
+    """Return low and high from LOW:HIGH."""
     ends = text.split(":")
     if len(ends) != 2:
         raise InputError("must be LOW:HIGH", key=key, value=shown(text), fix=f"give two numbers in {unit}")
@@ -100,24 +100,24 @@ def interval(text: str, key: str, unit: str) -> tuple[float, float]:
 
 
 def bound(text: str, key: str, unit: str) -> Bound:
-    """Read NAME=LOW:HIGH."""
+    """Return name, low and high from NAME=LOW:HIGH."""
     name, value = pair(text, key, "NAME=LOW:HIGH")
     return Bound(name, *interval(value, f"{key} {name}", unit))
 
 
 def setting(text: str, key: str, unit: str) -> Setting:
-    """Read NAME=VALUE."""
+    """Return name and value from NAME=VALUE."""
     name, value = pair(text, key, "NAME=VALUE")
     return Setting(name, number(value, f"{key} {name}", unit))
 
 
 def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
-    """Check ending and folder of an output file before any work is done for it."""
+    """Return the path of an output file after checks of its suffix and its folder, before any work is done."""
     if not path:
         raise InputError("needs the name of a file", key=key, fix=f"write {key} NAME{suffixes[0]}")
     if Path(path).suffix.lower() not in suffixes:
-        table = ".csv" in suffixes and Path(path).suffix.lower() in SPREADSHEETS
-        fix = f"write {Path(path).stem}{'.csv' if table else suffixes[0]}"
+        spreadsheet = ".csv" in suffixes and Path(path).suffix.lower() in SPREADSHEETS
+        fix = f"write {Path(path).stem}{'.csv' if spreadsheet else suffixes[0]}"
         if Path(path).suffix.lower() == ".gpx" and ".mcap" in suffixes:
             fix = f"write --gpx {path}"
         endings = " or ".join(", ".join(suffixes).rsplit(", ", 1))
@@ -130,14 +130,14 @@ def output_file(path: str, suffixes: Sequence[str], key: str) -> str:
 
 
 def new_file(path: str, force: bool) -> str:
-    """Check that a file is not there yet, unless `force` replaces it."""
+    """Return the path of a file to write after a check that it does not exist, unless `force` replaces it."""
     if Path(path).exists() and not force:
         raise InputError("exists already", file=path, fix="give another name, or replace it with --force")
     return path
 
 
 def shard_folder(path: str, key: str) -> str:
-    """Check the folder that holds a folder of shards."""
+    """Return the path of a folder of shards after a check that its parent folder exists."""
     if not Path(path).parent.is_dir():
         raise InputError("must be in a folder that exists", key=key, value=shown(path), fix="make the folder first")
     if Path(path).exists() and not Path(path).is_dir():
@@ -146,7 +146,7 @@ def shard_folder(path: str, key: str) -> str:
 
 
 def share(text: str, key: str) -> tuple[int, int]:
-    """Read I/N: the I-th of N parts."""
+    """Return I and N from I/N, the I-th of N parts."""
     first, _, count = text.partition("/")
     try:
         part, parts = int(first), int(count)
@@ -158,7 +158,7 @@ def share(text: str, key: str) -> tuple[int, int]:
 
 
 def pair(text: str, key: str, form: str) -> tuple[str, str]:
-    """Split NAME=VALUE."""
+    """Return the two sides of NAME=VALUE; form: the expected form, for errors."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
         raise InputError(f"must be {form}", key=key, value=text, fix=f"write it as {form}")
@@ -166,7 +166,7 @@ def pair(text: str, key: str, form: str) -> tuple[str, str]:
 
 
 def _parts(text: str, key: str, unit: str, limits: Range = FINITE) -> list[list[float]]:
-    """Read each part of a list as a number or a range."""
+    """Return the values of each part of a list separated by commas: one of a number, several of a range."""
     parts = text.split(",")
     return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit, limits) for k, part in enumerate(parts)]
 
@@ -178,7 +178,7 @@ def _check_many(count: int, key: str, what: str) -> None:
 
 
 def _range(text: str, key: str, unit: str, limits: Range) -> list[float]:
-    """Read a number or start:stop:count, both ends included."""
+    """Return the values of a number or of a range start:stop:count, both ends included."""
     if ":" not in text:
         return [number(text, key, unit, limits)]
     parts = text.split(":")

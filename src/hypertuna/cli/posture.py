@@ -72,7 +72,7 @@ def posture_command(
 
 
 def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
-    """Return one angle per joint group [rad]; a single one is for all that reach it, or for the largest."""
+    """Return one angle per joint group [rad]; a single one [deg] is for all groups that reach it, or the largest."""
     bends = [math.inf if group.bend_max is None else group.bend_max for group in robot.joints]
     targets = [min(ANGLE, EASED * max(bends))] if angles is None else [math.radians(value) for value in angles]
     if len(targets) != 1 or len(robot.joints) == 1:
@@ -82,7 +82,7 @@ def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
 
 
 def _record(result: PostureTest) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a posture test."""
     return {
         "medium": result.medium,
         "duration_s": result.duration,
@@ -100,7 +100,7 @@ BEATS |= {"error_deg": "beat_error_deg", "error_measured_deg": "beat_error_measu
 
 
 def _csv(result: PostureTest) -> Csv:
-    """Write one row per beat as comma-separated values."""
+    """Return the CSV table of a posture test, one row per beat."""
     rows = []
     for test in posture_rows(result):
         case = {"frequency_hz": f"{test['frequency_hz']:g}", "joint": test["joint"]}

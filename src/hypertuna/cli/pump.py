@@ -21,7 +21,7 @@ CASES = Whole(max=10_000)
 
 
 def _over(text: str, key: str) -> tuple[str, list[float]]:
-    """Read KEY=VALUES."""
+    """Return key and values from KEY=VALUES; key: the option, for errors."""
     name, values = parsing.pair(text, key, "KEY=VALUE,...")
     return name, parsing.values(values, f"{key} {name}", "the unit of the key")
 
@@ -84,7 +84,7 @@ def pump_command(
 
 
 def _record(sizes: Sizes) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of the sizes."""
     return provenance(sizes.robot) | {"sizes": [size.record() for size in sizes]}
 
 

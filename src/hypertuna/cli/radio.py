@@ -28,7 +28,7 @@ from hypertuna.ranges import POSITIVE
 
 
 def _read_key(path: str, _: str) -> bytes:
-    """Read a key."""
+    """Return the key of 32 bytes from a file."""
     content = read_bytes(path, "key")
     if len(content) != 32:
         raise InputError("must have 32 bytes", file=path, value=f"{len(content)} bytes long", fix=KINDS["key"].fix)
@@ -143,7 +143,7 @@ def check_command(place: Connect, key: Key = None, as_json: opt.AsJson = False) 
 
 
 def _readiness_lines(found: Readiness) -> Iterator[Any]:
-    """Lay out the check."""
+    """Yield the lines that the terminal shows of a check before arming."""
     if found.faults:
         rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
         yield Table(["fault", "meaning", "forbids arming"], rows, left=range(3))

@@ -25,7 +25,7 @@ PAPER = "hypertuna"  # the robot whose range is published
 
 @dataclass(frozen=True)
 class Cruise:
-    """A robot's range, and what it follows from."""
+    """A robot's cruising range, with the run of the twin or the options that it is computed from."""
 
     robot: Robot
     power: float  # W, electrical
@@ -70,20 +70,20 @@ def range_command(
 
 
 def _check_source(gait: GaitOptions, power: float | None, speed: float | None) -> None:
-    """Check that power and speed come from one source."""
-    given = {"--power": power, "--speed": speed}
-    missing = [key for key, value in given.items() if value is None]
-    swum = gait.gait is not None or bool(gait.given)
-    if swum and len(missing) < 2:
+    """Check that power and speed come either from a gait or from --power and --speed."""
+    numbers = {"--power": power, "--speed": speed}
+    missing = [key for key, value in numbers.items() if value is None]
+    gait_given = gait.gait is not None or bool(gait.given)
+    if gait_given and len(missing) < 2:
         fix = "give either a gait for the twin, or power and speed"
         raise InputError(
-            "cannot be combined with a gait", key=listed([key for key in given if key not in missing]), fix=fix
+            "cannot be combined with a gait", key=listed([key for key in numbers if key not in missing]), fix=fix
         )
-    if not swum and len(missing) == 2:
+    if not gait_given and len(missing) == 2:
         fix = "give --gait NAME, or --frequency and --amplitude, or --power and --speed"
         raise InputError("needs a gait, or power and speed", key="range", fix=fix)
     if len(missing) == 1:
-        (other,) = given.keys() - {*missing}
+        (other,) = numbers.keys() - {*missing}
         raise InputError(f"is needed beside {other}", key=missing[0], fix="give both, or a gait")
 
 
@@ -103,14 +103,14 @@ def _twin(robot: Robot, gait: Gait, duration: float) -> tuple[float, float, dict
 
 
 def _record(cruise: Cruise) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a cruising range."""
     fish, result = cruise.robot, cruise.range
     record: dict[str, Any] = provenance(fish) | cruise.run
     if result is None:
         return record | {"electrical_power_w": cruise.power, "range_km": None, "endurance_h": None}
     numbers = columns(result)
-    head = {key: numbers.pop(key) for key in ("electrical_power_w", "speed_m_s", "cost_of_transport_j_per_kg_m")}
-    record |= head | {"mass_kg": fish.body.mass, "battery": _battery(fish, result)} | numbers
+    first = {key: numbers.pop(key) for key in ("electrical_power_w", "speed_m_s", "cost_of_transport_j_per_kg_m")}
+    record |= first | {"mass_kg": fish.body.mass, "battery": _battery(fish, result)} | numbers
     if fish.name == PAPER:
         entry = judge(published(), range_finding(fish))
         facts = {"range_km": entry.published, "verdict": entry.verdict, "computed_km": entry.computed}
@@ -119,7 +119,7 @@ def _record(cruise: Cruise) -> dict[str, Any]:
 
 
 def _battery(robot: Robot, result: CruisingRange) -> dict[str, Any]:
-    """Return the battery's part of the record."""
+    """Return the JSON record of the battery: cells, charge, voltages [V] and efficiencies."""
     battery = robot.battery
     assert battery is not None  # or there were no range
     series = battery.series or battery.cells
@@ -138,7 +138,7 @@ def _battery(robot: Robot, result: CruisingRange) -> dict[str, Any]:
 
 
 def _lines(cruise: Cruise) -> Iterator[Any]:
-    """Lay out a range with its arithmetic."""
+    """Yield the lines that the terminal shows of a range: each step of its computation."""
     fish, result = cruise.robot, cruise.range
     if result is None:
         yield cruise.run["status_text"], "bold red"

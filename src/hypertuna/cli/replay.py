@@ -63,14 +63,14 @@ class SeriesOptions:
     ] = None
 
     def read(self, path: str) -> JointSeries:
-        """Read the series."""
+        """Return the joint angles of a CSV file by the options."""
         if not self.columns:
             fix = "name the columns of angles, or give a manifest"
             raise InputError("is required with a CSV file", key="--columns", fix=fix)
         return read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)
 
     def smooth(self, measured: JointSeries) -> SmoothSeries:
-        """Smooth the series."""
+        """Return smoothed joint angles, by the noise of the options."""
         return smooth(measured, noise=None if self.noise is None else math.radians(self.noise))
 
 
@@ -92,7 +92,7 @@ class PoseOptions:
     clockwise: Annotated[bool, opt.flag("--yaw-clockwise", "Yaw is clockwise, from y to x.")] = False
 
     def read(self) -> list[Track]:
-        """Read the runs of every file."""
+        """Return the tracked runs of every file of poses."""
         names, unit = _names(self.pose_columns), _names(self.pose_units)
         if len(names) not in (4, 5):
             fix = "name the columns of time, x, y, yaw and, if there is one, the run"
@@ -188,14 +188,14 @@ def replay_command(
 
 
 def _figures() -> Any:
-    """Import the figures of replays, which takes long."""
+    """Return the module of the figures of replays, imported late because that takes long."""
     from hypertuna.trials import plots
 
     return plots
 
 
 def _names(text: str) -> list[str]:
-    """Read names separated by commas."""
+    """Return the names in a text, separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
@@ -210,14 +210,14 @@ class _Case:
 
     @classmethod
     def make(cls, robot: Robot, given: Recording, used: Recording, step: float | None) -> Self:
-        """Replay a recording, and compare it with its runs."""
+        """Replay a recording, and return the replay with its comparison to the recording's runs."""
         result = replay_recording(robot, used, step=step)
         completed = result.attrs["status"] == "completed"
         return cls(given, used, result, compare_recording(robot, used, result) if completed else None)
 
     def record(self, robot: Robot, step: float | None) -> dict[str, Any]:
-        """Return the JSON record, without what all recordings share."""
-        attrs = {key: x for key, x in self.result.attrs.items() if key not in (*provenance(robot), "recording")}
+        """Return the JSON record of a recording, without the facts that all recordings share."""
+        attrs = {key: value for key, value in self.result.attrs.items() if key not in (*provenance(robot), "recording")}
         record = {"name": self.used.name} | attrs | _end_of(robot, self.result) | _compared_at_border(self.compared)
         record["time_offset_s"] = self.used.time_offset
         record["warnings"] = self.outside(robot)
@@ -225,16 +225,16 @@ class _Case:
             record["best_time_offset_s"] = self.compared.attrs["best_time_offset_s"]
         if self.used is self.given:
             return record | {"time_offset_source": "trials"}
-        own = _compared_at_border(_Case.make(robot, self.given, self.given, step).compared)
-        without = {"time_offset_s": self.given.time_offset} | own
+        unshifted = _compared_at_border(_Case.make(robot, self.given, self.given, step).compared)
+        without = {"time_offset_s": self.given.time_offset} | unshifted
         return record | {"time_offset_source": "fit", "without_fitted_offset": without}
 
     def outside(self, robot: Robot) -> list[str]:
-        """Return where the recording lies outside the runs that the coefficients were fitted to."""
+        """Return sentences on where the recording lies outside the runs that the coefficients were fitted to."""
         return outside(robot, **kind_of(self.used).motion(self.used)) if robot.fit is not None else []
 
     def lines(self, robot: Robot) -> Iterator[Any]:
-        """Lay out the replay."""
+        """Yield the lines that the terminal shows of the replay."""
         yield self.used.name, "bold"
         yield from _end_lines(robot, self.result)
         yield f"begin: {self.result.attrs['begin']}"
@@ -264,13 +264,13 @@ def _replay_recordings(
             cases.append(_Case.make(robot, given, with_fitted_clock(robot, given), step))
             progress(len(cases), len(trials.recordings))
     others = {kind.label: len(members) for kind, members in trials.kinds.items() if kind.trial is not Recording}
-    left = [f"Not replayed: {counted(count, label)}." for label, count in others.items()]
+    notes = [f"Not replayed: {counted(count, label)}." for label, count in others.items()]
     emit(
         cases,
         record=lambda cases: (
             provenance(robot) | {"trials": path, "recordings": [case.record(robot, step) for case in cases]}
         ),
-        lines=lambda cases: [*(line for case in cases for line in case.lines(robot)), *left],
+        lines=lambda cases: [*(line for case in cases for line in case.lines(robot)), *notes],
         dataset=_tree,
         output=output,
         plot=plot,
@@ -283,14 +283,14 @@ def _replay_recordings(
 
 
 def _end_of(robot: Robot, result: xr.Dataset) -> dict[str, float]:
-    """Return when and where a replay ends."""
+    """Return the JSON record of a replay's end: its time [s], and the head's place [m] and yaw [deg]."""
     x, y, yaw = head_center(robot, result)[-1]
     record = {"time_s": float(result["time"][-1]), "steps": result.sizes["time"] - 1}
     return record | {"head_x_m": x, "head_y_m": y, "head_yaw_deg": np.degrees(yaw)}
 
 
 def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
-    """Return the errors of a comparison in cm and degrees."""
+    """Return the JSON record of a comparison: the errors of each axis in cm or degrees, and the ratios."""
     if compared is None:
         return {}
     axes: dict[str, dict[str, Any]] = {}
@@ -304,7 +304,7 @@ def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
 
 
 def _end_lines(robot: Robot, result: xr.Dataset) -> Iterator[Any]:
-    """Describe the end of a replay."""
+    """Yield the lines that the terminal shows of a replay's end."""
     end = _end_of(robot, result)
     yield result.attrs["status_text"]
     place = f"x {end['head_x_m']:.4f} m, y {end['head_y_m']:.4f} m, facing {end['head_yaw_deg']:.2f} deg"
@@ -312,20 +312,20 @@ def _end_lines(robot: Robot, result: xr.Dataset) -> Iterator[Any]:
 
 
 def _error_lines(compared: xr.Dataset | None, names: Sequence[str]) -> Iterator[Any]:
-    """Lay out the errors of a replay against its runs."""
+    """Yield the table of errors of a replay, compared with its runs."""
     if compared is None:
         return
     rows = []
     for axis, errors in _compared_at_border(compared)["axes"].items():
-        shown = BORDER[AXES[axis]][0]
-        values = (float(errors[name if name in RATIOS else f"{name}_{shown}"]) for name in names)
-        rows.append([f"{axis} [{shown}]", *(f"{x:.2f}" if np.isfinite(x) else "one run" for x in values)])
+        unit = BORDER[AXES[axis]][0]
+        values = (float(errors[name if name in RATIOS else f"{name}_{unit}"]) for name in names)
+        rows.append([f"{axis} [{unit}]", *(f"{number:.2f}" if np.isfinite(number) else "one run" for number in values)])
     heads = ["head", *(HEADS[name] or f"rmse of {counted(compared.sizes['run'], 'run')}" for name in names)]
     yield Table(heads, rows, left=range(len(heads)))
 
 
 def _tree(cases: Sequence[_Case]) -> Any:
-    """Return trajectories as a tree, one group for each recording."""
+    """Return the trajectories of replays as a DataTree, one group for each recording."""
     import xarray as xr  # here, because its import takes longer than a swim
 
     return xr.DataTree.from_dict({case.given.name: case.result.assign_attrs(command=command_line()) for case in cases})

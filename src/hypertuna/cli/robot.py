@@ -19,6 +19,7 @@ from hypertuna.description.new import Sizes
 from hypertuna.description.plausibility import implausible
 from hypertuna.description.reference import Key, json_schema
 from hypertuna.description.robot import Entry, Robot, load
+from hypertuna.description.schema.body import DRIVES
 from hypertuna.description.twin import twin_note, why_no_twin
 from hypertuna.display import Table
 from hypertuna.errors import InputError, did_you_mean
@@ -33,7 +34,6 @@ HEIGHT = "Largest height of the body in m, without fins. (default: that at which
 WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
-ACTUATIONS = ("none", "servo", "tendons", "hydraulic")
 TAILS = ("driven", "passive", "flexible")
 
 RobotFile = Annotated[
@@ -43,7 +43,7 @@ RobotFile = Annotated[
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """The options of a robot's sizes, as its builder reads them off."""
+    """Options of a robot's sizes, as its builder measures them."""
 
     links: Annotated[
         int | None,
@@ -65,13 +65,13 @@ class SizeOptions:
 
     @property
     def sizes(self) -> Sizes:
-        """The sizes as far as they are given."""
-        given: dict[str, Any] = {key: value for key, value in vars(self).items() if value is not None}
+        """The sizes that the options give, in SI units."""
+        values: dict[str, Any] = {key: value for key, value in vars(self).items() if value is not None}
         if self.lengths is not None:
             if clash := "--links" * (self.links is not None) or "--length" * (self.length is not None):
                 raise InputError("must not stand beside --lengths", key=clash, fix="leave it out: it follows")
-            given["lengths"] = parsing.numbers(self.lengths, "--lengths", "m")
-        return cast(Sizes, given)
+            values["lengths"] = parsing.numbers(self.lengths, "--lengths", "m")
+        return cast(Sizes, values)
 
 
 @robot_app.command()
@@ -82,7 +82,7 @@ def new(
     ],
     size: SizeOptions,
     joints: Annotated[str | None, opt.text("--joints", JOINTS, "NAMES")] = None,
-    actuation: Annotated[str, opt.word("--actuation", ACTUATIONS, "What drives the joints.")] = "none",
+    actuation: Annotated[str, opt.word("--actuation", ("none", *DRIVES), "What drives the joints.")] = "none",
     tail: Annotated[
         str, opt.word("--tail", TAILS, "Tail fin: driven, on a passive hinge, or flexible, a chain of three.")
     ] = "driven",
@@ -105,13 +105,13 @@ def new(
 
 
 def _tell_of_twin(robot: Robot) -> None:
-    """Note that a robot has more joint groups than a twin takes."""
+    """Print a note if a robot has more joint groups than the twin can simulate."""
     if sentence := twin_note(robot):
         note(sentence)
 
 
 def _next_lines(robot: Robot) -> Iterator[Any]:
-    """Print what was written and the next commands."""
+    """Yield the lines that the terminal shows of a written robot, with the next commands."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
     file = shlex.quote(robot.file)
@@ -150,7 +150,7 @@ def keys(
 
 
 def _key_lines(found: list[Key]) -> Iterator[Any]:
-    """Lay out keys, a line of values and one of words each."""
+    """Yield three lines for each key: its unit and meaning, its range and default, and how to find its value."""
     for key in found:
         unit = f" [{key.unit}]" * bool(key.unit)
         yield f"{key.key}{unit}: {key.meaning}", "bold"
@@ -196,12 +196,12 @@ def image(
 
 
 def _check_record(robot: Robot) -> dict[str, Any]:
-    """Return the JSON record of a valid description."""
+    """Return the JSON record of a check that a description passed."""
     return {"valid": True} | _summary(robot) | {"warnings": implausible(robot)}
 
 
 def _check_lines(robot: Robot) -> Iterator[Any]:
-    """Summarize a valid description."""
+    """Yield the lines that the terminal shows of a check that a description passed."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group"), (len(robot.gaits), "gait")
     unlikely = implausible(robot)
     first = (
@@ -218,7 +218,7 @@ def _check_lines(robot: Robot) -> Iterator[Any]:
 
 
 def _estimates(robot: Robot) -> tuple[list[str], list[str]]:
-    """Return the tables of which every given number is an estimate, and the keys of other such numbers."""
+    """Return the tables whose given numbers are all estimates, and the keys of estimates in other tables."""
     entries = [
         (re.sub(r"\[\d+\]", "", entry.key), entry) for entry in robot.entries() if entry.estimate or not entry.default
     ]
@@ -239,7 +239,7 @@ def _estimates(robot: Robot) -> tuple[list[str], list[str]]:
 
 
 def _lines(robot: Robot) -> Iterator[Any]:
-    """Lay out all values, and their sources."""
+    """Yield the tables that the terminal shows of a robot: all values, and their sources."""
     sources: dict[str, int] = {}
     yield robot.description, "bold"
     yield f"{robot.file}, sha256 {robot.hash[:12]}; ~ marks an estimate, = a default"
@@ -248,7 +248,7 @@ def _lines(robot: Robot) -> Iterator[Any]:
 
 
 def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[Any]]:
-    """Lay out keys, values and units; number the sources in the order in which they appear."""
+    """Yield the table rows of key, value, unit and source; number new sources, in place, in their order."""
     from rich.text import Text
 
     section = ""
@@ -262,14 +262,14 @@ def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[
 
 
 def _written_value(value: Any) -> str:
-    """Write a value to six digits, a list with commas and lists in it in brackets."""
+    """Return the text of a value to six digits, lists with commas, and lists in lists in brackets."""
     if isinstance(value, list):
         return ", ".join(f"[{_written_value(x)}]" if isinstance(x, list) else _written_value(x) for x in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _summary(robot: Robot) -> dict[str, Any]:
-    """Return what a robot is."""
+    """Return the JSON record of a robot: name, hash, links, joint groups, gaits, and keys of estimates."""
     return {
         "name": robot.name,
         "description": robot.description,

@@ -54,11 +54,11 @@ class SearchOptions:
 
     def arguments(self) -> dict[str, Any]:
         """Return the options as arguments of `optimize`."""
-        given = [f"--{key}" for key in ("maximize", "minimize", "speed") if getattr(self, key) is not None]
-        if len(given) != 1:
+        chosen = [f"--{key}" for key in ("maximize", "minimize", "speed") if getattr(self, key) is not None]
+        if len(chosen) != 1:
             rule = "must be one of --maximize, --minimize and --speed"
             fix = "give --maximize speed, --speed 0.4 or --minimize cost_of_transport"
-            raise InputError(rule, key="the objective", value=" and ".join(given) or "missing", fix=fix)
+            raise InputError(rule, key="the objective", value=" and ".join(chosen) or "missing", fix=fix)
         return vars(self) | {"bounds": bounds_of(self.bounds)}
 
 
@@ -134,12 +134,12 @@ class BodyLimits:
 
 
 def design_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:
-    """Return the bounds of --design by key."""
+    """Return low and high of each variable of --design, by key."""
     return once([(name, (low, high)) for name, low, high in bounds or []])
 
 
 def once(pairs: Sequence[tuple[str, T]]) -> dict[str, T]:
-    """Return what --design gives by key, each key once."""
+    """Return the pairs of --design as a dictionary; refuse a key that is given twice."""
     for name, count in Counter(name for name, _ in pairs).items():
         if count > 1:
             raise InputError("must be given once", key=f"--design {name}", value=f"{count} times", fix="leave one out")
@@ -147,5 +147,5 @@ def once(pairs: Sequence[tuple[str, T]]) -> dict[str, T]:
 
 
 def bounds_of(bounds: Sequence[Bound] | None) -> dict[str, tuple[float, float]]:
-    """Return the bounds of the options by name."""
+    """Return bounds as pairs of low and high by name."""
     return {name: (low, high) for name, low, high in bounds or []}

@@ -34,7 +34,7 @@ def connected(address: str | None) -> Iterator[Executor | None]:
 
 
 def check_text(count: int, output: str | None, as_json: bool) -> None:
-    """Check that results that are written as text fit the memory."""
+    """Check that a number of results is small enough to be written as text."""
     key = "--json" if as_json else "--output" if output is not None and output.lower().endswith(".csv") else ""
     if key and count > TEXT:
         fix = "write -o NAME.nc, which takes a tenth of the memory"
@@ -68,9 +68,9 @@ def write_shards(
     shards = open_shards(str(output))
     missing = len(shards.missing())
     facts = {"folder": output, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
-    there = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
+    status = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
     merge = f"hypertuna shards merge {shlex.quote(str(output))} -o FILE.nc"
-    lines = [(there, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"]
+    lines = [(status, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"]
     emit(facts, record=dict, lines=lambda _: lines, written=(output,), as_json=as_json)
     return True
 
@@ -90,12 +90,12 @@ def merge_command(
     with progress_bar("reading") as progress:
         write_merged(shards, output, progress)
     facts = {"folder": folder, "items": shards.total, "shards": len(shards), "written": output, **shards.header}
-    there = f"{counted(len(shards), 'shard')} of {folder}, {shards.total} results: all there and whole"
-    emit(facts, record=dict, lines=lambda _: [(there, "bold")], written=(output,), as_json=as_json)
+    status = f"{counted(len(shards), 'shard')} of {folder}, {shards.total} results: all there and whole"
+    emit(facts, record=dict, lines=lambda _: [(status, "bold")], written=(output,), as_json=as_json)
 
 
 def _placeless(words: Sequence[str]) -> str:
-    """Return a command line without the options that say where to compute."""
+    """Return a command line without the options of where to compute, such as --cluster."""
     kept, skip = [], False
     for word in words:
         if not (skip or word.partition("=")[0] in PLACES):

@@ -22,7 +22,7 @@ state: dict[str, Any] = {"interrupted": False, "done": "", "notes": []}
 
 
 def open_streams() -> None:
-    """Open what is closed on nothing, and let a stream of few characters write the others plainly."""
+    """Open closed standard streams on the null device, and let narrow encodings write other characters plainly."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  # open until the end
@@ -34,7 +34,7 @@ def open_streams() -> None:
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Return what stands for characters that a stream cannot write: without accents, else a question mark."""
+    """Return the replacement for characters that a stream cannot write, without accents or "?", and where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
@@ -51,20 +51,20 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     """Print a warning on a file as one sentence, others as Python does."""
-    told = f"warning: {message}\n"
+    sentence = f"warning: {message}\n"
     if not issubclass(category, DamageWarning):
-        told = warnings.formatwarning(message, category, filename, lineno, line)
-    tell(told, file)
+        sentence = warnings.formatwarning(message, category, filename, lineno, line)
+    tell(sentence, file)
 
 
 def tell(text: str, file: TextIO | None = None) -> None:
-    """Write to the error output, if somebody reads it."""
+    """Write a text to the error output, or to `file`; ignore a reader that has gone."""
     with contextlib.suppress(OSError, ValueError):
         (file or sys.stderr).write(text)
 
 
 def note(sentence: str) -> None:
-    """Write a sentence on what a command takes as it is, though it may be a mistake; JSON has it, too."""
+    """Print a note on input that is accepted but may be a mistake; the JSON record lists it as well."""
     state["notes"].append(sentence)
     tell(f"note: {sentence}\n")
 
@@ -94,7 +94,7 @@ def _interrupt(_: int, frame: FrameType | None) -> None:
 
 
 def was_interrupted() -> bool:
-    """Whether there was an interrupt, which is then taken as received and does not come again."""
+    """Return whether an interrupt has occurred, and clear it."""
     if state["interrupted"] and hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
     return bool(state["interrupted"])

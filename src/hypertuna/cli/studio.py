@@ -43,7 +43,7 @@ HEADERS = {
 
 
 def _offered(incomplete: str) -> list[str]:
-    """Return the robots, robot files and logs that a word may become."""
+    """Return the robots, robot files and logs whose names complete an incomplete one."""
     return opt.offered_robots(incomplete) + opt.offered_files(incomplete, (".toml", ".mcap"))
 
 
@@ -76,10 +76,10 @@ def studio_command(
     """
     from hypertuna.reports.studio import Studio, robot_and_log
 
-    subject, played = robot_and_log(robot, log)
+    subject, replayed = robot_and_log(robot, log)
     subject = subject.using(joints=joints, areas=areas, water=water)
     start = gait.make(subject) if gait.gait is not None or gait.given else None
-    studio = Studio(subject, start, 0, played)
+    studio = Studio(subject, start, 0, replayed)
     if output is not None:
         _check_output(port, no_open)
         studio.save(output)
@@ -98,7 +98,7 @@ def studio_command(
 
 
 def _check_output(port: int | None, no_open: bool) -> None:
-    """Refuse options of the server beside a file to write."""
+    """Check that options of the server are not given together with --output."""
     for key, given in {"--port": port is not None, "--no-open": no_open}.items():
         if given:
             fix = "leave it out with --output, or leave --output out"
@@ -106,7 +106,7 @@ def _check_output(port: int | None, no_open: bool) -> None:
 
 
 def _lines(address: str, first: str) -> Iterator[Any]:
-    """Print the address, and the gait that was taken where there is a choice."""
+    """Yield the lines that the terminal shows: the studio's address, and the gait chosen among several."""
     yield f"studio: {address}", "bold"
     if first:
         yield f"It begins with the robot's first gait, {first}. The page has the others; --gait begins with another."
@@ -114,7 +114,7 @@ def _lines(address: str, first: str) -> Iterator[Any]:
 
 
 class _Server(ThreadingHTTPServer):
-    """A server that ends connections that last too long, and the oldest where there are too many."""
+    """A server that closes connections that last too long, and the oldest ones if there are too many."""
 
     request_queue_size = CONNECTIONS
 
@@ -127,7 +127,7 @@ class _Server(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def service_actions(self) -> None:
-        """Look after every connection, and twice a second."""
+        """Close connections that last too long or are too many; called at each connection and twice a second."""
         now, ages = time.monotonic(), list(self.begun.items())
         for number, (connection, begun) in enumerate(ages, start=CONNECTIONS - len(ages)):
             if number < 0 or now - begun > PATIENCE:
@@ -145,7 +145,7 @@ class _Server(ThreadingHTTPServer):
 
 
 def _server(page: bytes, port: int) -> _Server:
-    """Serve a page on this machine alone; port 0 is a free one."""
+    """Return a server of a page for this machine alone; port 0 chooses a free one."""
     try:
         return _Server(page, port)
     except OSError as error:
@@ -154,7 +154,7 @@ def _server(page: bytes, port: int) -> _Server:
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
-    """Make a handler of requests: the page at /, nothing else."""
+    """Return a class of request handlers that serve the page at / and nothing else."""
 
     class Handler(BaseHTTPRequestHandler):
         server_version, sys_version = "hypertuna", ""
@@ -169,7 +169,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             """Leave the terminal to the address."""
 
         def _answer(self, body: bool) -> None:
-            """Send the page, or what is wrong with the request."""
+            """Send the page, or the error of the request; body: whether to send more than the headers."""
             # Another site's name that leads here must not read the robot.
             if not NAMES.fullmatch(self.headers.get("Host", "")):
                 self.send_error(HTTPStatus.FORBIDDEN)
@@ -191,7 +191,7 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
 
 
 def _open(address: str) -> None:
-    """Open the browser of the desktop, if there is one; one of the terminal would take the terminal."""
+    """Open an address in the desktop's browser, if there is a desktop: a text browser would occupy the terminal."""
     desktop = sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
     if desktop:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()

@@ -51,7 +51,7 @@ HEADS = {
 
 
 def _levels(text: str, key: str) -> tuple[str, list[float]]:
-    """Read NAME=VALUES."""
+    """Return name and values from NAME=VALUES."""
     name, values = parsing.pair(text, key, "NAME=UNIT,...")
     return name, parsing.values(values, f"{key} {name}", "the unit of the file")
 
@@ -90,20 +90,20 @@ def sweep_command(
     levels = once(design or [])
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
-            how: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
-            _announce(subject, grid, files.output, places, how)
+            settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
+            _announce(subject, grid, files.output, places, settings)
     else:
         check_text(len(grid), files.output, files.as_json)
-    how = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
-    how["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
-    if write_shards(files.output, sweep_shards, subject, grid, **how, as_json=files.as_json, **options):
+    settings = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
+    settings["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
+    if write_shards(files.output, sweep_shards, subject, grid, **settings, as_json=files.as_json, **options):
         return
     with (
         progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
         connected(places.cluster) as executor,
     ):
-        how = options | {"design": levels, "checkpoint": checkpoint}
-        result = sweep(subject, grid, executor=executor, **how, progress=progress)
+        settings = options | {"design": levels, "checkpoint": checkpoint}
+        result = sweep(subject, grid, executor=executor, **settings, progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
@@ -115,77 +115,77 @@ def sweep_command(
     )
     if unsettled := int((~result.settled).sum()):
         typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
-    if check_rest and (away := int((result.settled & ~result.reached_from_rest).sum())):
-        typer.echo(f"{away} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
+    if check_rest and (other := int((result.settled & ~result.reached_from_rest).sum())):
+        typer.echo(f"{other} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
 
 
 def _announce(robot: Robot, grid: Gaits, folder: str, places: opt.Places, options: dict[str, Any]) -> None:
-    """Print what a large grid takes, measured on some of its gaits; refuse one that cannot end or fit on the disk."""
+    """Print the time, disk and memory of a large grid, measured on a few gaits; refuse one that takes too much."""
     count, (part, parts) = len(grid), places.shard or (1, 1)
     size = shard_size(count, places.shard_size)
-    some = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, MEASURED)], **options)
+    sample = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, MEASURED)], **options)
     start = time.monotonic()
-    columns = some.swimming.swim(Part.of(some.gaits, 0, MEASURED))
+    columns = sample.swimming.swim(Part.of(sample.gaits, 0, MEASURED))
     rate = MEASURED / (time.monotonic() - start)
-    each, own = sum(column.nbytes for column in columns.values()) / MEASURED, -(-count // parts)
-    years, disk = own / rate / YEAR, shutil.disk_usage(Path(folder).parent).free
-    whole = f"{own:,} gaits, part {part} of {parts}," if parts > 1 else f"{count:,} gaits"
+    each, n = sum(column.nbytes for column in columns.values()) / MEASURED, -(-count // parts)
+    years, disk = n / rate / YEAR, shutil.disk_usage(Path(folder).parent).free
+    extent = f"{n:,} gaits, part {part} of {parts}," if parts > 1 else f"{count:,} gaits"
     speed = f"{rate:.0f} gaits/s, the rate of this machine on {MEASURED} of them"
     if years > 1 and places.cluster is None:
         rule, fix = "must end within a year", "take fewer values, or more machines by --shard I/N or --cluster"
-        raise InputError(rule, key="the sweep", value=f"{years:.3g} years: {whole} at {speed}", fix=fix)
-    if each * own > disk:
-        rule, value = f"must fit on the disk of {folder}, with {disk / 1e9:.3g} GB free", f"{each * own / 1e9:.3g} GB"
+        raise InputError(rule, key="the sweep", value=f"{years:.3g} years: {extent} at {speed}", fix=fix)
+    if each * n > disk:
+        rule, value = f"must fit on the disk of {folder}, with {disk / 1e9:.3g} GB free", f"{each * n / 1e9:.3g} GB"
         raise InputError(rule, key="the sweep", value=value, fix="take fewer values, or another disk")
-    hours = f"about {_clock(own / rate)} at {speed}"
+    hours = f"about {_clock(n / rate)} at {speed}"
     note(
-        f"{whole} in shards of {size} take {hours}, {each * own / 1e9:.3g} GB of disk, and "
+        f"{extent} in shards of {size} take {hours}, {each * n / 1e9:.3g} GB of disk, and "
         f"{each * size / 1e6:.0f} MB of memory a worker."
     )
 
 
 def _clock(seconds: float) -> str:
-    """Write a long time."""
+    """Return a time [s] as text in days, h, min or s."""
     units = (86400, "days"), (3600, "h"), (60, "min"), (1, "s")
     size, unit = next((row for row in units if seconds > 2 * row[0]), units[-1])
     return f"{seconds / size:.3g} {unit}"
 
 
 def _names(result: xr.Dataset) -> list[str]:
-    """Name the columns of gaits and results in CSV and JSON."""
+    """Return the names of the columns of gaits and results in CSV and JSON."""
     return [*coordinate_names(result), *table_names(result)]
 
 
 def _figure(result: xr.Dataset) -> Any:
-    """Plot a sweep."""
+    """Return the figure of a sweep."""
     from hypertuna.swimming.plots import plot_sweep  # slow to import
 
     return plot_sweep(result)
 
 
 def _lines(result: xr.Dataset) -> Iterator[Any]:
-    """Lay out the gaits, or the best of many."""
+    """Yield the table that the terminal shows: all gaits, or the fastest and the cheapest of many."""
     columns = variable_columns(result, _names(result))
     settled = columns["status"] == "settled"
     remarks = _remarks(columns, settled)
-    sought = [*variable_columns(result, [name for name in map(str, result.dims) if "." in name])]
-    axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in sought]
+    design_columns = [*variable_columns(result, [name for name in map(str, result.dims) if "." in name])]
+    axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in design_columns]
     varying = [name for name in axes if np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
     names = [*varying, *(name for name in HEADS if name != "frequency_hz" and (turns or name != "turn_radius_m"))]
-    first = 0 if any(remarks.values()) else 1
-    tight = len(names) + 1 - first > FEW
+    skipped = 0 if any(remarks.values()) else 1
+    tight = len(names) + 1 - skipped > FEW
     heads = [_head(name, tight) for name in names]
     rows = [
         (remark, *(f"{columns[name][k]:.3g}" for name in names), columns["status"][k]) for k, remark in remarks.items()
     ]
     yield f"{len(settled)} gaits of {result.attrs['robot']}, {settled.sum()} settled", "bold"
-    heads, shown = ["", *heads, "\nstatus"][first:], [row[first:] for row in rows]
-    yield Table(heads, shown, left=(0, len(heads) - 1) if not first else (len(heads) - 1,), tight=tight)
+    heads, shown = ["", *heads, "\nstatus"][skipped:], [row[skipped:] for row in rows]
+    yield Table(heads, shown, left=(0, len(heads) - 1) if not skipped else (len(heads) - 1,), tight=tight)
 
 
 def _head(name: str, tight: bool) -> str:
-    """Return the head of a column: of a joint group its name stands between quantity and unit."""
+    """Return the head of a column in lines: quantity, joint group if any, and unit."""
     if name in HEADS:
         return HEADS[name].replace("[J/(", "[J/\n(") if tight else HEADS[name]
     if "." in name:  # of a design
@@ -195,7 +195,7 @@ def _head(name: str, tight: bool) -> str:
 
 
 def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
-    """Choose the rows to show: all, or of many the fastest and the cheapest."""
+    """Return the rows to show, each with its remark: all rows, or of many the fastest and the cheapest."""
     ahead = settled & (columns["speed_m_s"] > 0)
     if len(settled) <= ROWS or not ahead.any():
         return dict.fromkeys(range(len(settled)), "")

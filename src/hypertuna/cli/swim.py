@@ -52,7 +52,7 @@ def swim_command(
 
 
 def _record(result: Swim) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a swim."""
     return (
         values_of(result.summary())
         | {"band": _band(result)}
@@ -67,14 +67,14 @@ def _record(result: Swim) -> dict[str, Any]:
 
 
 def _band(result: Swim) -> dict[str, float] | None:
-    """Return the speeds that the estimates of the robot leave, and the part of the samples that count."""
+    """Return the JSON record of the speeds [m/s] that the robot's estimates allow; None without uncertain ones."""
     if (band := result.band) is None:
         return None
     return {"low_m_s": float(band.low[0]), "high_m_s": float(band.high[0]), "settled": float(band.settled[0])}
 
 
 def _outside(result: Swim) -> list[str]:
-    """Return where the swim lies outside the runs that the coefficients were fitted to."""
+    """Return sentences on where the swim lies outside the runs that the coefficients were fitted to."""
     if result.robot.fit is None:
         return []
     from hypertuna.trials.reach import outside  # here, because its import takes longer than a swim
@@ -84,26 +84,26 @@ def _outside(result: Swim) -> list[str]:
 
 
 def _elsewhere(result: Swim) -> dict[str, Any] | None:
-    """Return the numbers of the settled beat that a start from rest leads to instead."""
+    """Return the summary of another settled beat to which a start from rest leads; None without one."""
     other = result.settled_from_rest
     return None if other is None else values_of(other.summary())
 
 
 def _facts(result: Swim) -> dict[str, Any]:
-    """Return the record as attributes of a file."""
+    """Return the JSON record of a swim as attributes of a file, tables in it flattened."""
     record = _record(result)
     tables = {name: record.pop(name) or {} for name in ("band", "settled_from_rest")}
     return record | {f"{name}_{key}": value for name, table in tables.items() for key, value in table.items()}
 
 
 def _lines(result: Swim) -> list[Part]:
-    """Lay out a swim, with warnings before its status."""
+    """Return the lines that the terminal shows of a swim, with warnings before its status."""
     *lines, status = card_of(result).lines()
     return [*lines, *((warning, "yellow") for warning in _outside(result)), status]
 
 
 def _animate(path: str, result: Swim) -> None:
-    """Write the swimming body as a moving picture."""
+    """Write the swimming body as an animated GIF."""
     from hypertuna.swimming.animation import animate_swim  # slow to import
 
     animate_swim(result, path)

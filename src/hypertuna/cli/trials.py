@@ -48,7 +48,7 @@ def check(
 
 
 class _Import(Group):
-    """The group `import`: what is not the name of a format is the folder of the format `folder`."""
+    """The group `import`: a first word that names no format is taken as the folder of `import folder`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in {*self.commands, "-h", "--help"}:
@@ -84,17 +84,17 @@ def import_folder_command(
 
 
 def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
-    """Return the content of trials, names with units."""
+    """Return the JSON record of trials: the summaries of each kind, units in the names, and warnings."""
     errors, warnings = implausible(trials, robot)
     content = {kind.key: kind.summaries(trials.kinds.get(kind, ()), robot) for kind in KINDS}
     return {"runs": len(trials.runs)} | content | {"warnings": [*map(str, errors), *warnings]}
 
 
 def _lines(summary: dict[str, Any], robot: str) -> Iterator[Any]:
-    """Lay out the content of trials."""
+    """Yield the lines that the terminal shows of trials' summaries."""
     for kind in KINDS:
-        for one in summary[kind.key]:
-            yield from kind.lines(one)
+        for entry in summary[kind.key]:
+            yield from kind.lines(entry)
     for sentence in summary["warnings"]:
         yield f"unlikely: {sentence}", "yellow"
     yield f"{counted(summary['runs'], 'run')} in all, checked against the model of {robot}"

@@ -51,7 +51,7 @@ def turn_command(
 
 
 def _grid(robot: Robot, options: GaitOptions) -> Gaits:
-    """Make every combination of the options."""
+    """Return the grid of all combinations of the options' values."""
     if options.phase is None:
         first = (0.0,) * (len(robot.joints) - 1) if options.gait is None else named_gait(robot, options.gait).phase[:-1]
         lags = tuple(round(math.degrees(angle), 10) for angle in first)
@@ -64,14 +64,14 @@ def _grid(robot: Robot, options: GaitOptions) -> Gaits:
 
 
 def _csv(turning: Turning) -> Csv:
-    """Write the gaits of the grid with their turns as comma-separated values."""
+    """Return the CSV table of the grid's gaits with their turns."""
     gaits = variable_columns(turning.sweep, coordinate_names(turning.sweep))
     facts = turning.sweep.attrs | {"command": command_line()}
     return columns_csv(facts, gaits | turn_columns(turning), digits=None)
 
 
 def _rows(turning: Turning) -> list[dict[str, Any]]:
-    """Return every gait of the grid with its turn."""
+    """Return a row for each gait of the grid, with its turn."""
     rows = column_rows(turn_columns(turning))
     return [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]
 
@@ -91,7 +91,7 @@ def _tightest(one: Tightest | None, length: float) -> dict[str, Any] | None:
 
 
 def _record(turning: Turning) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of the turns."""
     length = turning.robot.body.length
     return made_by(turning.robot) | {
         "tightest": _tightest(turning.tightest, length),

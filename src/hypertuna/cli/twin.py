@@ -59,16 +59,16 @@ def twin_command(
     options: dict[str, Any] = {"closed_loop": not open_loop, "temperature": kelvin(temperature), "start": start}
     options |= {"duration": duration, "medium": medium, "faults": tuple(fault or ()), "seed": seed}
     run = attended("simulating", lambda: twin(fish, beat, **options))
-    pictured = None if run.status == "diverged" else losses
-    if pictured is not None:
-        save(run.losses.plot(), pictured)
+    figure_of = None if run.status == "diverged" else losses
+    if figure_of is not None:
+        save(run.losses.plot(), figure_of)
     emit(
         run,
         record=_record,
         columns=COLUMNS,
         facts=_record,
         **vars(files),
-        written=(pictured,),
+        written=(figure_of,),
         failed=run.status == "diverged",
     )
 
@@ -80,7 +80,7 @@ def robot_with(robot: opt.RobotOptions, line_bore: float | None) -> Robot:
 
 
 def made_by_twin(robot: Robot) -> dict[str, Any]:
-    """Return what made a run of the twin, which moves its joints by itself, not by a joint law."""
+    """Return the provenance of a run of the twin, without the law of joints, which its controller moves."""
     return {key: value for key, value in made_by(robot).items() if key != "joints"}
 
 
@@ -90,7 +90,7 @@ def kelvin(celsius: float | None) -> float | None:
 
 
 def _record(run: TwinRun) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a run of the twin."""
     return (
         values_of(run.summary())
         | ({} if swims_forward(run) else {"cost_of_transport_j_per_kg_m": math.nan})

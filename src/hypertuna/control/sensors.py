@@ -81,7 +81,7 @@ def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
         names[channel.part] = (names.get(channel.part, (first,))[0], last)
         for j, group in enumerate(robot.joints):
             name = f"{channel.part}-{group.name}"
-            servos, oil = group.drive
+            servos, oil = group.drive.servos, group.drive.oil
             if channel.per == "joint" and oil:
                 names[name] = (first + j, first + j)
             elif channel.per == "circuit" and servos and (oil or channel.name == "current"):
@@ -114,6 +114,7 @@ def faults(
 
 def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
     """Return the fault that a text spells; errors name the text."""
+
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)
 

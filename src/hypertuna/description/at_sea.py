@@ -7,10 +7,11 @@ from typing import Any
 
 from hypertuna import _core
 from hypertuna.description.channels import CHANNELS
-from hypertuna.description.robot import Robot
+from hypertuna.description.robot import Robot, parse
+from hypertuna.description.schema.body import Drive
 from hypertuna.description.schema.control import Guidance
 from hypertuna.description.shape import DENSITY, Shape
-from hypertuna.description.twin import ON_BOARD, new_command, require_groups
+from hypertuna.description.twin import new_command, require_groups
 from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
@@ -101,7 +102,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's, with its slowest
     gait, on the robot's own scales of length, speed and time.
     """
-    gait = document["gaits"]["cruise"]
+    gait, drives = document["gaits"]["cruise"], [group.drive for group in parse(document).joints]
     slow = gait | {
         "frequency_hz": 0.85 * gait["frequency_hz"],
         "amplitude_deg": [round(a / 2, 1) for a in gait["amplitude_deg"]],
@@ -117,9 +118,8 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
     pilot |= Guidance.scaled(pilot, length=length, mass=mass, speed=speed / tuna["guidance"]["speed_m_s"][0])
     document["guidance"] = pilot
     sources = SOURCES | {"servos": "estimate: as HyperTuna's fins"}
-    actuation = "servo" if all("servo" in group for group in document["joints"]) else "hydraulic"
-    if len(document["joints"]) <= ON_BOARD[actuation]:
-        document["firmware"] = tuna["firmware"] | _pins(document["joints"])
+    if len(drives) <= min(drive.on_board for drive in drives):
+        document["firmware"] = tuna["firmware"] | _pins(drives)
         empty, low = tuna["firmware"]["voltage_empty_v"], tuna["controller"]["voltage_low_v"]
         document["firmware"]["voltage_empty_v"] = round(document["controller"]["voltage_low_v"] * empty / low, 1)
         sources |= BOARD
@@ -163,14 +163,14 @@ def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, flo
     return {**tuna} | {key: float(f"{value:.3g}") for key, value in changed.items()}
 
 
-def _pins(joints: list[Mapping[str, Any]]) -> dict[str, list[int]]:
-    """Return the pins of servos and analog sensors: two servos for a joint on oil, one for a joint with a servo."""
-    sides = [1 if "servo" in group else 2 for group in joints]
-    oil_joints = sides.count(2)
+def _pins(drives: Sequence[Drive]) -> dict[str, list[int]]:
+    """Return the pins of servos and analog sensors, of the joint groups' drives and the two fins."""
+    servos = sum(len(drive.servos) for drive in drives)
+    pumps = sum(len(drive.servos) for drive in drives if drive.oil)
     free_pins = iter(ANALOG_PINS)
     return {
-        "servo_pins": list(SERVO_PINS[: sum(sides) + 2]),
-        "bend_pins": list(islice(free_pins, oil_joints)),
-        "pressure_pins": list(islice(free_pins, 2 * oil_joints)),
-        "current_pins": list(islice(free_pins, sum(sides))),
+        "servo_pins": list(SERVO_PINS[: servos + 2]),
+        "bend_pins": list(islice(free_pins, sum(drive.oil for drive in drives))),
+        "pressure_pins": list(islice(free_pins, pumps)),
+        "current_pins": list(islice(free_pins, servos)),
     }

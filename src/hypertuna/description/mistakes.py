@@ -123,7 +123,7 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
 
 
 def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
-    """Mend a document where pydantic found an error, noting keys set from an example; return whether this succeeded."""
+    """Mend a document at one of pydantic's errors; list keys set from an example; return whether it was possible."""
     place = item["loc"]
     owner = _at(document, place[:-1])
     if isinstance(item.get("ctx", {}).get("error"), InputError):

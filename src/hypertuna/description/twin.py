@@ -8,11 +8,9 @@ from hypertuna import _core
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import Hinge
+from hypertuna.description.schema.body import AXLE, DRIVES
 from hypertuna.description.schema.control import Controller
 from hypertuna.errors import InputError
-
-# Joint groups of a robot with firmware: its messages have room for no more, and a Teensy 4.1 no more pins for oil.
-ON_BOARD = {"servo": _core.BOARD_JOINTS, "hydraulic": 3}
 
 
 def why_no_twin(robot: Robot) -> str:
@@ -62,8 +60,7 @@ def require_controller(robot: Robot) -> Controller:
     """Return the controller of a robot that has a twin, or refuse the robot."""
     require_groups(robot)
     if robot.controller is None:
-        driven = all(group.servo is not None or group.actuator is not None for group in robot.joints)
-        drives = "" if driven else " and the drives of [[joints]]"
+        drives = "" if all(group.driven for group in robot.joints) else " and the drives of [[joints]]"
         fix = f"copy it{drives} from a robot of this size; `{new_command(robot)}` writes one"
         raise InputError("is missing", file=robot.file or None, key="controller", fix=fix)
     return robot.controller
@@ -71,7 +68,7 @@ def require_controller(robot: Robot) -> Controller:
 
 def _hinge_on_oil(robot: Robot) -> Hinge | None:
     """Return a hinge on the only link of a joint group that oil bends, which has no inertia; None without one."""
-    groups_on_oil = [list(group.links) for group in robot.joints if group.actuator is not None]
+    groups_on_oil = [list(group.links) for group in robot.joints if group.driven and group.drive.oil]
     return next((hinge for hinge in robot.hinges if [hinge.link] in groups_on_oil), None)
 
 
@@ -80,8 +77,9 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
 
     With `sea` it writes one for missions, and with `board` one that also has firmware.
     """
-    actuation = "hydraulic" if any(group.actuator is not None for group in robot.joints) else "servo"
-    most = ON_BOARD[actuation] if board else _core.MAX_JOINTS
+    kinds = [group.drive for group in robot.joints if group.driven]
+    drive = next((one for one in reversed(DRIVES.values()) if one in kinds), AXLE)
+    most = drive.on_board if board else _core.MAX_JOINTS
     names = [group.name for group in robot.joints]
     others = [f"J{j}" for j in range(1, min(most, len(names)) + 1)]
     size: dict[str, Any] = {"lengths": robot.links.length, "mass": robot.body.mass}
@@ -92,9 +90,7 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
     for name, value in options.items():
         values = value if isinstance(value, Sequence) else [value]
         command += [f"--{name}", ",".join(one if isinstance(one, str) else f"{one:g}" for one in values)]
-    if any(group.tendons is not None for group in robot.joints):
-        actuation = "tendons"
-    return shlex.join([*command, "--actuation", actuation, *["--sea"] * sea])
+    return shlex.join([*command, "--actuation", drive.actuation, *["--sea"] * sea])
 
 
 def _accepted(options: Mapping[str, Any]) -> bool:

@@ -97,11 +97,11 @@ def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[fl
         return post
     measured = np.log([result.value for result in results])
     for _ in range(ROUNDS):
-        model = predict(unknowns, x, rows)
-        _check_swims(results, model.log)
-        residuals = measured - model.log + model.jacobian @ (x - unknowns.mean)
-        known = model.jacobian @ unknowns.covariance @ model.jacobian.T
-        post = Posterior(unknowns, tuple(results), x, rows, model.jacobian, _kernels(results, residuals, known, sizes))
+        at_x = predict(unknowns, x, rows)
+        _check_swims(results, at_x.log)
+        residuals = measured - at_x.log + at_x.jacobian @ (x - unknowns.mean)
+        known = at_x.jacobian @ unknowns.covariance @ at_x.jacobian.T
+        post = Posterior(unknowns, tuple(results), x, rows, at_x.jacobian, _kernels(results, residuals, known, sizes))
         step = np.clip(post.coefficients[0] - x, -FAR, FAR)
         next_x = np.clip(x + step, lower, upper)
         if np.all(np.abs(next_x - x) <= DONE * unknowns.sd):

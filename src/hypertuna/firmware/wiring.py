@@ -67,8 +67,8 @@ def wiring_of(robot: Robot) -> Wiring:
 
 
 def _servo_wires(robot: Robot) -> Iterator[Wire]:
-    axles = {group.name: "axle" if group.tendons is None else "drum" for group in robot.joints}
-    drives = [f"on the {axles[name]} of joint {name}" if name in axles else f"of joint {name.replace('-', ', ')}"
+    turned = {group.name: group.drive.place for group in robot.joints}
+    drives = [f"on the {turned[name]} of joint {name}" if name in turned else f"of joint {name.replace('-', ', ')}"
               for name in drive_names(robot)]  # fmt: skip
     names = [*(f"servo {text}" for text in drives), "servo of the port fin", "servo of the starboard fin"]
     for number, (pin, name) in enumerate(zip(pins_of(robot)["servo"], names, strict=True)):

@@ -155,8 +155,7 @@ def _structure(robot: Robot) -> tuple[object, ...]:
 
 def _largest_power(robot: Robot) -> float:
     """Return the electrical power [W] of the servos that move the joints, all at stall."""
-    servos = [group.servo for group in robot.joints if group.servo is not None]
-    power = sum(servo.voltage * servo.stall_current for servo in servos)
+    power = sum(group.stall_power for group in robot.joints)
     if has_oil(robot):
         pump = pump_servo(robot)
         power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)  # which it has

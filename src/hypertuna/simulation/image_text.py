@@ -97,7 +97,7 @@ def _tail(robot: Robot) -> dict[str, Any]:
 def _joint(group: JointGroup) -> dict[str, Any]:
     """Return a table for a joint group; None for keys that its file leaves out."""
     keys = ("name", "links", "share", "bandwidth", "phase_offset", "amplitude_max", "bend_max")
-    return {key: getattr(group, key) for key in keys} | {"direct": not group.drive.oil}
+    return {key: getattr(group, key) for key in keys} | {"drive": group.drive.actuation}
 
 
 def _limits(robot: Robot) -> dict[str, Any] | None:

@@ -14,7 +14,7 @@ from hypertuna.ranges import check_choice
 from hypertuna.simulation.recorded import LOSSES
 
 SMALL = 5e-3  # part of the power below which a loss is not named
-PLACES = ("battery", "servos", "oil", "joints", "water")  # in the order of the power's path
+PLACES = ("battery", *dict.fromkeys(place for place, _ in LOSSES.values()))  # in the order of the power's path
 
 
 class Loss(NamedTuple):

@@ -65,7 +65,7 @@ class Held:
 
     @property
     def error_measured(self) -> Array:
-        """Larger error of both peak bends of each beat by the bend sensor, known to the controller (beats,) [rad]."""
+        """Larger error of both peak bends of each beat (beats,) [rad], by the bend sensor that the controller reads."""
         return np.asarray(np.abs(self.measured - self.angle_set).max(axis=1))
 
     @property

@@ -1,4 +1,4 @@
-"""The speeds that a robot's estimates leave: settled beats of samples from the factors in its ``[uncertainty]``."""
+"""The range of speeds by a robot's uncertain estimates: settled beats of samples by factors in ``[uncertainty]``."""
 
 import math
 from dataclasses import dataclass
@@ -27,18 +27,18 @@ LAW = 1.2
 
 @dataclass(frozen=True)
 class Band:
-    """The speeds between which 90 % of the samples lie, gait by gait."""
+    """The range of speed [m/s] that holds 90 % of the samples, for each gait."""
 
     low: Array  # (gaits,) [m/s]
     high: Array  # (gaits,) [m/s]
     settled: Array  # (gaits,), part of the samples whose beat settles: only these count
 
     def ends(self, gait: int = 0) -> str:
-        """Write the two ends [m/s] of a gait: ``0.118 to 0.325``."""
+        """Return a text of the two ends [m/s] of a gait's band: ``0.118 to 0.325``."""
         return f"{self.low[gait]:.3g} to {self.high[gait]:.3g}" if self.settled[gait] else "no sample settles"
 
     def sentence(self, gait: int = 0) -> str:
-        """Describe the band of a gait."""
+        """Return a sentence on the band of a gait, and on samples that do not settle."""
         lost = f"{100 * (1 - self.settled[gait]):.2g} % of the samples do not settle" * bool(self.settled[gait] < 1)
         if not self.settled[gait]:
             return "The estimates of the robot's file leave no speed: none of the samples settles."
@@ -47,7 +47,7 @@ class Band:
 
 
 def estimated(robot: Robot) -> dict[str, float]:
-    """Return the factors of the estimates that the robot's water law reads, by columns of its model."""
+    """Return the uncertainty factors of estimates that the robot's model reads, by place in the description."""
     keys = {place: ".".join(field.alias or "" for field in _fields(place)) for place in model_values(robot)}
     return {place: factor for place, key in keys.items() if (factor := factor_of(robot, key)) > 1}
 
@@ -77,30 +77,30 @@ def speed_band(robot: Robot, gaits: Gaits) -> Band | None:
         speeds[k] = np.where(beat["status"] == 0, law * beat["speed"], np.nan)
     settled = np.isfinite(speeds)
     ends = np.full((2, len(gaits)), np.nan)
-    some = settled.any(axis=0)
-    ends[:, some] = np.nanquantile(speeds[:, some], [(1 - INSIDE) / 2, (1 + INSIDE) / 2], axis=0)
+    any_settled = settled.any(axis=0)
+    ends[:, any_settled] = np.nanquantile(speeds[:, any_settled], [(1 - INSIDE) / 2, (1 + INSIDE) / 2], axis=0)
     return Band(ends[0], ends[1], settled.mean(axis=0))
 
 
 def sampled_columns(robot: Robot) -> tuple[list[dict[str, list[float]]], Array] | None:
-    """Return samples of the estimated columns of a robot's model, and of the law's factor of the speed; or None."""
+    """Return samples of a robot's estimated columns, and of the speed's factor by the law's error; None without any."""
     factors = estimated(robot)
     if not factors:
         return None
-    values, drawn = model_values(robot), _drawn([*factors.values(), LAW])
-    most = {place: _largest(place) for place in factors}
+    values, scales = model_values(robot), _drawn([*factors.values(), LAW])
+    limits = {place: _largest(place) for place in factors}
     columns = [
         {
-            place: [min(scale * x, most[place]) for x in values[place]]
+            place: [min(scale * x, limits[place]) for x in values[place]]
             for place, scale in zip(factors, row, strict=False)
         }
-        for row in drawn
+        for row in scales
     ]
-    return columns, drawn[:, -1]
+    return columns, scales[:, -1]
 
 
 def _drawn(factors: list[float]) -> Array:
-    """Draw samples (samples, factors): lognormal, each factor's quantiles once (Latin hypercube)."""
+    """Return drawn scales (samples, factors): lognormal, each quantile of each factor once (Latin hypercube)."""
     generator, normal = np.random.default_rng(SEED), NormalDist()
     quantiles = np.array([normal.inv_cdf((k + 0.5) / SAMPLES) for k in range(SAMPLES)])
     quantiles /= normal.inv_cdf((1 + INSIDE) / 2)
@@ -108,7 +108,7 @@ def _drawn(factors: list[float]) -> Array:
 
 
 def _fields(place: str) -> list[FieldInfo]:
-    """Return the fields on the way to an attribute of a robot: ``water.strip.edge_lift``."""
+    """Return the schema's fields from the robot down to an attribute, such as ``water.strip.edge_lift``."""
     model: type[BaseModel] | None = Robot
     fields = []
     for name in place.split("."):
@@ -119,5 +119,5 @@ def _fields(place: str) -> list[FieldInfo]:
 
 
 def _largest(place: str) -> float:
-    """Return the largest value that the description takes for a number, such as 1 for a fraction."""
+    """Return the upper limit that the schema sets for a number, such as 1 for a fraction; infinity without one."""
     return min((float(str(rule.le)) for rule in _fields(place)[-1].metadata if isinstance(rule, Le)), default=math.inf)

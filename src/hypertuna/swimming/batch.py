@@ -1,4 +1,4 @@
-"""Many gaits of a robot: how they are swum, range by range, and how the results are labeled."""
+"""Many gaits of a robot: swum by ranges, each a task for a worker, and labeled results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FROM_REST = {
 
 @dataclass(frozen=True)
 class Part:
-    """A range of gaits that is small to send: the axes of a grid, or the gaits of the range where they are fewer."""
+    """A range of gaits in a form small to send to a worker: a grid's axes, or the range's list if it is shorter."""
 
     first: int  # of all gaits
     last: int  # one beyond
@@ -39,12 +39,12 @@ class Part:
 
     @classmethod
     def of(cls, gaits: Gaits, first: int, last: int) -> Self:
-        """Take a range of gaits."""
+        """Return the part of gaits from index `first` to before `last`."""
         whole = gaits.is_grid and sum(gaits.shape) < last - first
         return cls(first, last, gaits if whole else part_of(gaits, first, last))
 
     def chunks(self, size: int) -> Iterator[Gaits]:
-        """Yield the gaits as lists of at most a size."""
+        """Yield the gaits of the part as lists of at most `size`."""
         start = 0 if self.gaits.is_grid else self.first
         for first in range(self.first, self.last, size):
             yield part_of(self.gaits, first - start, min(first + size, self.last) - start)
@@ -52,7 +52,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Swimming:
-    """A robot and how it swims gaits: what a worker needs."""
+    """A robot and the options of its swims: all that a worker needs beside the gaits."""
 
     robot: Robot
     steps: int
@@ -61,12 +61,12 @@ class Swimming:
     threads: int
 
     def swim(self, part: Part) -> dict[str, Array]:
-        """Swim a range of gaits; return the columns of the results."""
+        """Return the results of a part's gaits as columns (gaits,)."""
         chunks = [self._swim(gaits) for gaits in part.chunks(CHUNK)]
         return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
 
     def _swim(self, gaits: Gaits) -> dict[str, Array]:
-        """Swim a list of gaits."""
+        """Return the results of a list of gaits as columns (gaits,)."""
         approach = APPROACH * self.check_rest
         result = settle(self.robot, gaits, steps=self.steps, wait=self.wait, approach=approach, threads=self.threads)
         extra = _from_rest(self.robot, gaits, result, self.steps, self.threads) if self.check_rest else {}
@@ -76,14 +76,14 @@ class Swimming:
 
 @dataclass(frozen=True)
 class Batch:
-    """Gaits to swim, and how."""
+    """Gaits to swim, with the robot and the options of the swims."""
 
     gaits: Gaits
     swimming: Swimming
 
     @property
     def options(self) -> dict[str, Any]:
-        """All that the results depend on besides the robot."""
+        """All inputs of the results except the robot, for the header of journals."""
         columns = [getattr(self.gaits, name) for name in AXES]
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns)).hexdigest()
         how = self.swimming
@@ -97,7 +97,7 @@ class Batch:
 
     @cached_property
     def layout(self) -> Layout:
-        """How results are labeled."""
+        """Layout of the dataset of results: dimensions, variables, coordinates and attributes."""
         grid, how = self.gaits.is_grid, self.swimming
         variables: dict[str, Any] = {
             name: {"units": about.unit, "long_name": about.meaning} for name, about in QUANTITIES.items()
@@ -124,7 +124,7 @@ def batch(
     beats: int,
     check_rest: bool,
 ) -> Batch:
-    """Check what is to be swum."""
+    """Return a batch of gaits for a robot after checks of the options."""
     robot = robot_of(robot)
     gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
     check_gait(gaits[0], robot)
@@ -137,42 +137,42 @@ def batch(
 
 
 def table_names(variables: Iterable[Any]) -> list[str]:
-    """Name the variables that stand in the table of a sweep."""
+    """Return those of a sweep's variables that its table shows, in the table's order."""
     return [name for name in (*SUMMARY, *FROM_REST, "status", "spectral_radius") if name in {*variables}]
 
 
 def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:
-    """Find the gaits whose settled beat a start from rest leads to, and the speeds that the others lead to."""
+    """Return whether a start from rest leads to each gait's settled beat, and the speed [m/s] that it leads to."""
     reached = result["arrived"] & (result["status"] == 0)
     speed = np.where(reached, result["speed"], np.nan)
-    other = np.flatnonzero(~reached)
-    if len(other):
-        part = Gaits(*(column[other] for column in gaits.columns), shape=(len(other),))
-        found = settle_from_rest(robot, part, steps=steps, threads=threads)
-        speed[other] = np.where(found["status"] == 0, found["speed"], np.nan)
+    elsewhere = np.flatnonzero(~reached)
+    if len(elsewhere):
+        part = Gaits(*(column[elsewhere] for column in gaits.columns), shape=(len(elsewhere),))
+        from_rest = settle_from_rest(robot, part, steps=steps, threads=threads)
+        speed[elsewhere] = np.where(from_rest["status"] == 0, from_rest["speed"], np.nan)
     return {"reached_from_rest": reached, "speed_from_rest": speed}
 
 
 def _coordinates(robot: Robot, gaits: Gaits) -> dict[str, Any]:
-    """Label the gaits: dimension, values and attributes of each coordinate."""
+    """Return dimension, values and attributes of each coordinate of a dataset over gaits."""
     grid, unit = gaits.is_grid, "deg" if gaits.degrees else "rad"
-    about = {"units": "Hz", "long_name": "beat frequency"}
-    coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", gaits.frequency, about)}
+    attributes = {"units": "Hz", "long_name": "beat frequency"}
+    coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", gaits.frequency, attributes)}
     for name in KINDS:
         values = np.degrees(getattr(gaits, name)).round(10) if gaits.degrees else getattr(gaits, name)
         for g, group in enumerate(robot.joints):
-            about = {"units": unit, "long_name": f"{name} of joint group {group.name}"}
-            coordinates[f"{name}_{group.name}"] = (name if grid else "gait", values[:, g], about)
+            attributes = {"units": unit, "long_name": f"{name} of joint group {group.name}"}
+            coordinates[f"{name}_{group.name}"] = (name if grid else "gait", values[:, g], attributes)
         if grid and (index := _index(robot, name, values, unit)) is not None:
             coordinates[name] = index
     return coordinates
 
 
 def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Array, dict[str, str]] | None:
-    """Index an axis of a grid by the angles of one joint group: the last one that is different all along it."""
+    """Return an axis's coordinate by one group's angles: the last joint group whose angles differ along the axis."""
     for g in reversed(range(len(robot.joints))):
         if len(np.unique(values[:, g])) == len(values):
             group = robot.joints[g].name
-            about = {"units": unit, "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
-            return name, values[:, g], about
+            attributes = {"units": unit, "long_name": f"{name} of joint group {group}", "same_as": f"{name}_{group}"}
+            return name, values[:, g], attributes
     return None

@@ -24,7 +24,7 @@ STATUSES = tuple(_core.beat_statuses())
 
 
 class About(NamedTuple):
-    """What the core's table says of a quantity of a settled beat."""
+    """A row of the core's table of quantities of a settled beat: its unit, label and meaning."""
 
     shown_unit: str  # BL/s and nothing where `unit` has 1/s and 1
     label: str  # on the terminal, with a note behind a comma
@@ -35,7 +35,7 @@ class About(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Unit without words."""
+        """Unit of the quantity in data sets, without words such as BL for body lengths."""
         return {"BL/s": "1/s", "BL per beat": "1", "": "1"}.get(self.shown_unit, self.shown_unit)
 
 
@@ -102,10 +102,10 @@ def settle(
 
 
 def settle_from_rest(robot: Robot, gaits: Gaits, *, steps: int = DEFAULT_STEPS, threads: int = 1) -> dict[str, Any]:
-    """Find the settled beats that starts from rest lead to, as `settle`; a start that leads to none is unsettled."""
+    """Return the settled beats to which starts from rest lead, as `settle` does; others are unsettled."""
     result = settle(robot, gaits, steps=steps, from_rest=AFTER, approach=APPROACH, threads=threads)
-    lost = (result["status"] == 0) & ~result["arrived"]
-    return result | {"status": np.where(lost, np.int8(1), result["status"])}
+    not_arrived = (result["status"] == 0) & ~result["arrived"]
+    return result | {"status": np.where(not_arrived, np.int8(1), result["status"])}
 
 
 def directional_derivatives(
@@ -138,7 +138,7 @@ def directional_derivatives(
 
 
 def _with_shares(robot: Robot, model: _core.Model, along: Array) -> Array:
-    """Return directions with a row for the share of each link's front joint after those of the parameters."""
+    """Return directions with rows for the share of each link's front joint added below those of the parameters."""
     parameters = len(model.parameter_names())
     rows = np.zeros((parameters + len(robot.links.name), along.shape[1]))
     rows[:parameters] = along[:parameters]
@@ -148,7 +148,7 @@ def _with_shares(robot: Robot, model: _core.Model, along: Array) -> Array:
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Eigenvalues of each matrix (gaits, n, n); NaN where it is not finite."""
+    """Return the eigenvalues (gaits, n) of each monodromy matrix (gaits, n, n); NaN where a matrix is not finite."""
     try:
         return np.linalg.eigvals(monodromy).astype(np.complex128)
     except np.linalg.LinAlgError:  # some are not finite

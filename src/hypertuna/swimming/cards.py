@@ -1,4 +1,4 @@
-"""What is shown of gaits and swims."""
+"""Cards of gaits and swims."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ ACROSS = 24  # dots along an axis of a grid of gaits, at most
 
 @cards.of(Gait)
 def gait_card(gait: Gait) -> Card:
-    """Show the frequency and the angles of each joint group."""
+    """Return the card of a gait: its frequency, and the angles of each joint group."""
     angles = np.degrees([gait.amplitude, gait.phase, gait.bias]).round(6) + 0.0
     rows = [(f"{g + 1}", *(f"{angle:.4g}" for angle in row)) for g, row in enumerate(angles.T)]
-    heads = ("joint group", "amplitude [deg]", "phase [deg]", "bias [deg]")
-    return Card(f"Gait: {gait_text(gait)}", [Table(heads, rows)], lambda: beat_svg(gait))
+    columns = ("joint group", "amplitude [deg]", "phase [deg]", "bias [deg]")
+    return Card(f"Gait: {gait_text(gait)}", [Table(columns, rows)], lambda: beat_svg(gait))
 
 
 def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
-    """Draw the angle of each joint group over a beat."""
+    """Return an SVG of the angle of each joint group over a beat."""
     time = np.linspace(0, 1 / gait.frequency, 61)
     swings = np.sin(2 * np.pi * gait.frequency * time[:, np.newaxis] - gait.phase)
     *others, last = np.degrees(gait.bias + gait.amplitude * swings).T
@@ -38,19 +38,19 @@ def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
 
 @cards.of(Swim)
 def swim_card(swim: Swim) -> Card:
-    """Show the swimming fish, its numbers, and how settled its beat is."""
+    """Return the card of a swim: the swimming fish, its numbers, and whether its beat is settled."""
     model = swim.robot.model
     areas = f", {model.areas} areas" if LAWS[model.water].areas else ""
-    parts: list[Part] = [(f"{model.water} water, {model.joints} joints{areas}", "dim")]
+    content: list[Part] = [(f"{model.water} water, {model.joints} joints{areas}", "dim")]
     if any(swim.current):
-        parts.append(("current {:g}, {:g} m/s; speed is through the water".format(*swim.current), "dim"))
-    parts += [Facts(swim.summary())] + ([] if swim.band is None else [swim.band.sentence()])
-    parts.append((swim.status_text, "green" if swim.settled else "bold red"))
-    return Card(f"{swim.robot.name}, {gait_text(swim.gait)}", parts, picture_of(swim))
+        content.append(("current {:g}, {:g} m/s; speed is through the water".format(*swim.current), "dim"))
+    content += [Facts(swim.summary())] + ([] if swim.band is None else [swim.band.sentence()])
+    content.append((swim.status_text, "green" if swim.settled else "bold red"))
+    return Card(f"{swim.robot.name}, {gait_text(swim.gait)}", content, picture_of(swim))
 
 
 def picture_of(swim: Swim) -> Callable[[], str] | None:
-    """Return what draws a swim; None if it diverged."""
+    """Return a function that returns an SVG of a swim; None if the swim diverged."""
     if swim.status == "diverged":
         return None
     return lambda: captioned(swimming_svg(swim), f"One beat from above, {slowed(swim)}.")
@@ -58,7 +58,7 @@ def picture_of(swim: Swim) -> Callable[[], str] | None:
 
 @cards.of(Gaits)
 def gaits_card(gaits: Gaits) -> Card:
-    """Show the size and the ranges of gaits."""
+    """Return the card of gaits: their number and their ranges."""
     parts = zip(("frequencies", "amplitudes", "phases", "biases"), gaits.shape, strict=False)
     sizes = " x ".join(f"{count} {name}" for name, count in parts if count > 1)
     facts = {"frequency": f"{_span(gaits.frequency)} Hz"}
@@ -71,7 +71,7 @@ def gaits_card(gaits: Gaits) -> Card:
 
 
 def _gaits_svg(gaits: Gaits) -> str:
-    """Draw the amplitudes of the last joint group over the frequencies; of a single pair the first gait."""
+    """Return an SVG of the last joint group's amplitudes over frequencies, or of a beat if there is one such pair."""
     axes = [gaits.frequency, np.degrees(gaits.amplitude[:, -1])]
     if gaits.is_grid:
         axes = [part.ravel() for part in np.meshgrid(*(axis[:: -(-len(axis) // ACROSS)] for axis in axes))]
@@ -84,6 +84,6 @@ def _gaits_svg(gaits: Gaits) -> str:
 
 
 def _span(values: ArrayLike) -> str:
-    """Write the range of values."""
+    """Return the text of the range of values."""
     low, high = float(np.min(values)), float(np.max(values))
     return f"{low + 0.0:.4g}" if low == high else f"{low + 0.0:.4g} to {high + 0.0:.4g}"

@@ -1,4 +1,4 @@
-"""What is shown of gradients and turns."""
+"""Cards of gradients and turns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROWS = 40  # of turns
 
 @cards.of(Gradient)
 def gradient_card(gradient: Gradient) -> Card:
-    """Show how much each parameter changes speed and cost of transport, the largest influence first."""
+    """Return the card of a gradient: the change of speed and cost of transport by each parameter, the largest first."""
     influence = {name: gradient.influence(name) for name in INFLUENCES}
     order = np.argsort(-np.abs(influence["speed"]))
     rows = [
@@ -40,7 +40,7 @@ def gradient_card(gradient: Gradient) -> Card:
 
 
 def _influence_svg(gradient: Gradient, first: list[int]) -> str:
-    """Draw the largest influences on the speed."""
+    """Return an SVG of the largest influences on the speed."""
     speed = gradient.influence("speed").tolist()
     rows = [(gradient.names[k], 0.0, speed[k]) for k in first]
     return captioned(
@@ -50,7 +50,7 @@ def _influence_svg(gradient: Gradient, first: list[int]) -> str:
 
 
 def turn_columns(turning: Turning) -> dict[str, Any]:
-    """Return the turn of every gait of the grid, names with units."""
+    """Return the turns of the grid's gaits as columns, units in the names."""
     length = turning.robot.body.length
     names = ("frequency", "turn_radius", "circle_radius", "circle_residual", "turn_rate", "speed", "status")
     columns = variable_columns(turning.sweep, names)
@@ -68,7 +68,7 @@ def turn_columns(turning: Turning) -> dict[str, Any]:
 
 
 def turn_sentences(turning: Turning) -> Iterator[str]:
-    """Describe the tightest turns."""
+    """Yield sentences on the tightest turns."""
     if turning.tightest is None:
         yield "No gait turns: give the joints a bias with --bias, or see the statuses with --json."
         return
@@ -81,18 +81,18 @@ def turn_sentences(turning: Turning) -> Iterator[str]:
 
 
 def _sentence(what: str, one: Tightest, length: float) -> str:
-    """Describe a turn."""
-    at = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
+    """Return a sentence on a tightest turn."""
+    where = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
     speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
     phase = math.degrees(one.phase_between)
     between = f"; between the phases given, {one.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
-    same = one.phase_between == one.gait.phase[-1]
-    return f"The {what}: {one.turn_radius / length:.3g} BL {at}, {speed}{'' if same else between}."
+    is_on_grid = one.phase_between == one.gait.phase[-1]
+    return f"The {what}: {one.turn_radius / length:.3g} BL {where}, {speed}{'' if is_on_grid else between}."
 
 
 @cards.of(Turning)
 def turning_card(turning: Turning) -> Card:
-    """Show the turns of a grid, and describe the tightest."""
+    """Return the card of turns: those of the grid, and sentences on the tightest."""
     best = turning.tightest
     if best is None:
         first, *rest = turn_sentences(turning)
@@ -100,8 +100,8 @@ def turning_card(turning: Turning) -> Card:
     columns = {name: np.asarray(column).tolist() for name, column in turn_columns(turning).items()}
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     rows = [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]
-    heads = {"frequency_hz": "f\n[Hz]"} | {f"{key}_deg": f"{key}\n[deg]" for key in KINDS}
-    varying = [key for key in heads if any(row[key] != rows[0][key] for row in rows)]
+    column_heads = {"frequency_hz": "f\n[Hz]"} | {f"{key}_deg": f"{key}\n[deg]" for key in KINDS}
+    varying = [key for key in column_heads if any(row[key] != rows[0][key] for row in rows)]
     cells = []
     for row in sorted(rows, key=lambda row: row["turn_radius_m"])[:ROWS] if len(rows) > ROWS else rows:
         angles = (np.atleast_1d(row[key]) for key in varying)
@@ -109,16 +109,16 @@ def turning_card(turning: Turning) -> Card:
         radii = (f"{row[key]:.3f}" for key in ("turn_radius_bl", "circle_radius_bl"))
         cells.append((*gait, *radii, f"{row['turn_per_beat_deg']:+z.1f}", f"{row['speed_m_s']:+z.3f}", row["status"]))
     shown = ["radius\n[BL]", "circle\n[BL]", "turn\n[deg/beat]", "speed\n[m/s]", "\nstatus"]
-    parts: list[Part] = [
+    content: list[Part] = [
         ("radius: mean distance of the nose from the center; circle: fitted to its path", "dim"),
-        Table([*(heads[key] for key in varying), *shown], cells, left=(len(varying) + 4,)),
+        Table([*(column_heads[key] for key in varying), *shown], cells, left=(len(varying) + 4,)),
         *([(f"the {ROWS} tightest of {len(rows)}", "dim")] if len(rows) > ROWS else []),
         *turn_sentences(turning),
     ]
     title = f"{turning.robot.name}, tightest: {gait_text(best.gait)}"
-    return Card(title, parts, partial(_turn_svg, turning.robot, best.gait))
+    return Card(title, content, partial(_turn_svg, turning.robot, best.gait))
 
 
 def _turn_svg(robot: Robot, gait: Gait) -> str:
-    """Draw the body on its circle."""
+    """Return an SVG of the body on its circle."""
     return captioned(circling_svg(swim(robot, gait)), "The tightest turn from above, in real time.")

@@ -1,4 +1,4 @@
-"""Robots of a design in a settled beat: what a beat feels of a robot's file, and how that follows the variables."""
+"""Robots of a design: the features of a robot's file that its settled beat depends on, and their derivatives."""
 
 from __future__ import annotations
 
@@ -19,44 +19,44 @@ STEP = 1e-4  # of the value, or of a hundredth of its range, if that is more
 
 
 def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return numbers of a robot as variables, by key; each must change what a settled beat feels."""
+    """Return a robot's numbers as variables, from low and high by key; refuse one that changes no settled beat."""
     design = variables(robot, ends)
-    for one in design:
-        low, high = (beat_features(designed(robot, (one,), (end,))) for end in (one.low, one.high))
+    for variable in design:
+        low, high = (beat_features(designed(robot, (variable,), (end,))) for end in (variable.low, variable.high))
         if np.array_equal(low, high):
             rule = "must change how the robot swims, but its derivative is zero everywhere"
-            fix = f"leave it out: {_why_idle(robot, one)}"
-            raise InputError(rule, key=f"design {one.name}", file=robot.file or None, fix=fix)
+            fix = f"leave it out: {_why_idle(robot, variable)}"
+            raise InputError(rule, key=f"design {variable.name}", file=robot.file or None, fix=fix)
     return design
 
 
 def model_features(robot: Robot) -> Array:
-    """Return the parameters of a robot's model, hinges and tendons, as derivatives are taken along them [SI]."""
+    """Return the parameters of a robot's model, hinges and tendons (parameters,) [SI], in the order of derivatives."""
     still = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
-    more = spring_values(robot) | share_values(robot)
-    values = np.append(parameter_values(robot, still), [*more.values()])
+    extra = spring_values(robot) | share_values(robot)
+    values = np.append(parameter_values(robot, still), [*extra.values()])
     return np.where(np.isfinite(values), values, 0.0)  # an ideal joint has an infinite bandwidth
 
 
 def beat_features(robot: Robot) -> Array:
-    """Return all that settled beats know of a robot [SI]."""
+    """Return all numbers of a robot that its settled beats depend on (features,) [SI]."""
     return np.append(model_features(robot), [robot.body.mass, robot.body.length])
 
 
 def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
-    """Differentiate features of the robot at values of variables (features, variables).
+    """Return the derivatives (features, variables) of a robot's features by a design's variables, at some values.
 
     The features are powers of the file's numbers, and sums of them. Five points within the range, a ten thousandth of
     the value apart, give the derivative to about 1e-11 of the feature over the value, where the added mass of a fin has
     no kink of its table.
     """
     columns = []
-    for k, one in enumerate(design):
-        width = one.high - one.low
+    for k, variable in enumerate(design):
+        width = variable.high - variable.low
         step = STEP * min(width, max(abs(values[k]), 0.01 * width))
-        at = np.clip(values[k], one.low + 2 * step, one.high - 2 * step)
-        nodes = at + step * STENCIL
-        weights = _derivative_weights((values[k] - at) / step) / step
+        center = np.clip(values[k], variable.low + 2 * step, variable.high - 2 * step)
+        nodes = center + step * STENCIL
+        weights = _derivative_weights((values[k] - center) / step) / step
         rows = []
         for node in nodes:
             changed = values.copy()
@@ -68,14 +68,14 @@ def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Cal
 
 
 def _derivative_weights(at: float) -> Array:
-    """Return the weights of values at the stencil for the derivative of their polynomial at a place [steps]."""
+    """Return the weights (5,) of values at the stencil for the derivative at a place [steps] of their polynomial."""
     powers = np.arange(5.0)
     slopes = np.where(powers > 0, powers * at ** np.maximum(powers - 1, 0), 0.0)
     return np.linalg.solve(STENCIL ** powers[:, np.newaxis], slopes)
 
 
 def _why_idle(robot: Robot, one: Variable) -> str:
-    """Return why a settled beat does not feel a number."""
+    """Return a text of the reason why a variable changes no settled beat."""
     table, _, rest = one.name.partition(".")
     law = rest.partition(".")[0]
     if table == "water" and law in ("lumped", "strip", "elongated") and law != robot.model.water:

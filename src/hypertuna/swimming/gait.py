@@ -107,7 +107,7 @@ def gait_table(gaits: Sequence[Gait]) -> dict[str, Any]:
 
 
 def lags(gait: Gait) -> list[float]:
-    """Return the lags behind the first joint group, within half a turn [rad]."""
+    """Return each joint group's lag behind the first [rad], from -pi to pi."""
     return [math.remainder(phase - gait.phase[0], 2 * math.pi) for phase in gait.phase]
 
 
@@ -140,11 +140,11 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         if math.prod(self.shape) != count:
             rule = f"must multiply to {count}, the number of gaits"
             raise InputError(rule, key="shape", value=f"{self.shape}", fix="use Gaits.of or Gaits.grid")
-        sound = np.isfinite(self.frequency) & (self.frequency > 0) & (self.amplitude >= 0).all(axis=1)
+        valid = np.isfinite(self.frequency) & (self.frequency > 0) & (self.amplitude >= 0).all(axis=1)
         for name, column in zip(KINDS, self.columns[1:], strict=True):
-            sound &= (np.abs(column) <= [largest(name, g) for g in range(groups)]).all(axis=1)
-        if not sound.all():
-            self[int(np.argmin(sound))]  # raises the error of this gait
+            valid &= (np.abs(column) <= [largest(name, g) for g in range(groups)]).all(axis=1)
+        if not valid.all():
+            self[int(np.argmin(valid))]  # raises the error of this gait
 
     @classmethod
     def of(cls, gaits: Sequence[Gait]) -> Self:
@@ -233,13 +233,13 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
     @classmethod
     def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
-        """Combine values of frequency [Hz] and angles in their unit [rad]."""
+        """Return the grid of values of frequency [Hz] and angles; unit: the size of the angles' unit [rad]."""
         axes = grid_axes(given, unit)
         return cls(**axes, shape=tuple(map(len, axes.values())), degrees=unit != 1)
 
     @property
     def is_grid(self) -> bool:
-        """Whether these are all combinations of values along axes."""
+        """Whether the gaits are a grid: all combinations of values along axes."""
         return len(self.shape) == len(AXES)
 
     def __len__(self) -> int:
@@ -249,8 +249,8 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         return (self[k] for k in range(len(self)))
 
     def __getitem__(self, k: int) -> Gait:
-        at = np.unravel_index(k, self.shape) if self.is_grid else (k,) * len(AXES)
-        frequency, *angles = (getattr(self, name)[n].tolist() for name, n in zip(AXES, at, strict=True))
+        index = np.unravel_index(k, self.shape) if self.is_grid else (k,) * len(AXES)
+        frequency, *angles = (getattr(self, name)[n].tolist() for name, n in zip(AXES, index, strict=True))
         return Gait(frequency, *map(tuple, angles))
 
     @property
@@ -265,8 +265,8 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
 def part_of(gaits: Gaits, first: int, last: int) -> Gaits:
     """Return a range of gaits as a list."""
-    at = np.unravel_index(np.arange(first, last), gaits.shape) if gaits.is_grid else [slice(first, last)] * len(AXES)
-    return Gaits(*(getattr(gaits, name)[k] for name, k in zip(AXES, at, strict=True)), shape=(last - first,))
+    rows = np.unravel_index(np.arange(first, last), gaits.shape) if gaits.is_grid else [slice(first, last)] * len(AXES)
+    return Gaits(*(getattr(gaits, name)[k] for name, k in zip(AXES, rows, strict=True)), shape=(last - first,))
 
 
 def check_count(gaits: int) -> None:
@@ -289,7 +289,7 @@ def check_gait(gait: Gait, robot: Robot) -> None:
 
 
 def gait_of(robot: Robot, gait: Gait | str) -> Gait:
-    """Return a gait that fits a robot: a gait, or the one of a name in the robot's file."""
+    """Return a gait after a check that it fits a robot; a text is the name of a gait in the robot's file."""
     gait = named_gait(robot, gait) if isinstance(gait, str) else gait
     check_gait(gait, robot)
     return gait
@@ -319,7 +319,7 @@ def named_gait(robot: Robot | str | Path, name: str) -> Gait:
 
 
 def gait_text(gait: Gait) -> str:
-    """Write a gait in the words of the options."""
+    """Return the text of a gait, in the words of the command line's options."""
     kinds = KINDS if any(gait.bias) else NEEDED
     angles = (
         f"{key} {', '.join(f'{a:.4g}' for a in np.degrees(getattr(gait, key)).round(6) + 0.0)} deg" for key in kinds
@@ -328,11 +328,11 @@ def gait_text(gait: Gait) -> str:
 
 
 def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
-    """Return frequency [Hz] and angles [deg] of a gait, as JSON has them."""
+    """Return frequency [Hz] and angles [deg] of a gait by the keys of JSON records."""
     angles = {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in kinds}
     return {"frequency_hz": gait.frequency} | angles
 
 
 def gait_record(gait: Gait) -> dict[str, Any]:
-    """Return a gait as robot files have it: a bias only if there is one."""
+    """Return a gait as a table of a robot file, with a bias only if it has one."""
     return gait_degrees(gait, KINDS if any(gait.bias) else NEEDED)

@@ -17,7 +17,7 @@ AXES = ("frequency", *KINDS)  # of a grid
 
 
 def largest(kind: str, group: int) -> float:
-    """Return the largest magnitude of an angle [rad], beyond which its unit is another one.
+    """Return the largest plausible magnitude of an angle [rad]: a larger one must be in another unit.
 
     Half a turn of a joint; a phase of one turn, and one more with each joint group after the second.
     """
@@ -25,22 +25,22 @@ def largest(kind: str, group: int) -> float:
 
 
 def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
-    """Check the axes of a grid, frequency [Hz] and angles in their unit [rad], each value once; return arrays."""
-    if (sound := _sound_axes(given, unit)) is not None:
-        return sound
+    """Return the axes of a grid as arrays [Hz, rad] after checks of each value; unit: of the given angles [rad]."""
+    if (valid_axes := _sound_axes(given, unit)) is not None:
+        return valid_axes
     axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
     first = {kind: axes[kind][0] for kind in NEEDED} | {"bias": ()}
     axes["bias"] = axes["bias"] or [checked_values(axes["frequency"][0], first, unit)["bias"]]
     values: dict[str, dict[int, Any]] = {name: {} for name in axes}
     for k in range(max(map(len, axes.values()))):
-        at = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
-        for name, value in checked_values(at.pop("frequency"), at, unit).items():
+        point = {name: axis[min(k, len(axis) - 1)] for name, axis in axes.items()}
+        for name, value in checked_values(point.pop("frequency"), point, unit).items():
             values[name][min(k, len(axes[name]) - 1)] = value
-    return {name: np.array(list(one.values()), dtype=np.float64) for name, one in values.items()}
+    return {name: np.array(list(numbers.values()), dtype=np.float64) for name, numbers in values.items()}
 
 
 def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | None:
-    """Return the axes of a grid as `grid_axes` does, all values at once, if they are numbers without mistakes."""
+    """Return the axes of a grid as `grid_axes` does, checked all at once for speed; None where any check fails."""
     axes: dict[str, Array] = {}
     for name, axis in given.items():
         if isinstance(axis, list | tuple) and all(isinstance(value, list | tuple | float | int) for value in axis):
@@ -57,15 +57,15 @@ def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | Non
     groups = axes["amplitude"].shape[-1]
     if any(axes[kind].ndim != 2 or axes[kind].shape[1] != groups for kind in KINDS) or axes["frequency"].ndim != 1:
         return None
-    most = {kind: [largest(kind, g) / unit for g in range(groups)] for kind in KINDS}
-    sound = all((np.abs(axes[kind]) <= most[kind]).all() for kind in KINDS)
-    if not sound or (axes["frequency"] <= 0).any() or (axes["amplitude"] < 0).any():
+    limits = {kind: [largest(kind, g) / unit for g in range(groups)] for kind in KINDS}
+    within = all((np.abs(axes[kind]) <= limits[kind]).all() for kind in KINDS)
+    if not within or (axes["frequency"] <= 0).any() or (axes["amplitude"] < 0).any():
         return None
     return {name: axes[name] * (1.0 if name == "frequency" else unit) for name in AXES}
 
 
 def checked_values(frequency: float, angles: Mapping[str, Sequence[float]], unit: float) -> dict[str, Any]:
-    """Check values as given; return frequency [Hz] and angles [rad], `unit` the size of their unit [rad]."""
+    """Return frequency [Hz] and angles [rad] of a gait after checks; unit: size of the given angles' unit [rad]."""
     beat = POSITIVE.check(frequency, "frequency", "give it in Hz")
     lists = {kind: _list(values, kind) for kind, values in angles.items()}
     groups = len(lists["amplitude"])
@@ -86,7 +86,7 @@ def checked_values(frequency: float, angles: Mapping[str, Sequence[float]], unit
 
 
 def _axis(name: str, axis: Any, unit: float) -> list[Any]:
-    """Return the values of an axis of a grid: frequencies, or lists of angles."""
+    """Return the values of a grid's axis, frequencies or lists of angles, after checks of type and length."""
     if axis is None and name == "bias":
         return []
     pair = "[(0.2, 0.3)]" if unit == 1 else "[(10, 20)]"
@@ -107,12 +107,12 @@ def _axis(name: str, axis: Any, unit: float) -> list[Any]:
 
 
 def _listed(value: Any) -> bool:
-    """Whether a value is a list, not text."""
+    """Return whether a value is iterable and not text."""
     return hasattr(value, "__iter__") and not isinstance(value, str | bytes)
 
 
 def _list(values: Sequence[float], key: str) -> tuple[float, ...]:
-    """Return finite numbers, one per joint group."""
+    """Return the angles of joint groups after a check that each is a finite number."""
     fix = "give one angle per joint group"
     if not _listed(values):
         raise InputError("must be a list of numbers", key=key, value=shown(values), fix=fix)

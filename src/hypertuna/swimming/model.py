@@ -26,7 +26,7 @@ def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = Non
 
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Name every parameter that results have derivatives by: ``gait.amplitude[0]``, ``links.mass[3]``, ..."""
+    """Return the names of all parameters of derivatives: ``gait.amplitude[0]``, ``links.mass[3]``, ..."""
     places = {name: f"gait.{name}" for name in ("frequency", *KINDS)}
     places |= {column: place for column, (place, _) in _columns(robot).items()}
 
@@ -50,7 +50,7 @@ def parameter_values(robot: Robot, gait: Gait) -> NDArray[np.float64]:
 
 
 def link_shares(robot: Robot) -> dict[int, float]:
-    """Return the shares of joints on tendons by the link at whose front they are [1].
+    """Return each joint's share of its tendon's bend [1], by the index of the link behind the joint.
 
     A robot with passive hinges has none: the derivatives of its beats are by its springs.
     """
@@ -59,22 +59,22 @@ def link_shares(robot: Robot) -> dict[int, float]:
 
 
 def share_values(robot: Robot) -> dict[str, float]:
-    """Return the shares of `link_shares` as results have derivatives by them: ``joints.share[3]`` at link 3 [1]."""
+    """Return the shares of `link_shares` by the names of derivatives: ``joints.share[3]`` at link 3 [1]."""
     return {f"joints.share[{k}]": share for k, share in link_shares(robot).items()}
 
 
 def model_values(robot: Robot) -> dict[str, Sequence[float]]:
-    """Return the values of the columns of the robot's model [SI], as `core_model` takes others for them."""
+    """Return the columns of the robot's model [SI] by place in the description, which `core_model` can replace."""
     return dict(_columns(robot).values())
 
 
 def column_places(robot: Robot) -> dict[str, str]:
-    """Return the place in the description of every column of the robot's model: ``length`` is ``links.length``."""
+    """Return each model column's place in the description, by its name: ``length`` is at ``links.length``."""
     return {column: place for column, (place, _) in _columns(robot).items()}
 
 
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the twist (3,) [m/s, m/s, rad/s] of a robot at rest whose joints set in: M xi + b is still zero.
+    """Return the twist (3,) [m/s, m/s, rad/s] just after a resting robot's joints start: the momentum M xi + b is 0.
 
     Joints (links, 3): angle [rad], rate [rad/s], acceleration [rad/s^2] of the front joint of every link.
     """
@@ -83,7 +83,7 @@ def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
-    """Place in the description and values of each column of the core, without those of the gait."""
+    """Return each core column's place in the description and its values [SI], by name; those of the gait excluded."""
     law, links = robot.model.water, robot.links
     ideal = robot.model.joints == "ideal"
     bandwidths = [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints]
@@ -96,28 +96,28 @@ def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
     coefficients = getattr(robot.water, law)
     areas = LAWS[law].areas.get(robot.model.areas, {})
     for name, _, _ in dict(_core.water_laws())[law]:
-        own = name in type(coefficients).model_fields
-        place = name if own else areas.get(name, name)
-        value = getattr(coefficients if own else links, place)
+        in_law = name in type(coefficients).model_fields
+        place = name if in_law else areas.get(name, name)
+        value = getattr(coefficients if in_law else links, place)
         columns[name] = (
-            f"water.{law}.{place}" if own else f"links.{place}",
+            f"water.{law}.{place}" if in_law else f"links.{place}",
             value if isinstance(value, tuple) else [value],
         )
     return columns
 
 
 def model_columns(robot: Robot, changes: Mapping[str, Sequence[float]]) -> dict[str, Any]:
-    """Return the columns that the core makes a robot's model from, with other values for some."""
+    """Return the columns from which the core makes a robot's model; changes: other values of some, by place."""
     group = [-1] * len(robot.links.name)
     share = [0.0] * len(robot.links.name)
     for g, joint_group in enumerate(robot.joints):
-        for link, part in zip(joint_group.links, joint_group.share, strict=True):
-            group[link], share[link] = g, part
+        for link, fraction in zip(joint_group.links, joint_group.share, strict=True):
+            group[link], share[link] = g, fraction
     columns = _columns(robot)
-    known = {place: column for column, (place, _) in columns.items()}
+    by_place = {place: column for column, (place, _) in columns.items()}
     for place in changes:
-        if place not in known:
-            fix = did_you_mean(place, known)
+        if place not in by_place:
+            fix = did_you_mean(place, by_place)
             raise InputError("must be a column of the robot's model", key="columns", value=shown(place), fix=fix)
     values = {column: changes.get(place, value) for column, (place, value) in columns.items()}
     coefficients = dict(getattr(robot.water, robot.model.water))

@@ -38,9 +38,9 @@ def last_beat(swim: Swim) -> xr.Dataset:
 
 def followed(lines: Points, heading: Array) -> Points:
     """Return midlines (times, links + 1) in a frame that follows their mean motion, `heading` (times,) [rad]."""
-    nose, part = lines[:, 0], np.linspace(0, 1, len(lines))
-    drift, turned = nose[0] + part * (nose[-1] - nose[0]), part * (heading[-1] - heading[0])
-    spin = np.exp(-1j * (turned + np.mean(heading - turned)))
+    nose, fraction = lines[:, 0], np.linspace(0, 1, len(lines))
+    drift, turn = nose[0] + fraction * (nose[-1] - nose[0]), fraction * (heading[-1] - heading[0])
+    spin = np.exp(-1j * (turn + np.mean(heading - turn)))
     result: Points = (lines - drift[:, np.newaxis]) * spin[:, np.newaxis]
     return result
 
@@ -52,7 +52,7 @@ def midlines(swim: Swim, count: int = MIDLINES) -> Points:
 
 
 def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
-    """Draw the body around its midline through the last beat, the mean path straight to the left.
+    """Return outlines of the body through the last beat, with the mean path straight to the left.
 
     Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
     """
@@ -62,13 +62,13 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
 
 def water_step(robot: Robot, nose: Points, heading: Array) -> Array:
-    """Return how far the water moves past the body over a motion (2,) [body lengths]: `nose` [m], `heading` [rad]."""
+    """Return the water's displacement past the body over a motion (2,) [body lengths]; nose [m], heading [rad]."""
     step = -(nose[-1] - nose[0]) / robot.body.length * np.exp(-1j * np.mean(heading))
     return np.array([step.real, step.imag])
 
 
 def bodies(robot: Robot, lines: Points) -> Array:
-    """Draw a body around each midline (frames, links + 1) [m]: returns (frames, points, 2) [body lengths]."""
+    """Return the body's outline around each midline (frames, links + 1): (frames, points, 2) [body lengths]."""
     lines = lines / robot.body.length
     return np.stack([_outline(robot, line - lines[:, 0].mean()) for line in lines])
 
@@ -117,7 +117,7 @@ def circling_svg(swim: Swim) -> str:
 
 
 def _fish(view: str, label: str, moving: str, still: Array) -> str:
-    """Return an SVG of a moving body; of a still one for readers who want reduced motion."""
+    """Return an SVG of a moving body, and of a still one for users who prefer reduced motion."""
     style = "@media (prefers-reduced-motion:reduce){.fish .moving{display:none}.fish .still{display:inline}}"
     return (
         f'<svg class="fish" viewBox="{view}" role="img" aria-label="{html.escape(label)}"><style>{style}</style>'
@@ -126,7 +126,7 @@ def _fish(view: str, label: str, moving: str, still: Array) -> str:
 
 
 def _moving(shapes: Array, seconds: float) -> str:
-    """Return a path that moves through bodies (frames, points, 2) [body lengths], again and again."""
+    """Return an SVG path that cycles through outlines (frames, points, 2) [body lengths] in some seconds."""
     paths = [_path(shape) for shape in shapes]
     return (
         f'<path class="body moving" d="{paths[0]}"><animate attributeName="d" dur="{seconds:.6g}s" '
@@ -135,19 +135,19 @@ def _moving(shapes: Array, seconds: float) -> str:
 
 
 def _path(shape: Array) -> str:
-    """Write a body (points, 2) [body lengths] as a path, from point to point."""
+    """Return the data of an SVG path along an outline (points, 2) [body lengths]."""
     points = (shape * [SCALE, -SCALE]).round().astype(int)
     steps = " ".join(f"{x} {y}" for x, y in np.diff(points, axis=0))
     return f"M{points[0, 0]} {points[0, 1]}l{steps}z".replace(" -", "-")
 
 
 def _frames(lines: Points, count: int) -> Points:
-    """Return midlines at equal intervals of a beat, without its end."""
+    """Return `count` midlines at equal intervals of a beat, without the one at its end."""
     return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
 
 
 def slowed(swim: Swim) -> str:
-    """Return the time on the screen relative to the time in the water."""
+    """Return a text of the animation's pace: the time on the screen over the time in the water."""
     factor = FRAMES * FRAME / 1000 * swim.gait.frequency
     if factor > 1.05:
         return f"slowed down {factor:.2g} times"
@@ -155,7 +155,7 @@ def slowed(swim: Swim) -> str:
 
 
 def _outline(robot: Robot, line: Points) -> Array:
-    """Thicken a midline, given at the joints, to a fish-like polygon."""
+    """Return a fish-like polygon (points, 2) [body lengths] around a midline that is given at the joints."""
     joints = np.concatenate([[0.0], np.cumsum(robot.links.length)]) / robot.body.length
     s = (1 - np.cos(np.linspace(0, np.pi, 61))) / 2
     # Bend smoothly: interpolate the directions at the middles of the links, then add up.
@@ -172,7 +172,7 @@ def _outline(robot: Robot, line: Points) -> Array:
 
 
 def specks(step: Array, reach: float) -> Array:
-    """Place specks in the water so that they look the same after a beat; the rows are shifted against each other."""
+    """Return places (specks, 2) [body lengths] of specks in the water that look the same after a beat's `step`."""
     count = round(abs(float(step[0])) / DOTS)
     spacing = abs(float(step[0])) / count if count else DOTS
     along = np.arange(-0.3 - abs(step[0]), 1.3 + abs(step[0]), spacing)

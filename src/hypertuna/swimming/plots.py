@@ -127,7 +127,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
 
 
 def _maps(grid: xr.Dataset, width: float) -> Figure:
-    """Draw a map over frequency and phase for each amplitude: speed and cost of transport."""
+    """Return a figure of maps of speed and cost of transport over frequency and phase, one for each amplitude."""
     phases, amplitudes = _levels(grid, "phase")[0], _levels(grid, "amplitude")[1]
     rows, dims = len(amplitudes), ("amplitude", "phase", "frequency")
     figure = Figure(figsize=(width, 0.6 + 0.36 * width * rows), layout="constrained")
@@ -136,8 +136,8 @@ def _maps(grid: xr.Dataset, width: float) -> Figure:
         values = grid[quantity].transpose(*dims).values
         values = np.where(np.isfinite(values) & (grid.speed.transpose(*dims).values > 0), values, np.nan)
         finite = values[np.isfinite(values)]
-        part = 1.0 if quantity == "speed" else 0.95  # near rest the cost has no bound
-        low, high = (finite.min(), np.quantile(finite, part)) if len(finite) else (0.0, 1.0)
+        level = 1.0 if quantity == "speed" else 0.95  # near rest the cost has no bound
+        low, high = (finite.min(), np.quantile(finite, level)) if len(finite) else (0.0, 1.0)
         for row, amplitude in enumerate(amplitudes):
             axes = panels[row, column]
             image = axes.pcolormesh(grid.frequency.values, phases, values[row], cmap=SEQUENCE, vmin=low, vmax=high)
@@ -145,7 +145,7 @@ def _maps(grid: xr.Dataset, width: float) -> Figure:
             axes.set_title(f"amplitude {amplitude}" if column == 0 else "")
             axes.set_xlabel("frequency [Hz]" if row == rows - 1 else "")
             axes.set_ylabel(f"{phase_label(grid)} [deg]" if column == 0 else "")
-        figure.colorbar(image, ax=panels[:, column], label=label, extend="neither" if part == 1 else "max")
+        figure.colorbar(image, ax=panels[:, column], label=label, extend="neither" if level == 1 else "max")
     return figure
 
 
@@ -165,12 +165,12 @@ def plot_ledger(
     figure = Figure(figsize=(width, 0.36 * len(names) + 1.1), layout="constrained")
     axes = figure.subplots()
     rows = np.arange(len(names))
-    truth = np.asarray(published, dtype=np.float64)
+    published_values = np.asarray(published, dtype=np.float64)
     for k, (name, values) in reversed(list(enumerate(computed.items()))):
-        lift = 0.13 * (1 - 2 * k) if len(computed) == 2 else 0.0
-        axes.hlines(rows - lift, truth, values, color=COLORS[k], lw=1.4, alpha=0.55)
-        axes.plot(values, rows - lift, SHAPES[k], color=COLORS[k], ms=6.5, label=name)
-    axes.plot(truth, rows, "|", color=INK, ms=17, mew=2.6, label="published")
+        offset = 0.13 * (1 - 2 * k) if len(computed) == 2 else 0.0
+        axes.hlines(rows - offset, published_values, values, color=COLORS[k], lw=1.4, alpha=0.55)
+        axes.plot(values, rows - offset, SHAPES[k], color=COLORS[k], ms=6.5, label=name)
+    axes.plot(published_values, rows, "|", color=INK, ms=17, mew=2.6, label="published")
     axes.set_yticks(rows, names)
     axes.set(xlabel=label, xlim=(0, None), ylim=(len(names) - 0.5, -0.5))
     axes.grid(axis="y", visible=False)
@@ -182,7 +182,7 @@ def plot_ledger(
 
 
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
-    """Repeat the path of a point of the body beat after beat: each beat moves and turns the body alike.
+    """Return the path of a point of the body continued over more beats, which all move and turn the body alike.
 
     `z` (times,) [m]; returns (beats (times - 1) + 1,) [m].
     """
@@ -196,16 +196,16 @@ def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
 
 
 def _paths(swim: Swim) -> dict[str, Points]:
-    """Paths x + i y of tail tip and nose [m]: all of it from rest, else some beats to the left, or the whole turn."""
+    """Return paths x + i y [m] of tail tip and nose: of the run from rest, some beats or a whole turn; and the body."""
     motion = swim.trajectory
     nose, tail = nose_points(motion), motion.tail_x.values + 1j * motion.tail_y.values
     body = body_of(swim.robot, motion.isel(time=0 if swim.from_rest is None else -1))[0]
     paths = {"tail tip": tail, "nose": nose, "body": body}
     if swim.from_rest is None:
-        turn = abs(float(motion.heading[-1] - motion.heading[0]))
-        turns = np.isfinite(swim.turn_radius)
-        beats = min(MAX_BEATS, int(np.ceil(2 * np.pi / turn))) if turns else BEATS
-        direction = 1.0 if turns else np.exp(-1j * np.angle(nose[0] - nose[-1]))
+        beat_turn = abs(float(motion.heading[-1] - motion.heading[0]))
+        is_turn = np.isfinite(swim.turn_radius)
+        beats = min(MAX_BEATS, int(np.ceil(2 * np.pi / beat_turn))) if is_turn else BEATS
+        direction = 1.0 if is_turn else np.exp(-1j * np.angle(nose[0] - nose[-1]))
         paths |= {name: unroll(paths[name], motion, beats) for name in ("tail tip", "nose")}
         paths = {name: direction * path for name, path in paths.items()}
     return paths
@@ -228,13 +228,13 @@ def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
 def _draw_speed(axes: Axes, swim: Swim) -> None:
     """Draw the forward speed through the beat, or through time from rest."""
     motion = swim.trajectory
-    beat = swim.from_rest is None
-    time = motion.time.values * (swim.gait.frequency if beat else 1.0)
+    settled = swim.from_rest is None
+    time = motion.time.values * (swim.gait.frequency if settled else 1.0)
     axes.plot(time, motion.forward_speed, color=COLORS[1])
-    axes.set(title="Forward speed", xlabel="part of the beat" if beat else "time [s]", ylabel="speed [m/s]")
+    axes.set(title="Forward speed", xlabel="part of the beat" if settled else "time [s]", ylabel="speed [m/s]")
     axes.set_xlim(0, time[-1])
     mean = float(last_beat(swim).forward_speed[:-1].mean())
-    _mean_line(axes, mean, f"{'mean' if beat else 'last beat'} {mean:.3g} m/s")
+    _mean_line(axes, mean, f"{'mean' if settled else 'last beat'} {mean:.3g} m/s")
 
 
 def _draw_power(axes: Axes, swim: Swim) -> None:
@@ -270,7 +270,7 @@ def _mean_line(axes: Axes, value: float, text: str) -> None:
 
 
 def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
-    """Angles of the last joint group along a dimension [deg], and a text for each: of all groups for amplitudes."""
+    """Return the last joint group's angles [deg] along a dimension, and a text for each: all groups' for amplitudes."""
     columns = grid_angles(grid, dim)
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
@@ -278,12 +278,12 @@ def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
 
 
 def phase_label(grid: xr.Dataset) -> str:
-    """Name the phase along a grid: that of the last joint group."""
+    """Return the label of a grid's phases, which are those of the last joint group."""
     groups = [str(name).removeprefix("phase_") for name in grid.coords if str(name).startswith("phase_")]
     return f"phase of joint {groups[-1]}"
 
 
 def grid_angles(grid: xr.Dataset, dim: str) -> list[Array]:
-    """Angles of each joint group along a dimension of a sweep [deg]."""
+    """Return the angles [deg] of each joint group along a dimension of a sweep."""
     angles = [grid[name] for name in grid.coords if str(name).startswith(f"{dim}_")]
-    return [np.asarray(one if one.attrs["units"] == "deg" else np.degrees(one)) for one in angles]
+    return [np.asarray(axis if axis.attrs["units"] == "deg" else np.degrees(axis)) for axis in angles]

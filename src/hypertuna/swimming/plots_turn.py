@@ -82,18 +82,18 @@ def draw_radius(
     `length` [m], `published` [deg], [body lengths].
     """
     colors = COLORS if len(lines) <= len(COLORS) else sequence(len(lines))
-    back = False
+    any_backward = False
     for k, (name, row) in enumerate(lines.items()):
         x, radius = _values(row, along), row.turn_radius.where(row.settled).values / length
         ahead = row.speed.values > 0
-        back |= bool((~ahead & np.isfinite(radius)).any())
-        look: dict[str, Any] = {"color": colors[k], "marker": SHAPES[k % len(SHAPES)], "ls": "none", "ms": 5.5}
+        any_backward |= bool((~ahead & np.isfinite(radius)).any())
+        style: dict[str, Any] = {"color": colors[k], "marker": SHAPES[k % len(SHAPES)], "ls": "none", "ms": 5.5}
         axes.plot(x, np.where(np.isfinite(radius), radius, math.nan), color=colors[k], lw=1.2, alpha=0.7)
-        axes.plot(x[ahead], radius[ahead], **look, label=name)
-        axes.plot(x[~ahead], radius[~ahead], **look, mfc="white", mew=1.4)
+        axes.plot(x[ahead], radius[ahead], **style, label=name)
+        axes.plot(x[~ahead], radius[~ahead], **style, mfc="white", mew=1.4)
     if published is not None:
         axes.plot(*published, "*", color=INK, ms=13, mec="white", label="published")
-    if back:
+    if any_backward:
         axes.plot([], [], "o", color=FAINT, mfc="white", mew=1.4, label="swims tail first")
     label = f"{phase_label(next(iter(lines.values())))} [deg]" if along == "phase" else AXES[along]
     axes.set(xlabel=label, ylabel="turning radius\n[body lengths]", ylim=(0, 1.12 * axes.get_ylim()[1]))
@@ -102,7 +102,7 @@ def draw_radius(
 
 
 def _lines(turning: Turning, along: str) -> dict[str, xr.Dataset]:
-    """Rows of the grid along one dimension, the first of them, by what differs between them."""
+    """Return the first few rows of the grid along a dimension, by labels of the other dimensions' values."""
     grid, others = turning.sweep, [name for name in turning.sweep.turn_radius.dims if name != along]
     rows = {}
     for index in np.ndindex(*(grid.sizes[name] for name in others)):
@@ -115,14 +115,14 @@ def _lines(turning: Turning, along: str) -> dict[str, xr.Dataset]:
 
 
 def _spelled(row: xr.Dataset, name: str) -> str:
-    """One value of a grid in the words of the options."""
+    """Return the text of a row's value along a dimension: "2 Hz", "phase 0, 40°"."""
     if name == "frequency":
         return f"{row.frequency.item():g} Hz"
     return f"{name} {', '.join(f'{angle:.3g}' for angle in grid_angles(row, name))}°"
 
 
 def _values(row: xr.Dataset, along: str) -> Array:
-    """Values along an axis: of the last joint group for phases, of the first that varies for biases."""
+    """Return a row's values [Hz, deg] along a dimension: of the last joint group, for biases the first that varies."""
     if along == "frequency":
         return np.asarray(row.frequency.values)
     columns = grid_angles(row, along)
@@ -159,10 +159,10 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
 
 
 def _upright(beat: Swim, one: Tightest) -> tuple[Points, Points, Points]:
-    """Path of the nose, body and center [m], turned so that the nose starts at the origin toward the top."""
+    """Return nose path, body and circle's center [m], turned so that the nose starts at the origin toward the top."""
     path = nose_path(beat)
     body = body_of(beat.robot, beat.trajectory.isel(time=0))[0]
-    spoke = path[0] - one.circle.center
-    onward = (1j if beat.turn_rate > 0 else -1j) * spoke / abs(spoke)
+    radius_vector = path[0] - one.circle.center
+    direction = (1j if beat.turn_rate > 0 else -1j) * radius_vector / abs(radius_vector)
     center = np.array([one.circle.center])
-    return (path - path[0]) * 1j / onward, (body - path[0]) * 1j / onward, (center - path[0]) * 1j / onward
+    return (path - path[0]) * 1j / direction, (body - path[0]) * 1j / direction, (center - path[0]) * 1j / direction

@@ -65,13 +65,13 @@ def sweep_shards(
     InputError
         If the gaits do not fit the robot, or the folder holds other results.
     """
-    how: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
-    whole = batch(robot, gaits, **how, check_rest=check_rest)
+    settings: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
+    whole = batch(robot, gaits, **settings, check_rest=check_rest)
     header = journal_header("sweep", whole.swimming.robot, whole.options)
     cases = Cases(header, len(whole.gaits), whole.layout, partial(_swim, whole.swimming, whole.gaits))
     return make_shards(cases, folder, executor, size=size, part=part, command=command, progress=progress)
 
 
 def _swim(swimming: Swimming, gaits: Gaits, first: int, last: int) -> dict[str, Array]:
-    """Swim a range of gaits."""
+    """Return the results of a range of gaits as columns."""
     return swimming.swim(Part.of(gaits, first, last))

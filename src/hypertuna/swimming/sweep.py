@@ -106,8 +106,8 @@ def sweep(
     ranges = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
     chunks: list[dict[str, Array]] = []
     with Journal(checkpoint, header) as journal:
-        left = (Part.of(whole.gaits, *ends) for ends in ranges[journal.known :])
-        with closing(map_shards(whole.swimming.swim, left, executor)) as swims:
+        pending = (Part.of(whole.gaits, *ends) for ends in ranges[journal.known :])
+        with closing(map_shards(whole.swimming.swim, pending, executor)) as swims:
             for first, last in ranges:
                 if checkpoint is None:
                     chunks.append(next(swims))
@@ -128,7 +128,7 @@ def _sweep_designs(
     progress: Callable[[int, int], None] | None,
     how: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Swim gaits by every robot of a design; its variables are the first dimensions."""
+    """Return the sweep of gaits by every robot of a design, whose variables are the first dimensions."""
     import xarray as xr
 
     levels = {key: [float(value) for value in values] for key, values in design.items()}
@@ -139,9 +139,9 @@ def _sweep_designs(
     found = design_of(robot, {key: (min(values), max(values)) for key, values in levels.items()})
     places = list(itertools.product(*levels.values()))
     check_count(len(gaits) * len(places))
-    fish = [designed(robot, found, place) for place in places]  # all are tried before any swims
+    robots = [designed(robot, found, place) for place in places]  # all are tried before any swims
     swims = []
-    for k, one in enumerate(fish):
+    for k, one in enumerate(robots):
         swims.append(sweep(one, gaits, **how))
         if progress is not None:
             progress((k + 1) * len(gaits), len(gaits) * len(places))
@@ -194,8 +194,8 @@ class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
         """
         check_choice(quantity, DIFFERENTIABLE, "quantity")
         angle = [name.partition("[")[0] in ANGLES for name in self.names]
-        known = np.where(np.isfinite(self.values), self.values, 0.0)  # an ideal joint has an infinite bandwidth
-        change: Array = self.derivatives[quantity] * np.where(angle, np.radians(1), 0.01 * known)
+        finite = np.where(np.isfinite(self.values), self.values, 0.0)  # an ideal joint has an infinite bandwidth
+        change: Array = self.derivatives[quantity] * np.where(angle, np.radians(1), 0.01 * finite)
         result = self.results[quantity]
         if quantity == "turn_rate" and abs(result) * _core.NEARLY_STRAIGHT < abs(self.results["speed_bl"]):
             result = np.nan  # a straight gait turns by rounding alone
@@ -247,8 +247,8 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     values = springs | shares
     chosen = [*given_springs(robot), *shares]
     names = (*parameter_names(robot), *chosen)
-    along = np.array([[float(name == one) for name in names] for one in (*parameter_names(robot), *values)])
-    derivatives = directional_derivatives(robot, gaits, result, along, steps=steps)
+    directions = np.array([[float(name == one) for name in names] for one in (*parameter_names(robot), *values)])
+    derivatives = directional_derivatives(robot, gaits, result, directions, steps=steps)
     return Gradient(
         names,
         {name: rates[0] for name, rates in derivatives.items()},

@@ -134,18 +134,18 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         return self._motion(float(BEATS.check(beats, "beats", "give a whole number of beats")))
 
     def _motion(self, beats: float) -> xr.Dataset:
-        """Integrate the gait over some beats from its start."""
+        """Return the motion of the gait integrated over some beats from its start."""
         count = round(beats * self.steps)
         step = 1 / (self.gait.frequency * self.steps)
         clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
         model = core_model(self.robot)
-        driven = joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
+        motor_joints = joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
         if self.bends:
-            joints = bend_joints(self.robot, self.gait, driven, self._state, self.steps)
+            joints = bend_joints(self.robot, self.gait, motor_joints, self._state, self.steps)
         twist = twist_from_rest(self.robot, joints[0]) if self._start is None else self._start
         motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
         time = step * np.arange(count + 1, dtype=np.float64)
-        return trajectory(self.robot, time, joints[::2], motion, current=self.current, driven=driven[::2])
+        return trajectory(self.robot, time, joints[::2], motion, current=self.current, driven=motor_joints[::2])
 
 
 @checked
@@ -233,7 +233,7 @@ def _swim(
     current: tuple[float, float],
     from_rest: float | None = None,
 ) -> Swim:
-    """Make a swim of a settled beat, or of the last one from rest."""
+    """Return the swim of a settled beat, or of the last beat from rest."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
     text = _core.verdict(
@@ -267,7 +267,7 @@ def _swim(
 
 
 def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
-    """Return the status as a sentence, and where a start from rest leads."""
+    """Return the status as a sentence, with the motion to which a start from rest leads if it is another one."""
     if elsewhere is not None:
         where = f"{elsewhere.speed:.4g} m/s" if math.isfinite(elsewhere.speed) else "a body that spins"
         start = f"From rest the robot settles into another motion instead: {where}, in {beats} beats."
@@ -281,17 +281,17 @@ def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -
 
 
 def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
-    """Compare the last beat from rest with the settled one that a start from rest leads to."""
+    """Return status and sentence of a run from rest: its last beat compared with the settled one that rest leads to."""
     beats, goal = last.beats, settled.settled_from_rest or settled
     if not goal.settled:
         return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest. {settled.status_text}"
     # For a gait that stands still: relative to a thousandth of a body length per beat, or of a rad for one that spins.
-    paths = math.isfinite(last.speed) and math.isfinite(goal.speed)
-    name, unit, least = ("speed", "m/s", goal.robot.body.length) if paths else ("turn_rate", "rad/s", 1.0)
-    aim, scale = getattr(goal, name), abs(getattr(goal, name)) + 1e-3 * goal.gait.frequency * least
-    short = (getattr(last, name) - aim) / scale
+    moving = math.isfinite(last.speed) and math.isfinite(goal.speed)
+    name, unit, least = ("speed", "m/s", goal.robot.body.length) if moving else ("turn_rate", "rad/s", 1.0)
+    target, scale = getattr(goal, name), abs(getattr(goal, name)) + 1e-3 * goal.gait.frequency * least
+    error = (getattr(last, name) - target) / scale
     words = label(name)
-    if abs(short) < AT_REST:
-        return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(short):.1e} of its {words}."
-    off = f"{abs(short) * scale:.2g} {unit} {'above' if short > 0 else 'below'} the settled {aim:.4g} {unit}"
-    return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its {words} is {off}."
+    if abs(error) < AT_REST:
+        return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(error):.1e} of its {words}."
+    difference = f"{abs(error) * scale:.2g} {unit} {'above' if error > 0 else 'below'} the settled {target:.4g} {unit}"
+    return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its {words} is {difference}."

@@ -26,7 +26,7 @@ def trajectory(
     current: tuple[float, float] = (0.0, 0.0),
     driven: Array | None = None,
 ) -> xr.Dataset:
-    """Label a motion of the core.
+    """Return the dataset of a motion of the core, labeled with units.
 
     `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s]. `driven` is the part of
     `joints` that the joint groups move, where a hinge yields: it does no mechanical power.

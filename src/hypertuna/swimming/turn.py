@@ -1,4 +1,4 @@
-"""Turn: the circle that a settled one-sided beat swims, against phase, bias and frequency."""
+"""Turn: the circle of a settled one-sided beat, over phase, bias and frequency."""
 
 from __future__ import annotations
 
@@ -83,19 +83,19 @@ def fit_circle(points: Points) -> Circle:
     w = (z - middle) / size
     first = _taubin(w)
     if first is None:
-        line = np.linalg.svd(np.column_stack([w.real, w.imag]), compute_uv=False)[1] / math.sqrt(len(w))
-        return Circle(complex(math.nan, math.nan), math.inf, float(line) * size)
+        spread = np.linalg.svd(np.column_stack([w.real, w.imag]), compute_uv=False)[1] / math.sqrt(len(w))
+        return Circle(complex(math.nan, math.nan), math.inf, float(spread) * size)
     fit = least_squares(lambda c: np.abs(w - complex(c[0], c[1])) - c[2], first, method="lm", xtol=1e-14, ftol=1e-14)
     x, y, radius = fit.x
     return Circle(middle + size * complex(x, y), size * abs(radius), size * float(np.sqrt(np.mean(fit.fun**2))))
 
 
 def nose_path(beat: Swim) -> Points:
-    """Integrate a settled beat on until the nose has come round, and return its path: returns (points,) [m]."""
+    """Return the nose's path (points,) [m] of a settled beat, continued until the nose has come round."""
     beats = math.ceil(2 * math.pi * beat.gait.frequency / abs(beat.turn_rate)) if beat.turn_rate else MAX_BEATS
     motion = beat.continued(min(beats, MAX_BEATS))
-    every = max(1, beat.steps // PER_BEAT)
-    return nose_points(motion)[:-1:every]
+    stride = max(1, beat.steps // PER_BEAT)
+    return nose_points(motion)[:-1:stride]
 
 
 def point_radius(beat: Swim, behind: float) -> float:
@@ -104,8 +104,8 @@ def point_radius(beat: Swim, behind: float) -> float:
     `behind` [m]; returns [m].
     """
     motion = beat.trajectory
-    axis = np.exp(1j * motion.heading.values)
-    return float(np.abs(nose_points(motion) + behind * axis - center_of(motion))[:-1].mean())
+    direction = np.exp(1j * motion.heading.values)
+    return float(np.abs(nose_points(motion) + behind * direction - center_of(motion))[:-1].mean())
 
 
 @checked
@@ -137,11 +137,11 @@ def turn(
         raise InputError("must be a grid", key="gaits", fix="make them by Gaits.grid")
     results = sweep(robot, gaits, threads=threads, steps=steps)
     radius, residual = np.full(len(gaits), math.nan), np.full(len(gaits), math.nan)
-    settled, bends = (results[name].values.ravel() for name in ("settled", "turn_radius"))
+    settled, radii = (results[name].values.ravel() for name in ("settled", "turn_radius"))
     for k in range(len(gaits)):
-        if settled[k] and math.isinf(bends[k]):
+        if settled[k] and math.isinf(radii[k]):
             radius[k] = math.inf
-        elif settled[k] and not math.isnan(bends[k]):
+        elif settled[k] and not math.isnan(radii[k]):
             circle = fit_circle(nose_path(swim(robot, gaits[k], steps=steps)))
             radius[k], residual[k] = circle.radius, circle.residual
         if progress is not None:
@@ -152,9 +152,9 @@ def turn(
         ("circle_residual", residual, "rms distance of the nose from that circle"),
     ):
         results[name] = (dims, values.reshape(gaits.shape), {"units": "m", "long_name": text})
-    turns = settled & np.isfinite(bends)
-    ahead = turns & (results.speed.values.ravel() > 0)
-    best, first = (_tightest(robot, gaits, bends, among, steps) for among in (turns, ahead))
+    turns = settled & np.isfinite(radii)
+    forward = turns & (results.speed.values.ravel() > 0)
+    best, first = (_tightest(robot, gaits, radii, among, steps) for among in (turns, forward))
     return Turning(robot, gaits, results, best, first)
 
 
@@ -169,16 +169,16 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
 
     def radius(phase: float) -> float:
         beat = swim(robot, replace(gait, phase=(*gait.phase[:-1], float(phase))), steps=steps)
-        good = beat.settled and (beat.speed > 0) == ahead
-        return min(beat.turn_radius, 1e3 * robot.body.length) if good else 1e3 * robot.body.length
+        valid = beat.settled and (beat.speed > 0) == ahead
+        return min(beat.turn_radius, 1e3 * robot.body.length) if valid else 1e3 * robot.body.length
 
     search = minimize_scalar(radius, bounds=(low, high), method="bounded", options={"xatol": PHASE})
-    here = radius(gait.phase[-1])
-    return (float(search.x), float(search.fun)) if search.fun < here else (gait.phase[-1], here)
+    start_radius = radius(gait.phase[-1])
+    return (float(search.x), float(search.fun)) if search.fun < start_radius else (gait.phase[-1], start_radius)
 
 
 def _taubin(w: Points) -> Array | None:
-    """Fit a circle to centered points of unit size: x, y, R; None for points on a line."""
+    """Return x, y and radius of an algebraic fit to centered points of unit size; None for points on a line."""
     square = np.abs(w) ** 2
     mean = float(square.mean())
     columns = np.column_stack([(square - mean) / (2 * math.sqrt(mean)), w.real, w.imag])
@@ -192,7 +192,7 @@ def _taubin(w: Points) -> Array | None:
 
 
 def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_], steps: int) -> Tightest | None:
-    """Find the tightest of some gaits of a grid, and where between its neighbors in phase it is tighter still."""
+    """Return the tightest of some gaits of a grid, with the tightest phase between its neighbors; None without any."""
     if not among.any():
         return None
     k = int(np.where(among, radius, math.inf).argmin())
@@ -200,8 +200,8 @@ def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_
     beat = swim(robot, gait, steps=steps)
     assert beat.status == STATUSES[0]
     phases = np.unique(gaits.phase[:, -1])
-    at = int(np.searchsorted(phases, gait.phase[-1]))
-    low, high = phases[max(at - 1, 0)], phases[min(at + 1, len(phases) - 1)]
+    index = int(np.searchsorted(phases, gait.phase[-1]))
+    low, high = phases[max(index - 1, 0)], phases[min(index + 1, len(phases) - 1)]
     phase, smallest = gait.phase[-1], beat.turn_radius
     if high > low:
         phase, smallest = tightest(robot, gait, low=float(low), high=float(high), steps=steps)

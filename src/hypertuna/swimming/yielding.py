@@ -1,4 +1,4 @@
-"""Hinges that yield: the core's rows of settled beats, the steps that springs need, and how the hinges swing."""
+"""Passive hinges: the core's rows of settled beats with them, the steps that springs need, and the hinges' swing."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SPRING = tuple(_core.spring_columns())  # numbers of a hinge, that results have 
 
 @dataclass(frozen=True)
 class Bend:
-    """How a hinge swings in a settled beat."""
+    """The swing of a hinge in a settled beat."""
 
     stiffness_ratio: float  # over the stiffness at resonance, other hinges rigid
     bend_amplitude: float  # rad, of the part at the beat's frequency
@@ -45,37 +45,37 @@ class Bend:
 
 
 def spring_of(hinge: Hinge) -> dict[str, float]:
-    """Return the numbers of a hinge as the core has them, zero of stops that it lacks [SI]."""
+    """Return the spring's numbers [SI] of a hinge by the core's names, 0 for stops that it lacks."""
     return {name: getattr(hinge, name) or 0.0 for name in SPRING}
 
 
 def bend_name(robot: Robot, name: str, d: int) -> str:
-    """Return the name of what results say of hinge d: numbered from 1 where there are several."""
+    """Return the name of a quantity of hinge d in results: numbered from 1 if the robot has several hinges."""
     return name if len(robot.hinges) == 1 else f"{name}_{d + 1}"
 
 
 def bend_table(robot: Robot) -> dict[str, tuple[str, str]]:
-    """Return unit and meaning of all that results say of the hinges, by name."""
+    """Return unit and meaning of all quantities of the hinges in results, by name."""
     return {bend_name(robot, name, d): row for d in range(len(robot.hinges)) for name, row in BEND.items()}
 
 
 def bends_of(robot: Robot, result: Mapping[str, Array]) -> tuple[Bend, ...]:
-    """Return how each hinge swings in the first beat of `settle`."""
+    """Return the swing of each hinge in the first beat of a result of `settle`."""
     return tuple(
         Bend(**{name: float(result[bend_name(robot, name, d)][0]) for name in BEND}) for d in range(len(robot.hinges))
     )
 
 
 def bend_summary(robot: Robot, bends: tuple[Bend, ...]) -> dict[str, Quantity]:
-    """Return the swings of all hinges as quantities."""
-    flat = {bend_name(robot, name, d): value for d, bend in enumerate(bends) for name, value in vars(bend).items()}
+    """Return the swings of all hinges as quantities for summaries, by name."""
+    values = {bend_name(robot, name, d): value for d, bend in enumerate(bends) for name, value in vars(bend).items()}
     units = {"1": "", "rad": "deg"}
-    shown = {name: Format(units.get(unit, unit)) for name, (unit, _) in bend_table(robot).items()}
-    return summarized(SimpleNamespace(**flat), shown)
+    formats = {name: Format(units.get(unit, unit)) for name, (unit, _) in bend_table(robot).items()}
+    return summarized(SimpleNamespace(**values), formats)
 
 
 def hinge_links(robot: Robot) -> list[int]:
-    """Return the links of the hinges, if the core can follow them."""
+    """Return the link behind each hinge; refuse hinges with more links behind them than the core can compute."""
     links = [hinge.link for hinge in robot.hinges]
     if links and len(robot.links.name) - links[0] > _core.YIELD_LINKS:
         rule, key = f"must have at most {_core.YIELD_LINKS} links behind it", f"{robot.hinge_keys[0]}.link"
@@ -89,42 +89,42 @@ def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
-    """Return the steps of a beat at each frequency [Hz]: doubled until half of them follow the springs.
+    """Return the steps per beat at each frequency [Hz]: doubled until half of them resolve the springs.
 
     Damped springs and stops get more, so that what dampers take is right, up to `MOST_SPRING_STEPS`.
     """
-    free = np.linalg.inv(reduced_inertia(robot, model))
+    inverse = np.linalg.inv(reduced_inertia(robot, model))
     stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
     damping = np.array([hinge.damping for hinge in robot.hinges])
     count = len(stiffness)
-    swing = np.block([[np.zeros((count, count)), np.eye(count)], [-free * stiffness, -free * damping]])
-    rates, modes = np.linalg.eig(swing)
+    system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse * stiffness, -inverse * damping]])
+    rates, modes = np.linalg.eig(system)
     fastest = int(np.abs(rates).argmax())
     beat = 2 * np.pi * np.asarray(frequency)  # rad/s
     stops = any(hinge.stop is not None for hinge in robot.hinges)
     needed = 2 * _core.STABLE_STEPS * abs(rates[fastest]) / beat
     wanted = _core.ACCURATE_STEPS * max(-rates.real.min(), stops * abs(rates[fastest])) / beat
-    most = max(steps, _core.MOST_SPRING_STEPS)
-    if (needed > most).any():
+    limit = max(steps, _core.MOST_SPRING_STEPS)
+    if (needed > limit).any():
         d = int(np.abs(modes[count:, fastest]).argmax())
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
         parts, key = steepest(robot.hinges[d]), robot.hinge_keys[d]
         name = "damping" if damped else max(parts, key=lambda part: parts[part])
         word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
-        rule = f"must let {most} steps of a beat at {np.min(frequency):g} Hz follow it"
+        rule = f"must let {limit} steps of a beat at {np.min(frequency):g} Hz follow it"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
         raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
-    factor = np.maximum(np.maximum(needed, np.minimum(wanted, most)) / steps, 1)
+    factor = np.maximum(np.maximum(needed, np.minimum(wanted, limit)) / steps, 1)
     return np.asarray(steps * 2 ** np.ceil(np.log2(factor)), dtype=np.int64)
 
 
 def key_of(name: str) -> str:
-    """Return the key of a hinge's number in a robot's file."""
+    """Return the key in a robot's file of a spring's number, such as ``stop_deg`` of "stop"."""
     return str(Hinge.model_fields[name].alias)
 
 
 def steepest(hinge: Hinge) -> dict[str, float]:
-    """Return what makes the moment of a hinge's springs rise the fastest, where it does so [N m/rad]."""
+    """Return the stiffness [N m/rad] of each part of a hinge's spring where the part is steepest, by name."""
     bent = _core.BENT if hinge.stop is None else hinge.stop + abs(hinge.rest)
     return {
         "stiffness": hinge.stiffness,
@@ -134,7 +134,7 @@ def steepest(hinge: Hinge) -> dict[str, float]:
 
 
 def softness(robot: Robot, frequency: float) -> float:
-    """Return the square of the hinges' lowest natural frequency over a beat's [Hz]: k/k_r, with one hinge."""
+    """Return the squared ratio of the hinges' lowest natural frequency to a beat's [Hz]: k/k_r, with one hinge."""
     stiffness = np.array([hinge.stiffness for hinge in robot.hinges])
     square = np.linalg.eigvals(np.linalg.inv(reduced_inertia(robot)) * stiffness).real.min()
     return float(square / (2 * np.pi * frequency) ** 2)
@@ -150,28 +150,28 @@ def yield_rows(
 
 
 def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> dict[str, Any]:
-    """Return how the hinges swing in each settled beat, from mean, sine, cosine, peak and damping: `BEND`."""
-    inertia, squares = reduced_inertia(robot, model).diagonal(), (2 * np.pi * gaits.columns[0]) ** 2
+    """Return the columns of `BEND` for each hinge and beat, from mean, sine, cosine, peak and damping (gaits, 5 D)."""
+    inertia, omega_squared = reduced_inertia(robot, model).diagonal(), (2 * np.pi * gaits.columns[0]) ** 2
     result: dict[str, Any] = {}
     for d, hinge in enumerate(robot.hinges):
         _, sine, cosine, peak, damping = swings[:, 5 * d : 5 * d + 5].T
         amplitude, lag = np.hypot(sine, cosine), np.arctan2(-cosine, sine) % (2 * np.pi)
-        told = hinge.stiffness / (inertia[d] * squares), amplitude, lag, peak, damping
-        result |= {bend_name(robot, name, d): value for name, value in zip(BEND, told, strict=True)}
+        results = hinge.stiffness / (inertia[d] * omega_squared), amplitude, lag, peak, damping
+        result |= {bend_name(robot, name, d): value for name, value in zip(BEND, results, strict=True)}
     return result
 
 
 def spring_values(robot: Robot) -> dict[str, float]:
-    """Return the numbers of the springs that results have derivatives by, as a file names them."""
+    """Return the springs' numbers by which results have derivatives [SI], by key in a robot's file."""
     hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
     return {f"{key}.{name}": value for key, hinge in hinges for name, value in spring_of(hinge).items()}
 
 
 def given_springs(robot: Robot) -> list[str]:
-    """Return those of `spring_values` that a file gives, and stiffness and damping in any case."""
+    """Return the keys of `spring_values` that a robot's file gives, and always those of stiffness and damping."""
     hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
-    plain = {"stiffness", "damping"}
-    return [f"{key}.{name}" for key, hinge in hinges for name in SPRING if name in plain | hinge.model_fields_set]
+    always = {"stiffness", "damping"}
+    return [f"{key}.{name}" for key, hinge in hinges for name in SPRING if name in always | hinge.model_fields_set]
 
 
 def yield_derivatives(
@@ -201,18 +201,18 @@ def _by_steps(
     each: NDArray[np.int64],
     how: Callable[[NDArray[np.intp]], Mapping[str, Any]],
 ) -> Array:
-    """Return a kernel's rows of gaits, those with as many steps together; `how` has its options for some of them."""
+    """Return a kernel's rows (gaits, n), computed together for gaits of equal steps; how: returns their options."""
     links, rows = hinge_links(robot), dict[int, Array]()
     for count in np.unique(each):
-        some = np.flatnonzero(each == count)
-        part = [np.ascontiguousarray(column[some]) for column in gaits.columns]
-        found = kernel(model, links, _springs(robot, len(some)), *part, steps=int(count), **how(some))
-        rows |= zip(some.tolist(), found, strict=True)
+        indices = np.flatnonzero(each == count)
+        part = [np.ascontiguousarray(column[indices]) for column in gaits.columns]
+        computed = kernel(model, links, _springs(robot, len(indices)), *part, steps=int(count), **how(indices))
+        rows |= zip(indices.tolist(), computed, strict=True)
     return np.array([rows[k] for k in range(len(each))])
 
 
 def bend_joints(robot: Robot, gait: Gait, joints: Array, state: Array, steps: int) -> Array:
-    """Bend the hinges over joint motions (instants, links, 3), two instants a step, from a state of the core on."""
+    """Return joint motions (instants, links, 3) with the hinges bent by the flow, from a state of the core on."""
     gaits, links = Gaits.of([gait]), hinge_links(robot)
     finer = int(steps_for(robot, gaits.columns[0], 2 * steps)[0]) // (2 * steps)
     count = finer * (len(joints) - 1) + 1
@@ -224,17 +224,17 @@ def bend_joints(robot: Robot, gait: Gait, joints: Array, state: Array, steps: in
 
 
 def too_soft(ratio: float) -> str:
-    """Say why a search found no beat."""
+    """Return a text of the reason why a search found no beat, from the hinges' softness k/k_r."""
     why = "the tail is too soft, " if ratio < SOFT else ""
     return f"no steady beat: {why}k/k_r = {ratio:.2g} (stiffness of the hinge over that at resonance)."
 
 
 def folds(bends: tuple[Bend, ...]) -> str:
-    """Say, as a further sentence, that a hinge swings its tail through the body; nothing of one that does not."""
+    """Return a sentence if a hinge swings the tail through the body, an empty text otherwise."""
     folded = any(bend.bend_peak > math.pi for bend in bends)
     return " The hinge bends by more than half a turn, through the body: nothing stops it there." * folded
 
 
 def _springs(robot: Robot, count: int) -> Array:
-    """Return the numbers of each hinge for some gaits (gaits, hinges x SPRING)."""
+    """Return the springs' numbers of all hinges (gaits, hinges x SPRING), repeated for some gaits."""
     return np.tile([*spring_values(robot).values()], (count, 1))

@@ -17,6 +17,7 @@ from hypertuna.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 T = TypeVar("T", bound=Any)  # of trials: each has a `name`, unique among those of its kind, a `file`, and `to_pandas`
 
@@ -194,6 +195,10 @@ class Kind(ABC, Generic[T]):
     @abstractmethod
     def picture(self, trials: Sequence[T]) -> str:
         """Return an <svg> element of one trial or more, with its caption."""
+
+    @abstractmethod
+    def plot(self, trials: Sequence[T], *, width: float) -> Figure:
+        """Return a figure of one trial or more; `width` [inch]."""
 
     def table(self, trials: Sequence[T]) -> pd.DataFrame:
         """Return a table with a row for each run."""

@@ -19,6 +19,7 @@ from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Row
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 D = TypeVar("D", bound=Decay)
 STEPS = 1000  # of a decay: linear interpolation between them is off by 1e-6 of the first value
@@ -119,6 +120,20 @@ class Decays(Kind[D]):
         quantity, decay = self.quantities[0], trials[0]
         label = f"{quantity.label} [{self.shown}] over time [s]"
         return captioned(curve_svg(decay.time, quantity.per_si * decay.value, label, dots=True), f"Run {decay.name}.")
+
+    def plot(self, trials: Sequence[D], *, width: float) -> Figure:
+        """Return a figure of the decays over time."""
+        from matplotlib.figure import Figure
+
+        from hypertuna.figures import COLORS
+
+        figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+        axes, label = figure.subplots(), f"{self.quantities[0].label} [{self.shown}]"
+        for k, decay in enumerate(trials):
+            color, name = COLORS[k % len(COLORS)], f"run {decay.name}"
+            axes.plot(decay.time, decay.per_si * decay.value, ".", color=color, label=name)
+        axes.set(xlabel="time [s]", ylabel=label, title=f"{len(trials)} {self.label}s")
+        return figure
 
     def table(self, trials: Sequence[D]) -> pd.DataFrame:
         """Return a table with the duration [s] of each decay."""

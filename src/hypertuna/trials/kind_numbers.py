@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,9 @@ from hypertuna.trials.kind import (
 from hypertuna.trials.kind_steady import UNSTABLE, USABLE, with_cost_factor
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun
 from hypertuna.trials.plausibility import FAR
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 R = TypeVar("R", bound=NumberRun)
 
@@ -137,6 +140,19 @@ class Numbers(Kind[R]):
         one, (x, x_label) = self.quantities[0], self.axis(trials)
         dots = curve_svg(x, [run.value for run in trials], f"{one.label} [{one.unit}] over {x_label}", dots=True)
         return captioned(dots, f"Each dot is a {self.label}.")
+
+    def plot(self, trials: Sequence[R], *, width: float) -> Figure:
+        """Return a figure of the measured values over speed or frequency."""
+        from matplotlib.figure import Figure
+
+        from hypertuna.figures import COLORS, POINTS
+
+        figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
+        axes, quantity, (x, over) = figure.subplots(), self.quantities[0], self.axis(trials)
+        deviations = [run.sd or 0.0 for run in trials]
+        axes.errorbar(x, [run.value for run in trials], deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
+        axes.set(xlabel=over, ylabel=f"{quantity.label} [{quantity.unit}]", title=f"{len(trials)} {self.label}s")
+        return figure
 
     def summaries(self, trials: Sequence[R], robot: Robot) -> list[dict[str, Any]]:
         """Return a summary of each file: minimum and maximum of its measured numbers and gaits."""

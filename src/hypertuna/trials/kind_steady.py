@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from hypertuna.swimming.gait import KINDS, Gait, Gaits, gait_text
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample, evenly_spaced, span_lines
 from hypertuna.trials.plausibility import implausible_runs
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
 UNSTABLE = 2
@@ -136,6 +139,24 @@ class Steady(Kind[SteadyRun]):
         values = [getattr(run, shown.name) for run in runs]
         dots = curve_svg([run.gait.frequency for run in runs], values, label, dots=True)
         return captioned(dots, "Each dot is a steady run.")
+
+    def plot(self, trials: Sequence[SteadyRun], *, width: float) -> Figure:
+        """Return a figure of the measured values over the frequency, with a panel for each quantity."""
+        from matplotlib.figure import Figure
+
+        from hypertuna.figures import COLORS, POINTS
+
+        shown = [one for one in self.quantities if any(getattr(run, one.name) is not None for run in trials)]
+        figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
+        for axes, quantity in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+            measured = [run for run in trials if getattr(run, quantity.name) is not None]
+            deviations = [getattr(run, f"{quantity.name}_sd") or 0.0 for run in measured]
+            frequency = [run.gait.frequency for run in measured]
+            values = [getattr(run, quantity.name) for run in measured]
+            axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
+            label = f"{quantity.label} [{quantity.unit}]"
+            axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(measured)} steady runs")
+        return figure
 
     def summaries(self, trials: Sequence[SteadyRun], robot: Robot) -> list[dict[str, Any]]:
         """Return a summary of each file: minimum and maximum of each of its columns."""

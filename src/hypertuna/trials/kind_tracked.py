@@ -22,6 +22,7 @@ from hypertuna.trials.start import Unknown, beat_of, begin_of, between, head_of,
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter; that of fewer is estimated with the fit
 
@@ -164,6 +165,12 @@ class Tracked(Kind[Recording]):
         track = trials[0].tracks[0]
         x, y = track.pose[:, :2].T
         return captioned(curve_svg(x, y, "y [m] over x [m]", equal=True), f"Run {track.run} from above.")
+
+    def plot(self, trials: Sequence[Recording], *, width: float) -> Figure:
+        """Return a figure of the paths of all runs from above."""
+        from hypertuna.trials.plots_series import plot_paths
+
+        return plot_paths(trials, width=width)
 
     def table(self, trials: Sequence[Recording]) -> pd.DataFrame:
         """Return a table with the duration [s] of each run."""

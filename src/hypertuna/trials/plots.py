@@ -1,4 +1,4 @@
-"""Figures of replays: the pose of the head over time, with the tracked runs."""
+"""Figures of replays, the pose of the head over time with the tracked runs; and of trials, by their kind."""
 
 from __future__ import annotations
 
@@ -9,15 +9,27 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import Robot
+from hypertuna.display import plots
+from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, WIDTH, styled
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import AXES, BORDER, head_center, seen_from_start
 from hypertuna.trials.tracks import Track
+from hypertuna.trials.trials import Trials
 
 if TYPE_CHECKING:
     import xarray as xr
 
 COLUMN = 2.6  # inch, minimum width of the panels of a recording
+
+
+@plots.of(Trials)
+@styled
+def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
+    """Plot the trials of the first kind among them, in the figure of that kind: `width` [inch]."""
+    for kind, members in trials.kinds.items():
+        return kind.plot(members, width=width)
+    raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
 
 
 @styled

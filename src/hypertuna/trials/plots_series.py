@@ -1,7 +1,6 @@
-"""Figures of measured joint angles, tracked paths, steady runs and the other kinds of trial."""
+"""Figures of measured joint angles and tracked paths."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,19 +8,10 @@ from matplotlib.figure import Figure
 
 from hypertuna.display import plots
 from hypertuna.errors import InputError
-from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, sequence, styled
-from hypertuna.trials.decay import Decay
-from hypertuna.trials.kind_decay import Glides, YawDecays
-from hypertuna.trials.kind_numbers import Powers, Thrusts, Tows, Turns
-from hypertuna.trials.kind_steady import Steady
-from hypertuna.trials.kind_tracked import Tracked
-from hypertuna.trials.kinds import kind_of
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, sequence, styled
 from hypertuna.trials.manifest import Recording
-from hypertuna.trials.numbers import NumberRun
 from hypertuna.trials.smoothing import SmoothSeries
-from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import JointSeries, Track
-from hypertuna.trials.trials import Trials
 
 FINE = 10  # points of a smoothed curve for each sample
 
@@ -84,56 +74,6 @@ def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-@plots.of(Trials)
-def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
-    """Plot what steady runs measured over the frequency, or the paths of tracked ones: `width` [inch]."""
-    for kind, members in trials.kinds.items():
-        figure: Figure = plots[type(kind)](members, width=width)
-        return figure
-    raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
-
-
-@styled
-def plot_steady_runs(runs: Sequence[SteadyRun], *, width: float = WIDTH) -> Figure:
-    """Plot what steady runs measured over the frequency: `width` [inch]."""
-    shown = [quantity for quantity in Steady.quantities if any(getattr(run, quantity.name) is not None for run in runs)]
-    figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
-    for axes, quantity in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
-        measured = [run for run in runs if getattr(run, quantity.name) is not None]
-        deviations = [getattr(run, f"{quantity.name}_sd") or 0.0 for run in measured]
-        frequency, values = [run.gait.frequency for run in measured], [getattr(run, quantity.name) for run in measured]
-        axes.errorbar(frequency, values, deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-        label = f"{quantity.label} [{quantity.unit}]"
-        axes.set(xlabel="frequency [Hz]", ylabel=label, ylim=(0, None), title=f"{len(measured)} steady runs")
-    return figure
-
-
-@styled
-def plot_numbers(runs: Sequence[NumberRun], *, width: float = WIDTH) -> Figure:
-    """Plot what runs of one number measured, over speed or frequency: `width` [inch]."""
-    kind: Any = kind_of(runs[0])
-    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    axes, quantity, (x, over) = figure.subplots(), kind.quantities[0], kind.axis(runs)
-    deviations = [run.sd or 0.0 for run in runs]
-    axes.errorbar(x, [run.value for run in runs], deviations, fmt="o", color=COLORS[1], elinewidth=1, **POINTS)
-    axes.set(xlabel=over, ylabel=f"{quantity.label} [{quantity.unit}]", title=f"{len(runs)} {kind.label}s")
-    return figure
-
-
-@styled
-def plot_decays(decays: Sequence[Decay], *, width: float = WIDTH) -> Figure:
-    """Plot decays over time: `width` [inch]."""
-    kind: Any = kind_of(decays[0])
-    figure = Figure(figsize=(width, 0.5 * width + 0.6), layout="constrained")
-    axes = figure.subplots()
-    for k, decay in enumerate(decays):
-        axes.plot(decay.time, decay.per_si * decay.value, ".", color=COLORS[k % len(COLORS)], label=f"run {decay.name}")
-    axes.set(
-        xlabel="time [s]", ylabel=f"{kind.quantities[0].label} [{kind.shown}]", title=f"{len(decays)} {kind.label}s"
-    )
-    return figure
-
-
 def _draw_angles(axes: Axes, series: JointSeries, look: str) -> None:
     """Draw the angle of each joint group over time."""
     groups = series.angle.shape[1]
@@ -156,8 +96,3 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
         axes.plot(*track.pose[0, :2], "o", color=INK, ms=5, mfc="white", label="start" if k == 0 else None)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="Tracked head, from above")
     axes.set_adjustable("datalim")
-
-
-plots[Steady], plots[Tracked] = plot_steady_runs, plot_paths
-plots[Tows] = plots[Thrusts] = plots[Powers] = plots[Turns] = plot_numbers
-plots[Glides] = plots[YawDecays] = plot_decays

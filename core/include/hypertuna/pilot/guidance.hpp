@@ -216,9 +216,9 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
                     const Inside<T>& room) {
     const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
     const Corner<T> target = target_of(state, mission);
-    const bool direct = state.mode == Mode::home || mission.waypoints <= state.leg;
+    const bool straight_home = state.mode == Mode::home || mission.waypoints <= state.leg;
     const Course<T> course =
-        direct           ? toward(target.x - at.x, target.y - at.y, present)
+        straight_home    ? toward(target.x - at.x, target.y - at.y, present)
         : 0 < state.held ? circle(model, at, mission.waypoint[state.leg])
                          : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
     const T margin = margin_of(model, state, at, mission);

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from hypertuna import _core
 from hypertuna.description.schema.actuator import Actuator, DriveUnit
 from hypertuna.description.schema.base import (
     Amplitude,
@@ -244,14 +245,19 @@ def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
 
 
 class Drive(NamedTuple):
-    """A kind of drive of a joint group: its servos, and whether it works by oil."""
+    """A kind of drive of a joint group, by what pins, sensors, records, circuits and texts ask of it."""
 
+    actuation: str  # that `robot new` calls it
+    place: str  # what a servo of it turns
     servos: tuple[str, ...]  # endings of their names behind the group's: as many servos, two at most
     oil: bool  # in circuits, with sensors of bend and pressure
+    on_board: int  # groups of a robot with firmware, at most
 
 
-MUSCLES = Drive(servos=("-left", "-right"), oil=True)
-AXLE = Drive(servos=("",), oil=False)
+AXLE = Drive("servo", "axle", servos=("",), oil=False, on_board=_core.BOARD_JOINTS)
+DRUM = Drive("tendons", "drum", servos=("",), oil=False, on_board=_core.BOARD_JOINTS)
+MUSCLES = Drive("hydraulic", "crank", servos=("-left", "-right"), oil=True, on_board=3)  # by a Teensy 4.1's pins
+DRIVES = {drive.actuation: drive for drive in (AXLE, DRUM, MUSCLES)}
 
 
 class JointGroup(Part):
@@ -302,8 +308,18 @@ class JointGroup(Part):
 
     @property
     def drive(self) -> Drive:
-        """The kind of drive: muscles on oil, or a servo."""
-        return MUSCLES if self.servo is None else AXLE
+        """The kind of drive: muscles on oil, or a servo on the axle or on the drum of tendons."""
+        return MUSCLES if self.servo is None else AXLE if self.tendons is None else DRUM
+
+    @property
+    def driven(self) -> bool:
+        """Whether the file describes a drive."""
+        return self.servo is not None or self.actuator is not None
+
+    @property
+    def stall_power(self) -> float:
+        """Electrical power of the servo on axle or drum at stall; 0 without one [W]."""
+        return 0.0 if self.servo is None else self.servo.voltage * self.servo.stall_current
 
     @property
     def turns(self) -> float:

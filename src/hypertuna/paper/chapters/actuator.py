@@ -76,7 +76,7 @@ def findings(bends: Bends) -> Iterator[Finding]:
 
 
 def line_findings(joint: str, model: str, pressure: Array, angle: Array) -> Iterator[Finding]:
-    """Yield deviations of a bend [rad] over pressures [Pa] from a straight line, at 100 to 250 kPa."""
+    """Yield findings on the straightness of bends [rad] over pressures [Pa], at 100 to 250 kPa."""
     bend = np.degrees(np.interp(TESTED, pressure / 1e3, angle))
     first, *_, last = np.diff(bend) / np.diff(TESTED)
     line = bend[-1] * TESTED / TESTED[-1]
