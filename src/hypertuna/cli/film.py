@@ -160,10 +160,10 @@ def _track_marks(
     from hypertuna.trials.markers import markers_of
 
     assert marks.marks is not None
-    what = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
+    painted = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
     with progress_bar("tracking") as progress:
         opened = open_film(film, options.frame_rate)
-        points = points_of(fish, opened, camera, options.depth, what, progress)
+        points = points_of(fish, opened, camera, options.depth, painted, progress)
     run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, opened.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
@@ -178,9 +178,9 @@ def _track_marks(
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
     """Yield the lines that the terminal shows of a tracked film."""
     sizes = (record["fish_px"], record["contrast_gray"], record["edge_offset_px"], record["length_ratio"])
-    heads = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
+    column_names = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
     counts = (f"{record[key]}" for key in ("frames", "frames_used"))
-    yield Table(heads, [[record["name"], *counts, *(f"{size:.3g}" for size in sizes)]])
+    yield Table(column_names, [[record["name"], *counts, *(f"{size:.3g}" for size in sizes)]])
     rows = []
     amplitude = record["amplitude_deg"]
     for k, (group, seen) in enumerate(record["seen"].items()):

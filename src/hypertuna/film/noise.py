@@ -135,8 +135,8 @@ def path_noise(time: Array, head: Array, frequency: float) -> Array:
     off_path = place - path @ np.linalg.lstsq(path, place, rcond=None)[0]
     yaw = head[:, 2] - columns @ coefficients
     residuals = np.stack([off_path.real, off_path.imag, yaw], axis=1)
-    free = span / memory_of(residuals, time) - columns.shape[1]
-    return np.asarray(residuals.std(axis=0) * _widened(residuals, time, frequency, 3, 2) * student(free))
+    degrees = span / memory_of(residuals, time) - columns.shape[1]
+    return np.asarray(residuals.std(axis=0) * _widened(residuals, time, frequency, 3, 2) * student(degrees))
 
 
 def _widened(left: Array, time: Array, frequency: float, others: int = 1, waves: int = HARMONICS) -> float:
@@ -146,9 +146,9 @@ def _widened(left: Array, time: Array, frequency: float, others: int = 1, waves:
     half period is the memory: harmonics above take none of it. others: columns of the fit beside `waves` harmonics.
     """
     memory = memory_of(left, time)
-    free = (float(time[-1] - time[0])) / memory
-    taken = others + 2 * min(int(0.5 / (memory * frequency)) + 1, waves)
-    return float(np.sqrt(free / max(free - taken, 0.25 * free)))
+    values = (float(time[-1] - time[0])) / memory
+    fitted = others + 2 * min(int(0.5 / (memory * frequency)) + 1, waves)
+    return float(np.sqrt(values / max(values - fitted, 0.25 * values)))
 
 
 def student(free: float) -> float:
