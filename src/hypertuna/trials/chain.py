@@ -212,7 +212,7 @@ def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
 
 
 def _tukey(t: Array) -> Array:
-    """Return Tukey's weight of a distance over the noise."""
+    """Return Tukey's biweight of distances `t` over the noise."""
     return np.asarray(np.where(t < TUKEY, (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 2, 0.0))
 
 
