@@ -73,7 +73,7 @@ class ChainFit:
 
 
 def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
-    """Return the chain of a robot with markers on its links [m]: `along` behind a link's front end, `across` it."""
+    """Return a robot's chain with markers on its links [m]: `along` from a link's front end, `across` to starboard."""
     length = np.array(robot.links.length)
     turn = np.zeros((len(length), len(robot.joints)))
     for g, group in enumerate(robot.joints):
