@@ -44,7 +44,7 @@ def _prior(text: str, key: str) -> parsing.Setting:
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """What a design is for: options of its first ask."""
+    """Options of a design of tank runs, which its first ask takes."""
 
     want: Annotated[
         str,

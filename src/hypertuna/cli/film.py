@@ -28,7 +28,7 @@ from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class FilmOptions:
-    """How a fish is filmed."""
+    """Options of a film of a fish: its camera, depth and frame rate."""
 
     camera: Annotated[str | None, opt.text("--camera", "Camera, a file of `hypertuna trials camera`.", "FILE")] = None
     depth: Annotated[
@@ -199,7 +199,7 @@ def _lines(record: dict[str, Any]) -> Iterator[Any]:
 
 @dataclass(frozen=True)
 class LensOptions:
-    """What a camera is found from."""
+    """Options of a camera's calibration: board, corners of the tank, and lens."""
 
     board: Annotated[str | None, opt.text("--board", "Film of a checkerboard in air, moved about.", "FILM")] = None
     squares: Annotated[

@@ -243,7 +243,7 @@ def links_of(body: Body) -> list[int]:
 
 
 def check_seen(body: Body, seen: Array, file: str) -> None:
-    """Check that the part behind every joint is seen (frames, links) in half of the frames."""
+    """Check that the part behind every joint is seen in half of the frames; seen: fraction (frames, links) of links."""
     for group, k in zip(body.groups, links_of(body), strict=True):
         part = float((seen[:, k] >= MIN_SEEN).mean()) if len(seen) else 1.0
         if part < 0.5:

@@ -1,4 +1,4 @@
-"""Many gaits of a robot: swum by ranges, each a task for a worker, and labeled results."""
+"""Many gaits of a robot, swum range by range by workers, and the layout of their results."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         return self._motion(1.0 if self.from_rest is None else self.from_rest * self.gait.frequency)
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the results by the names of the JSON record; a turn is shown if it is one.
+        """Return the results by the names of the JSON record; those of a turn are hidden on a straight path.
 
         Returns
         -------

@@ -187,10 +187,10 @@ def yield_derivatives(
     along = np.ascontiguousarray(along)
     beat_steps = steps_for(robot, gaits.columns[0], steps, model)
 
-    def how(some: NDArray[np.intp]) -> Mapping[str, Any]:
+    def options_of(some: NDArray[np.intp]) -> Mapping[str, Any]:
         return {"state": np.ascontiguousarray(state[some]), "directions": along, **options}
 
-    return _by_steps(_core.yield_gradient, robot, gaits, model, beat_steps, how)
+    return _by_steps(_core.yield_gradient, robot, gaits, model, beat_steps, options_of)
 
 
 def _by_steps(

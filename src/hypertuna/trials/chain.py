@@ -73,7 +73,7 @@ class ChainFit:
 
 
 def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
-    """Return the chain of a robot with markers on its links [m]: `along` behind a link's front end, `across` it."""
+    """Return a robot's chain with markers on its links [m]: `along` from a link's front end, `across` to starboard."""
     length = np.array(robot.links.length)
     turn = np.zeros((len(length), len(robot.joints)))
     for g, group in enumerate(robot.joints):
@@ -212,7 +212,7 @@ def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
 
 
 def _tukey(t: Array) -> Array:
-    """Return Tukey's weight of a distance over the noise."""
+    """Return Tukey's biweight of distances `t` over the noise."""
     return np.asarray(np.where(t < TUKEY, (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 2, 0.0))
 
 

@@ -135,7 +135,7 @@ def _plain(grid: Grid, individual: str | None) -> Points:
 
 
 def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
-    """Find markers among columns: of x, y, z and weight; the unit of length in their names; columns without a use."""
+    """Return each marker's columns by axis and weight, the length unit in their names, and the unused names."""
     found: dict[str, dict[str, int]] = {}
     ignored, units = [], set()
     for k, name in enumerate(samples.head):

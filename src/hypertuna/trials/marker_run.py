@@ -94,7 +94,7 @@ class MarkerRun:
 
     @cached_property
     def noises(self) -> Array:
-        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, of ordinary frames."""
+        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, outliers apart."""
         distance = np.linalg.norm(self._in_links() - self.offsets, axis=2)
         return np.asarray(_median(distance) / 1.1774)  # the median of Rayleigh's distribution
 
