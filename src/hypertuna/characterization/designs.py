@@ -130,7 +130,7 @@ class Designs:
         return solution, value, math.log(len(crossings) / max(abs(slope), NEAR))
 
     def _off(self, robot: Robot) -> Array:
-        """Return the off (elements,): computed minus measured over noise; 0 for elements that are solved for."""
+        """Return the deviations (elements,): computed minus measured over noise; 0 for elements that are solved for."""
         off = np.zeros(len(self.sd))
         others = np.setdiff1d(np.arange(len(off)), [solved.element for solved in self.solved])
         if len(others):

@@ -1,4 +1,4 @@
-"""How a command reads its arguments: all that is missing at once, wrong options in one sentence, help in panels."""
+"""Parsing of a command's arguments: all missing options in one error, wrong ones with their fix, help in panels."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class _Front:
         typed = list(args)
         _check_words(self, context, typed)
         try:
-            rest: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
+            unparsed: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
         except UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":
                 typer.echo(context.get_help(), err=True)
                 raise typer.Exit(2) from None
             raise _explained(error, self, context, typed) from None
         _check_once(self, context, typed)
-        return rest
+        return unparsed
 
     def get_help_option(self, context: Any) -> Any:
         """Return the option --help; its default is False, not None: typer need not import pydantic to read it."""
@@ -75,10 +75,10 @@ class Command(_Front, TyperCommand):
 
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
         """Read the arguments; refuse words that no option takes."""
-        rest = super().parse_args(context, args)
-        if rest and not context.resilient_parsing:
-            raise _stray(rest[0], _name(context))
-        return rest
+        unparsed = super().parse_args(context, args)
+        if unparsed and not context.resilient_parsing:
+            raise _stray(unparsed[0], _name(context))
+        return unparsed
 
     def format_options(self, context: Any, formatter: Any) -> None:
         """Write the options into the help."""
@@ -223,9 +223,9 @@ def _explained(error: Any, command: Any, context: Any, args: list[str]) -> Input
     if kind == "NoSuchOption":
         word = next((word for word in args if word.startswith(error.option_name)), error.option_name).partition("=")[0]
         dashed = f"--{word.lstrip('-')}"
-        known = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
-        near = difflib.get_close_matches(dashed, known, n=1)
-        longer = [option for option in known if option.startswith(dashed)]
+        choices = [option for param in command.get_params(context) for option in param.opts if option.startswith("--")]
+        near = difflib.get_close_matches(dashed, choices, n=1)
+        longer = [option for option in choices if option.startswith(dashed)]
         fix = f"did you mean {(longer or near)[0]}?" if longer or near else f"`{name} --help` lists the options"
         if dashed == "--robot" and any(param.name == "robot" for param in command.get_params(context)):
             fix = f"write the robot alone, such as `{name} hypertuna`"

@@ -121,9 +121,9 @@ def progress_bar(
 
     def line() -> None:
         elapsed = time.monotonic() - start
-        ahead = f": {count} of {total}" if total else ""
-        left = f", about {elapsed * (total - count) / count:.0f} s left" if count else ""
-        streams.tell(f"{what}{ahead}, {elapsed:.0f} s{left}\n")
+        share_done = f": {count} of {total}" if total else ""
+        time_left = f", about {elapsed * (total - count) / count:.0f} s left" if count else ""
+        streams.tell(f"{what}{share_done}, {elapsed:.0f} s{time_left}\n")
 
     def watch() -> None:
         """Show the bar, or a line now and then, also where nothing is reported."""

@@ -44,7 +44,7 @@ def _prior(text: str, key: str) -> parsing.Setting:
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """What a design is for: options of its first ask."""
+    """Options of a design of tank runs, which its first ask takes."""
 
     want: Annotated[
         str,
@@ -78,9 +78,9 @@ class DesignOptions:
     def arguments(self) -> dict[str, Any]:
         """Return the options as arguments of `TankDesign`."""
         prior = {name: factor for names, factor in self.prior or [] for name in split_names(names)}
-        given = {"want": self.want, "width": self.width / 100}
-        given |= {"tow": self.tow, "hold": self.hold, "glide": self.glide}
-        return given | {"bounds": bounds_of(self.bounds), "prior": prior}
+        common = {"want": self.want, "width": self.width / 100}
+        common |= {"tow": self.tow, "hold": self.hold, "glide": self.glide}
+        return common | {"bounds": bounds_of(self.bounds), "prior": prior}
 
 
 @opt.grouped
@@ -163,10 +163,10 @@ def tell_command(
 
 def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
     """Return the trials of CSV files, runs of each file in the order of its rows."""
-    told = list[Told]()
+    trials = list[Told]()
     for file in files:
-        told += read_runs(file, robot)
-    return told if len(files) == 1 else sorted(told, key=lambda run: run.name)
+        trials += read_runs(file, robot)
+    return trials if len(files) == 1 else sorted(trials, key=lambda run: run.name)
 
 
 def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:

@@ -54,11 +54,11 @@ def map_command(
     start = None if fill is None else 1e3 * fill
     subject = fish, joint_index(joint, fish)
     grid: Any = {"pressure": rising(pressure), "couple": moment, "fill": start, "options": elements}
-    how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
+    shard_options: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
     points = len(pressure) * len(moment or ())
     POINTS.check(points, "the number of points", "take fewer pressures or moments: a point takes seconds to minutes")
     need_fe()
-    if write_shards(output, joint_map_shards, *subject, **how, **grid):
+    if write_shards(output, joint_map_shards, *subject, **shard_options, **grid):
         return
     with progress_bar("points", slow=True) as progress, connected(places.cluster) as executor:
         found = joint_map(*subject, **grid, executor=executor, checkpoint=checkpoint, progress=progress)

@@ -28,7 +28,7 @@ from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
 @dataclass(frozen=True)
 class FilmOptions:
-    """How a fish is filmed."""
+    """Options of a film of a fish: its camera, depth and frame rate."""
 
     camera: Annotated[str | None, opt.text("--camera", "Camera, a file of `hypertuna trials camera`.", "FILE")] = None
     depth: Annotated[
@@ -160,10 +160,10 @@ def _track_marks(
     from hypertuna.trials.markers import markers_of
 
     assert marks.marks is not None
-    what = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
+    painted = Marks(marks.marks, marks.dot_color, marks.dictionary, places.places)
     with progress_bar("tracking") as progress:
         opened = open_film(film, options.frame_rate)
-        points = points_of(fish, opened, camera, options.depth, what, progress)
+        points = points_of(fish, opened, camera, options.depth, painted, progress)
     run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, opened.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
@@ -178,9 +178,9 @@ def _track_marks(
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
     """Yield the lines that the terminal shows of a tracked film."""
     sizes = (record["fish_px"], record["contrast_gray"], record["edge_offset_px"], record["length_ratio"])
-    heads = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
+    column_names = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
     counts = (f"{record[key]}" for key in ("frames", "frames_used"))
-    yield Table(heads, [[record["name"], *counts, *(f"{size:.3g}" for size in sizes)]])
+    yield Table(column_names, [[record["name"], *counts, *(f"{size:.3g}" for size in sizes)]])
     rows = []
     amplitude = record["amplitude_deg"]
     for k, (group, seen) in enumerate(record["seen"].items()):
@@ -199,7 +199,7 @@ def _lines(record: dict[str, Any]) -> Iterator[Any]:
 
 @dataclass(frozen=True)
 class LensOptions:
-    """What a camera is found from."""
+    """Options of a camera's calibration: board, corners of the tank, and lens."""
 
     board: Annotated[str | None, opt.text("--board", "Film of a checkerboard in air, moved about.", "FILM")] = None
     squares: Annotated[

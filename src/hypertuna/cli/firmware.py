@@ -94,7 +94,7 @@ def _wires(wiring: Wiring) -> list[dict[str, Any]]:
 
 
 def _wiring_record(wiring: Wiring) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of a robot's wiring."""
     divider = {f"{name}_ohm": value for name, value in wiring.divider._asdict().items()}
     return {"wires": _wires(wiring), "battery_divider": divider} | made_by(wiring.robot)
 
@@ -124,7 +124,7 @@ def _pin(wiring: Wiring) -> int:
 
 
 def _record(parameters: FirmwareTable) -> dict[str, Any]:
-    """Return the JSON record."""
+    """Return the JSON record of the firmware's parameters."""
     return {
         "numbers": len(parameters.values),
         "layout": f"{parameters.layout:08x}",

@@ -75,9 +75,9 @@ def hil_command(
         raise InputError("needs a ground station", key="--air", fix="give its port by --radio")
     if (missing_tool := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=missing_tool)
-    named = robot.load() if robot.robot else None
-    plan = find_scenario(scenario, replace(robot, robot=ROBOT).load() if named is None and ":" in scenario else named)
-    fish = named if named is not None else replace(robot, robot=plan.robot or ROBOT).load()
+    chosen = robot.load() if robot.robot else None
+    plan = find_scenario(scenario, replace(robot, robot=ROBOT).load() if chosen is None and ":" in scenario else chosen)
+    fish = chosen if chosen is not None else replace(robot, robot=plan.robot or ROBOT).load()
     if plan.mission is not None:
         check_current(fish, plan.mission)
         if radio is not None and plan.mission.waypoints:

@@ -72,7 +72,7 @@ def _start(text: str, key: str) -> parsing.Setting:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How coefficients are fitted."""
+    """Options of a fit of coefficients."""
 
     validate: Annotated[
         float | None,

@@ -59,13 +59,13 @@ def range_command(
         power, speed, facts = _twin(fish, replace(gait, phase=lags).make(fish), duration)
     else:
         POSITIVE.check(speed, "--speed", "give the speed ahead in m/s")
-    known = math.isfinite(power + speed)
+    swims = math.isfinite(power + speed)
     emit(
-        Cruise(fish, power, range_of(fish, power=power, speed=speed, reserve=reserve) if known else None, facts),
+        Cruise(fish, power, range_of(fish, power=power, speed=speed, reserve=reserve) if swims else None, facts),
         record=_record,
         lines=_lines,
         as_json=as_json,
-        failed=not (known and facts.get("settled", True)),
+        failed=not (swims and facts.get("settled", True)),
     )
 
 

@@ -212,8 +212,8 @@ def _check_lines(robot: Robot) -> Iterator[Any]:
     for sentence in unlikely:
         yield f"unlikely: {sentence}", "yellow"
     tables, keys = _estimates(robot)
-    found = [f"all of {', '.join(tables)}"] * bool(tables) + [", ".join(keys)] * bool(keys)
-    yield f"estimated: {'; '.join(found) or 'nothing'}"
+    estimates = [f"all of {', '.join(tables)}"] * bool(tables) + [", ".join(keys)] * bool(keys)
+    yield f"estimated: {'; '.join(estimates) or 'nothing'}"
     yield f"without a source: {', '.join(robot.unsourced()) or 'nothing'}"
 
 

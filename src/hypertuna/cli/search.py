@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """An objective, and how it is searched for."""
+    """Options of an objective, and of the search for it."""
 
     maximize: Annotated[
         str | None, opt.text("--maximize", "Quantity to maximize, such as speed or efficiency.", "NAME")

@@ -64,11 +64,11 @@ def write_shards(
             raise InputError("cannot be combined with a folder of shards", key=key, value=value, fix=fix)
     options |= {"size": places.shard_size, "part": places.shard or (1, 1), "command": _placeless(sys.argv[1:])}
     with progress_bar("shards", parts="shard") as progress, connected(places.cluster) as executor:
-        made = make(*subject, output, executor=executor, **options, progress=progress)
+        shards_made = make(*subject, output, executor=executor, **options, progress=progress)
     shards = open_shards(str(output))
     missing = len(shards.missing())
-    facts = {"folder": output, "items": shards.total, "shards": len(shards), "made": made, "missing": missing}
-    status = f"{counted(made, 'shard')} made, {missing} of {len(shards)} missing"
+    facts = {"folder": output, "items": shards.total, "shards": len(shards), "made": shards_made, "missing": missing}
+    status = f"{counted(shards_made, 'shard')} made, {missing} of {len(shards)} missing"
     merge = f"hypertuna shards merge {shlex.quote(str(output))} -o FILE.nc"
     lines = [(status, "bold"), "Other parts make them." if missing else f"Merge them: {merge}"]
     emit(facts, record=dict, lines=lambda _: lines, written=(output,), as_json=as_json)

@@ -129,8 +129,8 @@ class _Server(ThreadingHTTPServer):
     def service_actions(self) -> None:
         """Close connections that last too long or are too many; called at each connection and twice a second."""
         now, ages = time.monotonic(), list(self.begun.items())
-        for number, (connection, begun) in enumerate(ages, start=CONNECTIONS - len(ages)):
-            if number < 0 or now - begun > PATIENCE:
+        for number, (connection, start_time) in enumerate(ages, start=CONNECTIONS - len(ages)):
+            if number < 0 or now - start_time > PATIENCE:
                 with contextlib.suppress(OSError):  # the other side has gone
                     connection.shutdown(socket.SHUT_RDWR)  # its thread reads an end
 

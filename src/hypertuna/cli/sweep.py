@@ -196,9 +196,9 @@ def _head(name: str, tight: bool) -> str:
 
 def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
     """Return the rows to show, each with its remark: all rows, or of many the fastest and the cheapest."""
-    ahead = settled & (columns["speed_m_s"] > 0)
-    if len(settled) <= ROWS or not ahead.any():
+    forward = settled & (columns["speed_m_s"] > 0)
+    if len(settled) <= ROWS or not forward.any():
         return dict.fromkeys(range(len(settled)), "")
-    fastest = np.where(ahead, columns["speed_m_s"], -np.inf).argmax()
-    cheapest = np.where(ahead, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()
+    fastest = np.where(forward, columns["speed_m_s"], -np.inf).argmax()
+    cheapest = np.where(forward, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()
     return {int(fastest): "fastest", int(cheapest): "lowest COT"}

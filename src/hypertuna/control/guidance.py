@@ -61,7 +61,7 @@ def settled_speed(robot: Robot, gait: Gait) -> float:
 
 
 def with_known_lag(robot: Robot) -> Robot:
-    """Return the robot with lagging joints if all bandwidths are known, else with ideal joints."""
+    """Return the robot with lagging joints if all bandwidths are known, else the robot as it is."""
     all_known = all(group.bandwidth is not None for group in robot.joints)
     return robot.using(joints="bandwidth") if all_known else robot
 
@@ -90,7 +90,7 @@ def glide(robot: Robot) -> float:
 
 
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
-    """Return the path's curvature over the tail bias [rad] of each joint group, in the middle gait [1/m].
+    """Return the path's curvature [1/m] in the middle gait with a tail bias [rad] of each joint group.
 
     The rate of turn over speed at a fraction `STEER` of the bias, extrapolated.
     """

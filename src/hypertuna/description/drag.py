@@ -24,7 +24,7 @@ FLAT, ROUNDED, APPENDAGES, FOLDED, GAPS = 0.8, 0.2, 0.2, 0.05, 0.1
 
 
 class Nose(NamedTuple):
-    """A form of nose, with the drag coefficients of its parts over the frontal area."""
+    """A form of body, blunt or streamlined: drag coefficients of its blunt parts over the largest section."""
 
     words: str  # for its builder
     parts: Mapping[str, float]  # drag coefficients of what is not streamlined, on the largest section

@@ -63,7 +63,7 @@ class Design:
         return min(self.places, key=self.score)
 
     def farthest(self) -> TankRun:
-        """Return the gait that is least correlated with the runs made so far: the check of a design."""
+        """Return a gait that correlates little with the runs made so far, by the discrepancy: the check of a design."""
         swims = [run for run in self.places if run.swims and (run.turns or self.want != "turn")]
         gaits = [run for run in swims if run not in self.made]
         if not gaits:

@@ -271,7 +271,7 @@ def _solved(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
-    """Return checked pressures of the left side with those of the right, which the same oil has: pairs [Pa]."""
+    """Return checked pressures of the left side, each with the right side's, twice the fill less it: pairs [Pa]."""
     rising = check_pressure(pressure)
     if not rising[-1] > 0:
         raise InputError("must end above 0", key="pressure", value=shown(rising.tolist()), fix="add a higher one")

@@ -1,4 +1,4 @@
-"""Blinks of a lamp in a film, and how the clock of a log runs beside that of the film."""
+"""Blinks of a lamp in a film, and the offset and drift of a log's clock from that of the film."""
 
 from __future__ import annotations
 

@@ -60,8 +60,8 @@ class Camera(Part):
         angle = float(np.linalg.norm(vector))
         x, y, z = vector / angle if angle > 0 else vector
         cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        turned = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-        return np.asarray(turned @ np.diag([1.0, -1.0, -1.0]))
+        rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+        return np.asarray(rotation @ np.diag([1.0, -1.0, -1.0]))
 
     def sight(self, pixels: ArrayLike, depth: float) -> tuple[Array, Array]:
         """Return the places (..., 2) [m] at a depth [m] that pixels (..., 2) see, and the lean of their sight (..., 2).
@@ -69,21 +69,21 @@ class Camera(Part):
         The lean is the horizontal way of the line of sight per height, under water.
         """
         distorted = (np.asarray(pixels, dtype=float) - self.center) / self.focal
-        flat = distorted.copy()
+        undistorted = distorted.copy()
         for _ in range(ROUNDS):
-            flat = distorted / (1 + self.lens_k1 * (flat**2).sum(axis=-1, keepdims=True))
+            undistorted = distorted / (1 + self.lens_k1 * (undistorted**2).sum(axis=-1, keepdims=True))
         axes, (x, y, height) = self.axes, self.place
-        ray = flat @ axes[:, :2].T + axes[:, 2]
-        way = ray[..., :2] / -ray[..., 2:]  # in air, per way down
-        tangent = np.linalg.norm(way, axis=-1, keepdims=True)
+        ray = undistorted @ axes[:, :2].T + axes[:, 2]
+        slope = ray[..., :2] / -ray[..., 2:]  # in air, per way down
+        tangent = np.linalg.norm(slope, axis=-1, keepdims=True)
         sine = tangent / np.hypot(1.0, tangent) / self.refractive_index
-        bent = way * np.divide(
+        bent = slope * np.divide(
             sine / np.sqrt(1 - sine**2),
             tangent,
             out=np.full_like(tangent, 1 / self.refractive_index),
             where=tangent > 0,
         )
-        return np.array([x, y]) + height * way + depth * bent, -bent
+        return np.array([x, y]) + height * slope + depth * bent, -bent
 
     def pixel_size(self, pixel: ArrayLike, depth: float) -> float:
         """Return the length [m] that a pixel sees at a depth: the root of its area."""
@@ -100,8 +100,8 @@ class Camera(Part):
         places = np.asarray(places, dtype=float)
         pixel = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
-            beside = np.stack([pixel, pixel + np.array([1.0, 0.0]), pixel + np.array([0.0, 1.0])])
-            here, right, below = self.sight(beside, depth)[0]
+            neighbors = np.stack([pixel, pixel + np.array([1.0, 0.0]), pixel + np.array([0.0, 1.0])])
+            here, right, below = self.sight(neighbors, depth)[0]
             jacobian = np.stack([right - here, below - here], axis=-1)
             step = np.linalg.solve(jacobian, (places - here)[..., np.newaxis])[..., 0]
             pixel += step

@@ -195,19 +195,19 @@ def follow_dots(
     count: of the dots, if it is known. At a fresh start dots are sought without earlier frames: the end from which they
     are counted may change there.
     """
-    palette, seen, usual = palette_of(film, color)
-    count = seen if count is None else count
+    palette, seen_count, usual_area = palette_of(film, color)
+    count = seen_count if count is None else count
     if count < LEAST_DOTS:
         fix = "paint a dot on each link at least, and give their color by --dot-color"
         raise InputError(f"must show {LEAST_DOTS} colored dots at least", file=film.file, value=f"{count}", fix=fix)
-    follower, dots = Follower(count, usual, film.rate), np.full((len(film.time), count, 2), np.nan)
+    follower, dots = Follower(count, usual_area, film.rate), np.full((len(film.time), count, 2), np.nan)
     for number, blobs in _blobs(film, palette):
         dots[number] = follower.next(number, blobs)
         progress(number + 1, len(film.time))
     if not follower.begun:
         rule, fix = f"must show all {count} dots apart in one frame at least", "check --places and --dot-color"
-        raise InputError(rule, file=film.file, value=f"{seen} in most frames", fix=fix)
-    notes = [f"{count} dots of {np.sqrt(4 * usual / np.pi):.1f} px are followed"]
+        raise InputError(rule, file=film.file, value=f"{seen_count} in most frames", fix=fix)
+    notes = [f"{count} dots of {np.sqrt(4 * usual_area / np.pi):.1f} px are followed"]
     if follower.touching:
         notes.append(f"dots of one color touch in {follower.touching} frames, and are missing there")
     return dots, follower.begun, notes

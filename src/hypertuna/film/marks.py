@@ -29,7 +29,7 @@ UNEQUAL = 2.0  # times smaller misfit of the distances between dots, by which th
 
 @dataclass(frozen=True)
 class Marks:
-    """What is painted or glued on a robot."""
+    """Marks painted or glued on a robot: dots of a color, or tags of a dictionary."""
 
     kind: str  # "dots" or "tags"
     color: str | None = None  # of dots
@@ -140,17 +140,17 @@ def _nose_first(place: Array, begun: list[int], from_nose: Array | None, file: s
 def _forward(place: Array, from_nose: Array | None) -> int:
     """Return 1 for dots (frames, dots, 2) that are counted from the nose, -1 from the tail, 0 where nothing tells."""
     gaps = np.linalg.norm(np.diff(place, axis=1), axis=2)
-    whole = np.isfinite(gaps).all(axis=1)
-    if not whole.any():
+    complete = np.isfinite(gaps).all(axis=1)
+    if not complete.any():
         return 0
     if from_nose is not None:
-        gap, given = np.median(gaps[whole], axis=0), np.diff(from_nose)
+        gap, given = np.median(gaps[complete], axis=0), np.diff(from_nose)
         misfit, misfit_reversed = (float(np.abs(gap - one).sum()) for one in (given, given[::-1]))
         if max(misfit, misfit_reversed) > UNEQUAL * min(misfit, misfit_reversed):
             return 1 if misfit < misfit_reversed else -1
-    centered = place[whole]
+    centered = place[complete]
     middle, facing = centered.mean(axis=1), centered[:, 0] - centered[:, -1]
-    length = float(np.median(gaps[whole].sum(axis=1)))
+    length = float(np.median(gaps[complete].sum(axis=1)))
     facing = facing / np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
     forward = float((np.diff(middle, axis=0) * facing[:-1]).sum())
     return 0 if abs(forward) < FORWARD * length else 1 if forward > 0 else -1

@@ -71,12 +71,12 @@ def _evidence(harmonics: Array, left: Array, time: Array, frequency: float) -> A
     interval, span = float(np.median(np.diff(time))), float(time[-1] - time[0])
     count = min(int(1 / (frequency * interval)) + 1, len(left) - 1)
     lags = np.arange(1 - count, count)
-    both = np.array([left[max(lag, 0) : len(left) + lag].T @ left[max(-lag, 0) : len(left) - lag] for lag in lags])
-    both *= (1 - np.abs(lags) / count)[:, np.newaxis, np.newaxis] * interval / (len(left) - len(harmonics))
+    cov = np.array([left[max(lag, 0) : len(left) + lag].T @ left[max(-lag, 0) : len(left) - lag] for lag in lags])
+    cov *= (1 - np.abs(lags) / count)[:, np.newaxis, np.newaxis] * interval / (len(left) - len(harmonics))
     fraction = np.ones((len(harmonics), 1))
     for k in range(HARMONICS + 1):
         rows = harmonics[max(2 * k - 1, 0) : 2 * k + 1]
-        spectrum = np.tensordot(np.cos(2 * np.pi * k * frequency * interval * lags), both, axes=1)
+        spectrum = np.tensordot(np.cos(2 * np.pi * k * frequency * interval * lags), cov, axes=1)
         noise = spectrum * (2 if k else 1) / span + TINY * np.eye(len(spectrum))
         power = float((rows * np.linalg.solve(noise, rows.T).T).sum())
         fraction[max(2 * k - 1, 0) : 2 * k + 1] = max(1 - rows.size / max(power, TINY), 0.0)
@@ -135,20 +135,20 @@ def path_noise(time: Array, head: Array, frequency: float) -> Array:
     off_path = place - path @ np.linalg.lstsq(path, place, rcond=None)[0]
     yaw = head[:, 2] - columns @ coefficients
     residuals = np.stack([off_path.real, off_path.imag, yaw], axis=1)
-    free = span / memory_of(residuals, time) - columns.shape[1]
-    return np.asarray(residuals.std(axis=0) * _widened(residuals, time, frequency, 3, 2) * student(free))
+    degrees = span / memory_of(residuals, time) - columns.shape[1]
+    return np.asarray(residuals.std(axis=0) * _widened(residuals, time, frequency, 3, 2) * student(degrees))
 
 
 def _widened(left: Array, time: Array, frequency: float, others: int = 1, waves: int = HARMONICS) -> float:
-    """Return the factor from the standard deviation of a fit's residuals to that of the noise, for the fitted columns.
+    """Return the noise's standard deviation over that of a fit's residuals, which the fitted columns made smaller.
 
     Noise of a memory has as many independent values as memories fit into the film, and lies below the frequency whose
     half period is the memory: harmonics above take none of it. others: columns of the fit beside `waves` harmonics.
     """
     memory = memory_of(left, time)
-    free = (float(time[-1] - time[0])) / memory
-    taken = others + 2 * min(int(0.5 / (memory * frequency)) + 1, waves)
-    return float(np.sqrt(free / max(free - taken, 0.25 * free)))
+    values = (float(time[-1] - time[0])) / memory
+    fitted = others + 2 * min(int(0.5 / (memory * frequency)) + 1, waves)
+    return float(np.sqrt(values / max(values - fitted, 0.25 * values)))
 
 
 def student(free: float) -> float:

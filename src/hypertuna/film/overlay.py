@@ -29,9 +29,9 @@ def drawn(run: FilmRun, number: int, frame: Gray, thickness: int = 1) -> Any:
     unknowns = run.tracked.unknowns[number]
     if np.isfinite(unknowns).all():
         color = GOOD if run.tracked.state[number] == OK else BAD
-        whole = np.concatenate([unknowns, [run.tuning.size, run.tuning.girth, 0.0]])
-        joints, _ = run.body.joints(whole)
-        for points, closed in ((run.body.outline(whole), True), (joints, False)):
+        all_unknowns = np.concatenate([unknowns, [run.tuning.size, run.tuning.girth, 0.0]])
+        joints, _ = run.body.joints(all_unknowns)
+        for points, closed in ((run.body.outline(all_unknowns), True), (joints, False)):
             pixels = run.view.camera.pixels(points, run.view.depth)
             cv2.polylines(picture, [np.rint(16 * pixels).astype(np.int32)], closed, color, thickness, cv2.LINE_AA, 4)
     return picture

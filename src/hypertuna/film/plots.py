@@ -51,8 +51,8 @@ def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
 
 def _worst(offset: Array) -> list[int]:
     """Return the numbers of the frames whose edges are farthest off, in the order of time."""
-    known = np.flatnonzero(np.isfinite(offset))
-    return sorted(known[np.argsort(-offset[known])][:WORST].tolist())
+    measured = np.flatnonzero(np.isfinite(offset))
+    return sorted(measured[np.argsort(-offset[measured])][:WORST].tolist())
 
 
 def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Gray]]:

@@ -124,7 +124,7 @@ class FilmRun:
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences on what to check."""
+        """Sentences that advise the user on doubtful results."""
         told = []
         if abs(self.size - 1) > WARN_OFF:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"

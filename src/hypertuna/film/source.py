@@ -86,17 +86,17 @@ class Film:
         pixels = self.width * self.height * (3 if colors else 1)
         count = max(5, min(count, ROOM // pixels, len(self.time)))
         numbers = np.linspace(0, len(self.time) - 1, count).round().astype(int)
-        found: dict[float, Gray] = {}
+        pictures: dict[float, Gray] = {}
         picture = self._color if colors else self._gray
         with _decoder(self.file) as (container, stream):
             for number in numbers if len(self.time) > 4 * count else ():
                 _seek(container, stream, self._stamp(number), self.file)
                 frame = next(_read(container.decode(stream), self.file), None)
-                if frame is not None and frame.time is not None and frame.time not in found:
-                    found[frame.time] = picture(frame)
-        if len(found) < 0.7 * count:
-            found = {float(k): frame for k, frame in self._decoded(0, picture) if k in numbers}
-        return np.stack([*found.values()])
+                if frame is not None and frame.time is not None and frame.time not in pictures:
+                    pictures[frame.time] = picture(frame)
+        if len(pictures) < 0.7 * count:
+            pictures = {float(k): frame for k, frame in self._decoded(0, picture) if k in numbers}
+        return np.stack([*pictures.values()])
 
     def _gray(self, frame: Any) -> Gray:
         """Return the gray levels of a frame."""

@@ -205,8 +205,8 @@ def mean_of(values: Array) -> tuple[Array, Array]:
     inliers = np.where(np.abs(values - middle) <= 3 * spread, values, np.nan)
     means = np.nanmean(inliers, axis=0)
     memory = memory_of(np.where(np.isfinite(inliers), inliers, means), np.arange(len(values), dtype=float))
-    free = max(len(values) / memory - 1, 1.0)
-    return means, np.nanstd(inliers, axis=0) / np.sqrt(free) * student(free)
+    degrees = max(len(values) / memory - 1, 1.0)
+    return means, np.nanstd(inliers, axis=0) / np.sqrt(degrees) * student(degrees)
 
 
 def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
@@ -219,22 +219,22 @@ def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
         one = tracker.anew(frame, EDGES[2]) if near is not None and one.state != OK else one
         near = one.fit.unknowns if dense and one.state == OK else None
         outcomes.append((frame, one))
-    whole = [(frame, one.fit.unknowns) for frame, one in outcomes if one.state == OK]
-    if len(whole) < 3:
+    fitted = [(frame, one.fit.unknowns) for frame, one in outcomes if one.state == OK]
+    if len(fitted) < 3:
         states = [one.state for _, one in outcomes]
         common = max(FIXES, key=states.count)
         if common == UNSEEN:
             check_seen(body, np.array([one.fit.seen for _, one in outcomes if one.state != LOST]), view.film.file)
         rule = f"must show one fish, whole, in 3 of {len(samples)} frames all over the film at least"
-        value = f"so in {len(whole)}; in {states.count(common)} it is {STATES[common]}"
+        value = f"so in {len(fitted)}; in {states.count(common)} it is {STATES[common]}"
         raise InputError(rule, file=view.film.file, value=value, fix=FIXES[common])
-    places = np.array([unknowns[:2] for _, unknowns in whole])
+    places = np.array([unknowns[:2] for _, unknowns in fitted])
     path, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
     if path < WAY * length:
         rule = f"must swim through {WAY:g} of its lengths at least, for the tank behind it is seen where it is gone"
         fix = "film a longer way, or go on filming the empty tank for longer than the fish was in it"
         raise InputError(rule, file=view.film.file, key="the fish", value=f"in {path / length:.2g} of them", fix=fix)
-    return whole
+    return fitted
 
 
 def links_of(body: Body) -> list[int]:
@@ -243,7 +243,7 @@ def links_of(body: Body) -> list[int]:
 
 
 def check_seen(body: Body, seen: Array, file: str) -> None:
-    """Check that the part behind every joint is seen (frames, links) in half of the frames."""
+    """Check that the part behind every joint is seen in half of the frames; seen: fraction (frames, links) of links."""
     for group, k in zip(body.groups, links_of(body), strict=True):
         part = float((seen[:, k] >= MIN_SEEN).mean()) if len(seen) else 1.0
         if part < 0.5:
@@ -252,7 +252,7 @@ def check_seen(body: Body, seen: Array, file: str) -> None:
 
 
 def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], None], *, turn: bool = False) -> Tracked:
-    """Track the fish through the film, block by block; what the journal holds is not computed again."""
+    """Track the fish through the film, block by block, except for the blocks that the journal already holds."""
     film, groups = tracker.view.film, len(tracker.body.groups)
     count, n = len(film.time), 3 + groups
     state, offset = np.full(count, LOST), np.full(count, np.nan)
@@ -298,9 +298,9 @@ def _covariance(found: Fit, n: int) -> Array:
     """Return the covariance (n, n) of pose and joint angles from the noise of pixels, for known size and girth."""
     matrix = found.information
     unknown_places = [*range(n), matrix.shape[0] - 1]
-    kept = matrix[np.ix_(unknown_places, unknown_places)]
-    unit = 1 / np.sqrt(np.maximum(np.diag(kept), TINY))
-    value, vector = np.linalg.eigh(kept * unit[:, np.newaxis] * unit)
+    submatrix = matrix[np.ix_(unknown_places, unknown_places)]
+    unit = 1 / np.sqrt(np.maximum(np.diag(submatrix), TINY))
+    value, vector = np.linalg.eigh(submatrix * unit[:, np.newaxis] * unit)
     inverse = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, np.newaxis] * unit
     return np.asarray(found.noise**2 * inverse[:n, :n])
 

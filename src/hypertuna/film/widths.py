@@ -69,19 +69,19 @@ def _shown(view: View, body: Body, fit: tuple[Gray, Array], edges: Array) -> tup
     across = from_joints[..., 1] * axis[0] - from_joints[..., 0] * axis[1]
     low, high = np.zeros(links), size * body.length
     low[0], high[-1] = -np.inf, np.inf
-    over = along - np.clip(along, low, high)
-    link = np.argmin(over**2 + across**2, axis=1)
+    beyond = along - np.clip(along, low, high)
+    link = np.argmin(beyond**2 + across**2, axis=1)
     nearest = np.arange(len(link)), link
     ends = np.append(0.0, np.cumsum(body.length))
     place = ends[link] + np.clip(along, low, high)[nearest] / size
     reach = size * float(np.sqrt(body.section[:, 0].max())) + ASIDE * view.pixel
-    near = np.hypot(over, across)[nearest] < reach
+    is_near = np.hypot(beyond, across)[nearest] < reach
     nose = view.camera.pixels(points[0], view.depth)
     seen = pixels[:, 4] * (view.camera.pixel_size(nose, view.depth) ** 2 / unknowns[-1])  # m^2 of the fish in a pixel
-    area, _ = np.histogram(place[near], edges, weights=seen[near])
-    lean = (pixels[:, 3] * axis[0][link] - pixels[:, 2] * axis[1][link])[near]
-    count, _ = np.histogram(place[near], edges)
-    mean = np.histogram(place[near], edges, weights=lean)[0] / np.maximum(count, 1)
+    area, _ = np.histogram(place[is_near], edges, weights=seen[is_near])
+    lean = (pixels[:, 3] * axis[0][link] - pixels[:, 2] * axis[1][link])[is_near]
+    count, _ = np.histogram(place[is_near], edges)
+    mean = np.histogram(place[is_near], edges, weights=lean)[0] / np.maximum(count, 1)
     half = area / np.diff(edges) / (2 * size * size)
     middle = (edges[1:] + edges[:-1]) / 2
     half_height = np.interp(middle, body.stations, body.section[:, 1], left=0.0, right=0.0)

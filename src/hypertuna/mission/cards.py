@@ -1,4 +1,4 @@
-"""What is shown of missions and flights."""
+"""Cards of missions, flights and records."""
 
 import math
 from functools import partial
@@ -53,8 +53,8 @@ def flight_card(flight: Flight) -> Card:
 def ending_text(flight: Flight, one: Outcome) -> str:
     """Return a sentence on the end of a flight, and on a commanded speed that is above that of the fastest gait."""
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
-    most = max(point.speed for point in mission.waypoints)
-    command, speed = ("The mission commands", most) if fastest < most else ("[home] commands", mission.home_speed)
+    highest = max(point.speed for point in mission.waypoints)
+    command, speed = ("The mission commands", highest) if fastest < highest else ("[home] commands", mission.home_speed)
     beyond = f" {command} {speed:.3g} m/s, but the fastest gait reaches {fastest:.3g} m/s."
     beyond = beyond if fastest < max(mission.speeds) else ""
     counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")

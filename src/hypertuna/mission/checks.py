@@ -107,7 +107,7 @@ def _overshoot(deepest: float) -> str:
 
 
 def check_current(robot: Robot, mission: Mission, added: float = 0.0) -> None:
-    """Check that a robot comes home against the current [m/s] at the surface and at its deepest waypoint.
+    """Check that a robot can swim home against the current [m/s] at the surface and at its deepest waypoint.
 
     `added` is the maximum speed of a randomized current.
     """

@@ -197,8 +197,8 @@ def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, 
 
     def fly(ticks_done: int, ticks: int, state: bytes | None) -> tuple[Part, bytes]:
         def work() -> dict[str, Any]:
-            part, after = fly_part(start, ticks, state)
-            return {"record": part, "state": base64.b64encode(after).decode()}
+            part, end_state = fly_part(start, ticks, state)
+            return {"record": part, "state": base64.b64encode(end_state).decode()}
 
         answer = journal.answer(ticks_done, work)
         part = {name: np.asarray(values, float) for name, values in answer["record"].items()}
@@ -214,10 +214,10 @@ def _record(
     start = run.start
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
     data["angle"] = data["angle"][:, : len(start.robot.joints)]  # a passive hinge follows them
-    taken, given = float(start.core["charge"]), 0.0
+    charge_before, energy_before = float(start.core["charge"]), 0.0
     if before:
-        taken, given = float(before[-1].data["charge"][-1]), float(before[-1].energy[-1])
-    data["energy"] = given + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=taken))
+        charge_before, energy_before = float(before[-1].data["charge"][-1]), float(before[-1].energy[-1])
+    data["energy"] = energy_before + np.cumsum(data["battery_voltage"] * np.diff(data["charge"], prepend=charge_before))
     data["charge_left"] = 1 - data["charge"] / start.capacity
     return MissionRecord(
         name=file.name,
@@ -233,9 +233,9 @@ def _record(
 
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
     """Return the provenance of a record."""
-    given = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
+    inputs = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
     made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
-    return {key: str(value) for key, value in (made_by | given).items()}
+    return {key: str(value) for key, value in (made_by | inputs).items()}
 
 
 def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
@@ -244,9 +244,9 @@ def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
     Values are those at the time at which the robot went on; None for a waypoint that is still ahead.
     """
     outcomes = list(_outcomes(record))
-    ahead = len(record.mission.waypoints) - len(outcomes)
+    left = len(record.mission.waypoints) - len(outcomes)
     empty = dict.fromkeys(("time_s", "believed_m", "true_m", "uncertainty_m", "depth_m"))
-    rows = [_result(record, k, *result) for k, result in enumerate(outcomes)] + [{"outcome": "ahead"} | empty] * ahead
+    rows = [_result(record, k, *result) for k, result in enumerate(outcomes)] + [{"outcome": "ahead"} | empty] * left
     return [{"waypoint": number} | row for number, row in enumerate(rows, 1)]
 
 

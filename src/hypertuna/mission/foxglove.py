@@ -24,22 +24,22 @@ def layout(record: MissionRecord) -> dict[str, Any]:
     topic_keys = {topic: [row.key for row in rows] for topic, rows in topics.items()}
     topic_keys["/motion"] += DERIVED
     modes = {"mode": STATES[0], "state": STATES[1], "reasons": FLAGS[0], "faults": FLAGS[1]}
-    named = [name for key, name in modes.items() if key in topic_keys.get("/mode", ())]
+    mode_names = [name for key, name in modes.items() if key in topic_keys.get("/mode", ())]
     panels: dict[str, Any] = {"3D!space": {"followMode": "follow-position", "followTf": _frame(record)}}
     if record.origin is not None:
         panels["map!place"] = {"followTopic": "/location", "zoomLevel": 17}
-    for title, wanted in PLOTS.items():
+    for title, prefixes_by_topic in PLOTS.items():
         paths = [
             _path(topic, key)
-            for topic, prefixes in wanted.items()
+            for topic, prefixes in prefixes_by_topic.items()
             for key in topic_keys.get(topic, ())
             if key.startswith(prefixes)
         ]
         if paths:
             panels[f"Plot!{title.split()[0].lower()}"] = {"title": title, "paths": paths, "isSynced": True}
-    if states := [_path("/mode", name) for name in named if name in STATES]:
+    if states := [_path("/mode", name) for name in mode_names if name in STATES]:
         panels["StateTransitions!states"] = {"paths": states, "isSynced": True}
-    panels |= {f"RawMessages!{name}": {"topicPath": f"/mode.{name}"} for name in named if name in FLAGS}
+    panels |= {f"RawMessages!{name}": {"topicPath": f"/mode.{name}"} for name in mode_names if name in FLAGS}
     return {
         "configById": panels,
         "globalVariables": {},

@@ -75,5 +75,5 @@ def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
 def _pilot(robot: Robot) -> dict[str, Any]:
     """Return the names of modes, reasons and endings, by number, and those of the sensors and fins that can fail."""
     lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": list(ENDINGS.items())[1:]}
-    named = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
-    return named | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}
+    by_key = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
+    return by_key | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}

@@ -112,7 +112,7 @@ def _item_of(number: int, cells: list[str]) -> Item:
 
 
 def _follow(plan: Plan, items: Iterator[Item], depth: float | None, speed: float | None) -> None:
-    """Add the items to a plan, in order: `speed` [m/s] until an item changes it."""
+    """Add the waypoints and speeds of items to a plan, in order; speed [m/s]: holds until an item changes it."""
     for item in items:
         if plan.goes_home:
             raise InputError("must not follow the way home", key=item.name, fix="make RETURN_TO_LAUNCH the last item")

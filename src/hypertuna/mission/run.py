@@ -155,8 +155,8 @@ def expected(mission: Mission, fastest: float = math.inf) -> float:
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[Part, bytes]:
     """Fly some ticks of a mission from a state; return their record and the state at the end."""
-    record, after = _core.simulate(**start.core, ticks=ticks, state=state)
-    return record, after
+    record, end_state = _core.simulate(**start.core, ticks=ticks, state=state)
+    return record, end_state
 
 
 def fly_parts(
@@ -172,14 +172,14 @@ def fly_parts(
     length = max(1, round(PART / (start.tick * start.every))) * start.every  # whole rows of the record
     state, ticks_done = None, 0
     while ticks_done < start.ticks:
-        wanted = min(length, start.ticks - ticks_done)
-        part, state = fly_part(start, wanted, state) if fly is None else fly(ticks_done, wanted, state)
+        part_ticks = min(length, start.ticks - ticks_done)
+        part, state = fly_part(start, part_ticks, state) if fly is None else fly(ticks_done, part_ticks, state)
         flown = int(part["ticks"][0])
-        part["ticks"] = np.array([flown, wanted], dtype=np.float64)
+        part["ticks"] = np.array([flown, part_ticks], dtype=np.float64)
         yield ticks_done, part
         ticks_done += flown
         finished = _ended(start, part) if ended is None else ended(part)
-        if flown < wanted or finished:
+        if flown < part_ticks or finished:
             return
 
 

@@ -158,15 +158,15 @@ class Limits(Part, table="limits"):
         fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
         count = len(self.fence)
         yield Check(3 <= count <= MAX_CORNERS, "fence", f"must have 3 to {MAX_CORNERS} corners", fix, f"{count}")
-        around = sides(self.fence)
+        fence_sides = sides(self.fence)
         fix = "remove one of the two; the fence closes itself from the last corner to the first"
-        for i, (begin, end) in enumerate(around):
+        for i, (begin, end) in enumerate(fence_sides):
             yield Check(begin != end, f"fence[{i}]", "must not repeat the corner before it", fix)
         for i, k in itertools.combinations(range(count), 2):
-            apart = k == i + 1 or k - i == count - 1 or not cross(around[i], around[k])
+            separate = k == i + 1 or k - i == count - 1 or not cross(fence_sides[i], fence_sides[k])
             rule = f"must not have sides that cross, as those after corners {i} and {k} do"
-            yield Check(apart, "fence", rule, "reorder the corners")
-        directions = {math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in around}
+            yield Check(separate, "fence", rule, "reorder the corners")
+        directions = {math.atan2(b[1] - a[1], b[0] - a[0]) % math.pi for a, b in fence_sides}
         yield Check(len(directions) > 1, "fence", "must enclose an area", "move a corner off the line")
 
 

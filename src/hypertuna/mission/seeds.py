@@ -119,7 +119,7 @@ def _checked(
     executor: Executors | None,
     threads: int | None,
 ) -> tuple[dict[str, Any], Callable[[int], dict[str, Any]], Executors]:
-    """Check what is to be flown; return its header, how a seed is flown, and where: by default over threads."""
+    """Return journal header, function that flies a seed, and executor (default: threads), after checks."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write FROM:TO, such as 0:100")

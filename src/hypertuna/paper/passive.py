@@ -82,7 +82,7 @@ class Swum:
 
 @dataclass(frozen=True)
 class Best:
-    """The cheapest gait at a speed, or the fastest one: its cost, speed, stiffness, frequency and amplitude."""
+    """The cheapest gait at a speed, or the fastest one: its cost, speed, row, frequency and amplitude."""
 
     cost: float  # J/(kg m)
     speed: float  # m/s
@@ -108,7 +108,7 @@ def swim_passive(
 
 
 def gait_of(best: Best) -> Gait:
-    """Return the gait of a cheapest gait's numbers for a passive robot."""
+    """Return a cheapest gait's numbers as a gait of a passive robot."""
     return Gait.from_degrees(frequency=best.frequency, amplitude=(best.size,), phase=(0.0,))
 
 

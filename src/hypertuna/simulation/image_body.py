@@ -185,7 +185,7 @@ def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
 
 
 def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> Laws:
-    """Return the laws of numbers from their values at a knob's steps; none where the twin then needs shorter steps."""
+    """Return the laws of numbers by their values at a knob's steps; none where the twin then needs other steps."""
     knob.range, laws = (knob.steps[0], knob.steps[-1]), Laws()
     try:
         by_step = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]

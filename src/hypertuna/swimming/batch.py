@@ -1,4 +1,4 @@
-"""Many gaits of a robot: swum by ranges, each a task for a worker, and labeled results."""
+"""Many gaits of a robot, swum range by range by workers, and the layout of their results."""
 
 from __future__ import annotations
 
@@ -86,13 +86,13 @@ class Batch:
         """All inputs of the results except the robot, for the header of journals."""
         columns = [getattr(self.gaits, name) for name in AXES]
         digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns)).hexdigest()
-        how = self.swimming
+        swims = self.swimming
         return {
             "gaits": digest,
             "shape": list(self.gaits.shape),
-            "steps": how.steps,
-            "wait": how.wait,
-            "check_rest": how.check_rest,
+            "steps": swims.steps,
+            "wait": swims.wait,
+            "check_rest": swims.check_rest,
         }
 
     @cached_property

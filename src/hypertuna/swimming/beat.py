@@ -79,10 +79,10 @@ def settle(
     options: dict[str, Any] = {"wait": wait, "max_beats": MAX_BEATS, "from_rest": from_rest, "approach": approach}
     options |= {"mass": robot.body.mass, "threads": threads}
     if robot.hinges:
-        rows, size, taken = yield_rows(robot, gaits, model, steps, options)
+        rows, size, steps_taken = yield_rows(robot, gaits, model, steps, options)
     else:
         rows, size = _core.settle(model, *gaits.columns, steps=steps, **options), _SIZE
-        taken = np.full(len(rows), steps)
+        steps_taken = np.full(len(rows), steps)
     row = dict(zip(_COLUMNS[:_NAMED], rows.T, strict=False))
     _, momentum, monodromy, swings = np.split(rows, _NAMED + np.cumsum([0, size, size**2]), axis=1)
     swing = swing_of(robot, gaits, swings, model) if robot.hinges else {}
@@ -96,7 +96,7 @@ def settle(
         "twist": np.stack([row[name] for name in ("u", "v", "r")], axis=1),
         "momentum": momentum,
         "multipliers": multipliers,
-        "steps": taken,
+        "steps": steps_taken,
         **swing,
     }
 
@@ -126,13 +126,13 @@ def directional_derivatives(
     """
     check_steps(steps)
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
-    how: Any = {"steps": steps, "mass": robot.body.mass, "threads": threads}
+    settings: Any = {"steps": steps, "mass": robot.body.mass, "threads": threads}
     model = model or core_model(robot)
     if robot.hinges:
-        how.pop("steps")
-        rows = yield_derivatives(robot, gaits, momentum, along, model, steps, how)
+        settings.pop("steps")
+        rows = yield_derivatives(robot, gaits, momentum, along, model, steps, settings)
     else:
-        rows = _core.gradient(model, *gaits.columns, momentum, _with_shares(robot, model, along), **how)
+        rows = _core.gradient(model, *gaits.columns, momentum, _with_shares(robot, model, along), **settings)
     rows[~(np.isin(beats["status"], _PERIODIC) & np.isfinite(beats["speed"]))] = np.nan
     return dict(zip(DIFFERENTIABLE, np.moveaxis(rows, 1, 0), strict=True))
 

@@ -95,8 +95,8 @@ def turning_card(turning: Turning) -> Card:
     """Return the card of turns: those of the grid, and sentences on the tightest."""
     best = turning.tightest
     if best is None:
-        first, *rest = turn_sentences(turning)
-        return Card(first, rest)
+        first, *others = turn_sentences(turning)
+        return Card(first, others)
     columns = {name: np.asarray(column).tolist() for name, column in turn_columns(turning).items()}
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     rows = [gait_degrees(gait) | row for gait, row in zip(turning.gaits, rows, strict=True)]

@@ -32,9 +32,9 @@ def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
 
 def model_features(robot: Robot) -> Array:
     """Return the parameters of a robot's model, hinges and tendons (parameters,) [SI], in the order of derivatives."""
-    still = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
+    gait = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
     extra = spring_values(robot) | share_values(robot)
-    values = np.append(parameter_values(robot, still), [*extra.values()])
+    values = np.append(parameter_values(robot, gait), [*extra.values()])
     return np.where(np.isfinite(values), values, 0.0)  # an ideal joint has an infinite bandwidth
 
 

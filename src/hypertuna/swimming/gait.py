@@ -314,8 +314,8 @@ def named_gait(robot: Robot | str | Path, name: str) -> Gait:
     if name not in robot.gaits:
         fix = did_you_mean(name, robot.gaits)
         raise InputError("must be a gait of the robot", file=robot.file, key="gait", value=shown(name), fix=fix)
-    known = robot.gaits[name]
-    return Gait(known.frequency, known.amplitude, known.phase, known.bias)
+    found = robot.gaits[name]
+    return Gait(found.frequency, found.amplitude, found.phase, found.bias)
 
 
 def gait_text(gait: Gait) -> str:

@@ -102,14 +102,14 @@ def circling_svg(swim: Swim) -> str:
     """Return an animated SVG of a settled turn in real time: a beat, carried around the center."""
     motion, length = last_beat(swim), swim.robot.body.length
     center, heading = center_of(motion), motion.heading.values
-    back = np.exp(-1j * np.linspace(0, heading[-1] - heading[0], len(heading)))
-    lines = (body_of(swim.robot, motion) - center) * back[:, np.newaxis] / length
+    unturn = np.exp(-1j * np.linspace(0, heading[-1] - heading[0], len(heading)))
+    lines = (body_of(swim.robot, motion) - center) * unturn[:, np.newaxis] / length
     shapes = np.stack([_outline(swim.robot, line) for line in [*_frames(lines, FRAMES), lines[0]]])
     reach = SCALE * 1.05 * float(np.hypot(*np.moveaxis(shapes, -1, 0)).max())
     path = f'<circle class="mark" r="{SCALE * float(np.abs(lines[:, 0]).mean()):.0f}" stroke-width="4"/>'
-    around, side = 2 * np.pi / abs(swim.turn_rate), -np.copysign(360, swim.turn_rate)
+    seconds, side = 2 * np.pi / abs(swim.turn_rate), -np.copysign(360, swim.turn_rate)
     spin = (
-        f'<animateTransform attributeName="transform" type="rotate" from="0" to="{side:g}" dur="{around:.6g}s" '
+        f'<animateTransform attributeName="transform" type="rotate" from="0" to="{side:g}" dur="{seconds:.6g}s" '
         f'repeatCount="indefinite"/>'
     )
     fish = f"{path}<g>{spin}{_moving(shapes, 1 / swim.gait.frequency)}</g>"

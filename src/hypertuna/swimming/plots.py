@@ -36,13 +36,13 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     """Plot how a gait swims: `width` [inch]."""
     robot, gait = swim.robot, swim.gait
     lines, paths = midlines(swim), _paths(swim)
-    whole = np.concatenate(list(paths.values()))
-    x, y = np.ptp(whole.real), np.ptp(whole.imag)
+    all_points = np.concatenate(list(paths.values()))
+    x, y = np.ptp(all_points.real), np.ptp(all_points.imag)
     inner = 0.8 * width
     bend = np.ptp(lines.imag) / np.ptp(lines.real)
-    beside = width > 6  # else below each other
-    heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if beside else 0.9) + 0.7]
-    heights += [2.1] if beside else [1.7, 1.7]
+    side_by_side = width > 6  # else below each other
+    heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if side_by_side else 0.9) + 0.7]
+    heights += [2.1] if side_by_side else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
     places = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shown = [name for name in ("amplitude", "phase", "bias") if name != "bias" or any(gait.bias)]
@@ -51,9 +51,9 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
     figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.from_rest is None else ", from rest")
-    _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=beside or bool(inner * bend > 0.9))
-    _draw_speed(figure.add_subplot(places[2, 0] if beside else places[2, :]), swim)
-    _draw_power(figure.add_subplot(places[2, 1] if beside else places[3, :]), swim)
+    _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=side_by_side or bool(inner * bend > 0.9))
+    _draw_speed(figure.add_subplot(places[2, 0] if side_by_side else places[2, :]), swim)
+    _draw_power(figure.add_subplot(places[2, 1] if side_by_side else places[3, :]), swim)
     return figure
 
 

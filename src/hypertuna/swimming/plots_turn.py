@@ -38,14 +38,14 @@ def plot_turn(turning: Turning, *, published: tuple[float, float] | None = None,
     lines = _lines(turning, along)
     if not any(np.isfinite(line.turn_radius.where(line.settled)).any() for line in lines.values()):
         raise InputError("must show a gait that turns", key="plot", fix="give the joints a bias")
-    wide = width > NARROW
-    top, bottom = (0.36 if wide else 0.62) * width, (0.42 if wide else 0.5) * width
+    is_wide = width > NARROW
+    top, bottom = (0.36 if is_wide else 0.62) * width, (0.42 if is_wide else 0.5) * width
     figure = Figure(figsize=(width, top + bottom + 1.1), layout="constrained")
     upper, lower = figure.subplots(2, 1, height_ratios=[top, bottom])
     draw_radius(upper, lines, length, along=along, published=published if along == "phase" else None)
-    figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=4 if wide else 2, **TIGHT)
+    figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=4 if is_wide else 2, **TIGHT)
     _draw_paths(lower, turning)
-    figure.legend(*lower.get_legend_handles_labels(), loc="outside lower left", ncols=3 if wide else 1, **TIGHT)
+    figure.legend(*lower.get_legend_handles_labels(), loc="outside lower left", ncols=3 if is_wide else 1, **TIGHT)
     return figure
 
 
@@ -138,8 +138,8 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
     columns = (turning.sweep[name].values.ravel() for name in ("circle_radius", "turn_rate", "settled"))
     for radius, rate, settled in zip(*columns, strict=True):
         if settled and radius < WIDEST * length:  # its center lies to the left of the path for a positive rate
-            around = radius / length * (unit - 1) * (1 if rate > 0 else -1)
-            axes.plot(around.real, around.imag, color=EDGE, lw=0.7, zorder=1)
+            loop = radius / length * (unit - 1) * (1 if rate > 0 else -1)
+            axes.plot(loop.real, loop.imag, color=EDGE, lw=0.7, zorder=1)
     axes.plot([], [], color=EDGE, lw=0.7, label="circles of all gaits")
     ends = {"tail first": turning.tightest, "head first": turning.forward}
     if turning.forward is not None and turning.tightest is not None and turning.tightest.speed > 0:
@@ -150,8 +150,8 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
         path, body, center = (part / length for part in _upright(swim(turning.robot, one.gait), one))
         name = f"tightest {way}, {math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"
         axes.plot(path.real, path.imag, color=color, lw=0.9, label=name)
-        around = center[0] + one.circle.radius / length * unit
-        axes.plot(around.real, around.imag, color=color, lw=0.9, ls=(0, (4, 2)))
+        loop = center[0] + one.circle.radius / length * unit
+        axes.plot(loop.real, loop.imag, color=color, lw=0.9, ls=(0, (4, 2)))
         axes.plot(body.real, body.imag, color=color, lw=3.2, zorder=3)
         axes.plot(body.real[:1], body.imag[:1], "o", color=color, ms=6, mec="white", zorder=4)
     axes.set(aspect="equal", xlabel="across [body lengths]", ylabel="onward [body lengths]")

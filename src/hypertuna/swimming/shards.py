@@ -66,9 +66,9 @@ def sweep_shards(
         If the gaits do not fit the robot, or the folder holds other results.
     """
     settings: Any = {"threads": thread_count(threads, executor), "steps": steps, "method": method, "beats": beats}
-    whole = batch(robot, gaits, **settings, check_rest=check_rest)
-    header = journal_header("sweep", whole.swimming.robot, whole.options)
-    cases = Cases(header, len(whole.gaits), whole.layout, partial(_swim, whole.swimming, whole.gaits))
+    work = batch(robot, gaits, **settings, check_rest=check_rest)
+    header = journal_header("sweep", work.swimming.robot, work.options)
+    cases = Cases(header, len(work.gaits), work.layout, partial(_swim, work.swimming, work.gaits))
     return make_shards(cases, folder, executor, size=size, part=part, command=command, progress=progress)
 
 

@@ -98,23 +98,23 @@ def sweep(
             robot_of(robot), gaits, design, progress, how | {"executor": executor, "threads": threads}
         )
     how["threads"] = thread_count(threads, executor)
-    whole = batch(robot, gaits, **how)
-    if whole.gaits.is_grid:
-        check_count(len(whole.gaits))
-    header = journal_header("sweep", whole.swimming.robot, whole.options | {"chunk": CHUNK})
-    count, layout = len(whole.gaits), whole.layout
+    work = batch(robot, gaits, **how)
+    if work.gaits.is_grid:
+        check_count(len(work.gaits))
+    header = journal_header("sweep", work.swimming.robot, work.options | {"chunk": CHUNK})
+    count, layout = len(work.gaits), work.layout
     ranges = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
     chunks: list[dict[str, Array]] = []
     with Journal(checkpoint, header) as journal:
-        pending = (Part.of(whole.gaits, *ends) for ends in ranges[journal.known :])
-        with closing(map_shards(whole.swimming.swim, pending, executor)) as swims:
+        pending = (Part.of(work.gaits, *ends) for ends in ranges[journal.known :])
+        with closing(map_shards(work.swimming.swim, pending, executor)) as swims:
             for first, last in ranges:
                 if checkpoint is None:
                     chunks.append(next(swims))
                 else:
-                    kept = journal.answer([first, last], lambda: next(swims))
+                    rows = journal.answer([first, last], lambda: next(swims))
                     chunks.append(
-                        {name: np.array(kept[name], TYPES.get(name, np.float64)) for name in layout.variables}
+                        {name: np.array(rows[name], TYPES.get(name, np.float64)) for name in layout.variables}
                     )
                 if progress is not None:
                     progress(last, count)

@@ -95,7 +95,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
 
     @cached_property
     def band(self) -> Band | None:
-        """Speeds [m/s] that the estimates of the robot's file leave to a settled beat; None without factors of them."""
+        """Range of the settled beat's speed [m/s] by the uncertain estimates of the robot's file; None without any."""
         if self.from_rest is not None or not (self.settled and math.isfinite(self.speed)):
             return None
         from hypertuna.swimming.band import speed_band  # here, because most swims need none
@@ -108,7 +108,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         return self._motion(1.0 if self.from_rest is None else self.from_rest * self.gait.frequency)
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the results by the names of the JSON record; a turn is shown if it is one.
+        """Return the results by the names of the JSON record; those of a turn are hidden on a straight path.
 
         Returns
         -------
@@ -213,16 +213,16 @@ def swim(
         status, text = _verdict_from_rest(last, swim(robot, gait, steps=steps))
         return replace(last, status=status, status_text=text)
     result = settle(robot, gaits, steps=steps, approach=APPROACH)
-    here = _swim(robot, gait, result, steps, carried)
-    if here.status == "diverged":
-        return here
+    settled = _swim(robot, gait, result, steps, carried)
+    if settled.status == "diverged":
+        return settled
     reached, elsewhere = bool(result["arrived"][0]), None
     if not reached:
         other = settle_from_rest(robot, gaits, steps=steps)
         if STATUSES[other["status"][0]] == "settled":
             elsewhere, result = _swim(robot, gait, other, steps, carried), other
-    text = _start_text(here, reached, elsewhere, int(result["approach_beats"][0]))
-    return replace(here, status_text=text, reached_from_rest=reached, settled_from_rest=elsewhere)
+    text = _start_text(settled, reached, elsewhere, int(result["approach_beats"][0]))
+    return replace(settled, status_text=text, reached_from_rest=reached, settled_from_rest=elsewhere)
 
 
 def _swim(

@@ -165,11 +165,11 @@ def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = 
     """
     from scipy.optimize import minimize_scalar
 
-    ahead = swim(robot, gait, steps=steps).speed > 0
+    forward = swim(robot, gait, steps=steps).speed > 0
 
     def radius(phase: float) -> float:
         beat = swim(robot, replace(gait, phase=(*gait.phase[:-1], float(phase))), steps=steps)
-        valid = beat.settled and (beat.speed > 0) == ahead
+        valid = beat.settled and (beat.speed > 0) == forward
         return min(beat.turn_radius, 1e3 * robot.body.length) if valid else 1e3 * robot.body.length
 
     search = minimize_scalar(radius, bounds=(low, high), method="bounded", options={"xatol": PHASE})

@@ -144,9 +144,9 @@ def yield_rows(
     robot: Robot, gaits: Gaits, model: _core.Model, steps: int, options: Mapping[str, Any]
 ) -> tuple[Array, int, NDArray[np.int64]]:
     """Return the core's rows of settled beats with the hinges, the size of the state, and the steps of each beat."""
-    each = steps_for(robot, gaits.columns[0], steps, model)
-    rows = _by_steps(_core.yield_settle, robot, gaits, model, each, lambda some: options)
-    return rows, 3 + 2 * len(robot.hinges), each
+    beat_steps = steps_for(robot, gaits.columns[0], steps, model)
+    rows = _by_steps(_core.yield_settle, robot, gaits, model, beat_steps, lambda some: options)
+    return rows, 3 + 2 * len(robot.hinges), beat_steps
 
 
 def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> dict[str, Any]:
@@ -185,12 +185,12 @@ def yield_derivatives(
     if len(along) == parameters:
         along = np.vstack([along, np.zeros((len(links) * len(SPRING), along.shape[1]))])
     along = np.ascontiguousarray(along)
-    each = steps_for(robot, gaits.columns[0], steps, model)
+    beat_steps = steps_for(robot, gaits.columns[0], steps, model)
 
-    def how(some: NDArray[np.intp]) -> Mapping[str, Any]:
+    def options_of(some: NDArray[np.intp]) -> Mapping[str, Any]:
         return {"state": np.ascontiguousarray(state[some]), "directions": along, **options}
 
-    return _by_steps(_core.yield_gradient, robot, gaits, model, each, how)
+    return _by_steps(_core.yield_gradient, robot, gaits, model, beat_steps, options_of)
 
 
 def _by_steps(

@@ -1,4 +1,4 @@
-"""What is shown of trials."""
+"""Cards of trials and of their runs."""
 
 from typing import Any
 

@@ -73,7 +73,7 @@ class ChainFit:
 
 
 def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
-    """Return the chain of a robot with markers on its links [m]: `along` behind a link's front end, `across` it."""
+    """Return a robot's chain with markers on its links [m]: `along` from a link's front end, `across` to starboard."""
     length = np.array(robot.links.length)
     turn = np.zeros((len(length), len(robot.joints)))
     for g, group in enumerate(robot.joints):
@@ -148,21 +148,21 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     residual = np.where(seen[..., np.newaxis], computed - target, np.nan)
     distance = np.sqrt(weight * np.nansum(residual**2, axis=2))
     robust = np.where(seen, _tukey(distance / noise), 0.0)
-    kept = robust >= REJECTED
+    inliers = robust >= REJECTED
     # the variance of the markers that count, by the degrees of freedom that they leave
-    enough = 2 * kept.sum(axis=1) > unknowns
-    freedom = float((2 * kept.sum(axis=1) - unknowns)[enough].sum())
+    overdetermined = 2 * inliers.sum(axis=1) > unknowns
+    freedom = float((2 * inliers.sum(axis=1) - unknowns)[overdetermined].sum())
     if freedom > 0:
-        noise = max(math.sqrt(float((distance**2 * kept)[enough].sum()) / freedom), MIN_NOISE)
-    scaled = slope * np.sqrt(weight * kept)[..., np.newaxis, np.newaxis]
+        noise = max(math.sqrt(float((distance**2 * inliers)[overdetermined].sum()) / freedom), MIN_NOISE)
+    scaled = slope * np.sqrt(weight * inliers)[..., np.newaxis, np.newaxis]
     information = np.einsum("fmai,fmaj->fij", scaled, scaled)
     covariance = noise**2 * _inverse(information, float(chain.length.sum()))
     sd = np.sqrt(np.einsum("fii->fi", covariance))
-    determined = (sd[:, 2:] < MAX_SD).all(axis=1) & (2 * kept.sum(axis=1) >= unknowns)
+    determined = (sd[:, 2:] < MAX_SD).all(axis=1) & (2 * inliers.sum(axis=1) >= unknowns)
     pose, angle = z[:, :3].copy(), _nearest(z[:, 3:])
     frames = np.flatnonzero(determined)
     pose[frames, 2] = np.unwrap(pose[frames, 2])
-    return ChainFit(pose, angle, covariance, residual, seen & ~kept, determined, noise)
+    return ChainFit(pose, angle, covariance, residual, seen & ~inliers, determined, noise)
 
 
 def _nearest(angle: Array) -> Array:
@@ -173,18 +173,18 @@ def _nearest(angle: Array) -> Array:
 def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
     """Return first unknowns (frames, n) from a line through the markers, with gaps filled and single jumps removed."""
     frames = np.arange(len(place))
-    line = np.zeros_like(place)
+    filtered = np.zeros_like(place)
     for m in range(place.shape[1]):
         own = seen[:, m]
         for axis in range(2):
             filled = np.interp(frames, frames[own], place[own, m, axis]) if own.any() else np.full(len(frames), np.nan)
             window = np.lib.stride_tricks.sliding_window_view(np.pad(filled, 2, mode="edge"), 5)
-            line[:, m, axis] = np.median(window, axis=1)
+            filtered[:, m, axis] = np.median(window, axis=1)
     distance = chain.along.sum(axis=1)  # from the nose
     order = [m for m in np.argsort(distance, kind="stable") if seen[:, m].any()]
     order = [m for k, m in enumerate(order) if k == 0 or distance[m] > distance[order[k - 1]] + 1e-12]
     ends = np.concatenate([[0.0], np.cumsum(chain.length)])
-    joints = np.stack([_between(ends, distance[order], line[:, order, axis]) for axis in range(2)], axis=-1)
+    joints = np.stack([_between(ends, distance[order], filtered[:, order, axis]) for axis in range(2)], axis=-1)
     step = np.diff(joints, axis=1)
     heading = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)
     matrix = np.column_stack([np.ones(len(chain.length)), chain.share])
@@ -194,9 +194,9 @@ def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
 
 def _between(at: Array, known: Array, values: Array) -> Array:
     """Return values (frames, known) interpolated linearly at positions `at`, and extrapolated beyond the ends."""
-    left = np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2)
-    fraction = (at - known[left]) / (known[left + 1] - known[left])
-    return np.asarray(values[:, left] * (1 - fraction) + values[:, left + 1] * fraction)
+    index = np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2)
+    fraction = (at - known[index]) / (known[index + 1] - known[index])
+    return np.asarray(values[:, index] * (1 - fraction) + values[:, index + 1] * fraction)
 
 
 def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
@@ -212,7 +212,7 @@ def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
 
 
 def _tukey(t: Array) -> Array:
-    """Return Tukey's weight of a distance over the noise."""
+    """Return Tukey's biweight of distances `t` over the noise."""
     return np.asarray(np.where(t < TUKEY, (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 2, 0.0))
 
 
@@ -232,11 +232,11 @@ def _minimize(
 
     def terms(z: Array, frames: Flags) -> tuple[Array, Array, Array]:
         """Return the gradient, the Gauss-Newton matrix and the loss of frames."""
-        place, by = chain(z)
+        place, slope = chain(z)
         residual = place - target[frames]
         loss, robust = _losses(np.sqrt(weight[frames]) * np.linalg.norm(residual, axis=2) / noise, tukey)
         root = np.repeat(np.sqrt(weight[frames] * robust), 2, axis=1)
-        rows = root[..., np.newaxis] * (by * unit).reshape(len(z), -1, n)
+        rows = root[..., np.newaxis] * (slope * unit).reshape(len(z), -1, n)
         gradient = (rows.transpose(0, 2, 1) @ (root * residual.reshape(len(z), -1))[..., np.newaxis])[..., 0]
         return gradient, rows.transpose(0, 2, 1) @ rows, (loss * (weight[frames] > 0)).sum(axis=1)
 

@@ -85,8 +85,8 @@ def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
         key, rule = f"column {points.time_name}", "must say its unit in its name"
         fix = f"it grows by {step:g}: call it frame if it counts frames, or time_{name}"
         raise InputError(rule, file=points.file, key=key, fix=fix)
-    found = 1 / (step * UNITS[name])
-    return UNITS[name], [f"column {points.time_name} is taken in {name}, which gives {found:.4g} frames per second"]
+    fps = 1 / (step * UNITS[name])
+    return UNITS[name], [f"column {points.time_name} is taken in {name}, which gives {fps:.4g} frames per second"]
 
 
 def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:

@@ -37,8 +37,8 @@ def of_columns(
     for name, axes in columns.items():
         if axis := next((axis for axis in "xy" if axis not in axes), None):
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
-    deep = all("z" in axes for axes in columns.values())
-    place = np.full((len(samples.rows), len(columns), 3 if deep else 2), np.nan)
+    spatial = all("z" in axes for axes in columns.values())
+    place = np.full((len(samples.rows), len(columns), 3 if spatial else 2), np.nan)
     weight = np.full(place.shape[:2], np.nan)
     for m, axes in enumerate(columns.values()):
         for axis in "xyz"[: place.shape[2]]:

@@ -135,7 +135,7 @@ def _plain(grid: Grid, individual: str | None) -> Points:
 
 
 def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
-    """Find markers among columns: of x, y, z and weight; the unit of length in their names; columns without a use."""
+    """Return each marker's columns by axis and weight, the length unit in their names, and the unused names."""
     found: dict[str, dict[str, int]] = {}
     ignored, units = [], set()
     for k, name in enumerate(samples.head):
@@ -152,8 +152,8 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
     # a column such as "body" or "yaw" is no pair of coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
     for name in incomplete:
-        word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in found[name].values())
-        if not word and (len(incomplete) == len(found) or set(found[name]) & {"x", "y"}):
+        is_word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in found[name].values())
+        if not is_word and (len(incomplete) == len(found) or set(found[name]) & {"x", "y"}):
             axis = "y" if "x" in found[name] else "x"
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
         ignored += [samples.head[k] for k in found.pop(name).values()]

@@ -109,7 +109,7 @@ def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
         sides = [k for k, size in enumerate(array.shape) if size in (2, 3)]
         if array.ndim == 3 and len(sides) == 1 and array.size:
             blocks[name] = _by_frames(arrays, np.moveaxis(array, sides[0], -1))
-        word, count = _last(name), 3 if _last(name).startswith("xyz") else 2
-        if array.ndim == 2 and word in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
+        last_part, count = _last(name), 3 if _last(name).startswith("xyz") else 2
+        if array.ndim == 2 and last_part in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
             blocks[name] = array.reshape(len(array), -1, count)
     return blocks

@@ -68,7 +68,7 @@ class Samples:
         return [row[column] for _, row in self.rows]
 
     def numbers(self, column: int, *, words: bool = False, infinite: bool = False, limit: bool = True) -> Array:
-        """Return the numbers of a column, NaN where one is missing; maybe words of visibility, or infinite for missing.
+        """Return the numbers of a column, NaN for missing ones; words, infinite: whether such cells may occur.
 
         A comma is a decimal sign where the cells of the column have no point.
         """

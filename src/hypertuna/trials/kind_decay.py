@@ -38,12 +38,12 @@ class DecayRows(Rows):
     def predict(self, at: Point) -> Prediction:
         """Return the computed values and their Jacobian, in which the best first value follows the coefficients."""
         along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
-        still, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
+        joints, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
         sign, none = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
 
         def decay(first: float) -> tuple[Array, Array, Array]:
             track = _core.track(
-                at.model, still, np.ascontiguousarray(along), step=step, twist=first * self.begin, rates=True
+                at.model, joints, np.ascontiguousarray(along), step=step, twist=first * self.begin, rates=True
             )
             values = np.column_stack([track["rate"][:, self.axis], track["rate_gradient"][:, self.axis]])
             place = np.clip(self.time / step, 0, STEPS)
@@ -66,8 +66,8 @@ class DecayRows(Rows):
         (_, low, by_low), (_, high, by_high) = decay(first - size), decay(first + size)
         residual = self.measured - computed
         curvature, curves = (residual @ (high - low) / (2 * size), residual @ (by_high - by_low) / (2 * size))
-        moved = (curves - by_first @ by) / (by_first @ by_first - curvature)
-        return Prediction(computed, by + np.outer(by_first, moved), none, none, {})
+        shift = (curves - by_first @ by) / (by_first @ by_first - curvature)
+        return Prediction(computed, by + np.outer(by_first, shift), none, none, {})
 
 
 class Decays(Kind[D]):
@@ -148,9 +148,9 @@ class Decays(Kind[D]):
         for trial in trials:
             ends = [float(quantity.per_si * value) for value in (trial.value.min(), trial.value.max())]
             sd = None if trial.sd is None else quantity.per_si * trial.sd
-            own = {"name": trial.name, "file": trial.file, "rows": len(trial.time)}
-            own |= {"time_s": [float(trial.time[0]), float(trial.time[-1])]}
-            results.append(own | {trial.columns["value"]: ends, trial.columns["sd"]: sd})
+            head = {"name": trial.name, "file": trial.file, "rows": len(trial.time)}
+            head |= {"time_s": [float(trial.time[0]), float(trial.time[-1])]}
+            results.append(head | {trial.columns["value"]: ends, trial.columns["sd"]: sd})
         return results
 
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:

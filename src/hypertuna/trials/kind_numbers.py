@@ -115,8 +115,8 @@ class Numbers(Kind[R]):
 
     def repeated(self, training: Sequence[R], validation: Sequence[R]) -> list[str]:
         """Return a warning of validation runs that repeat runs of the training."""
-        known = {(run.gait, run.u) for run in training}
-        count = sum((run.gait, run.u) in known for run in validation)
+        trained = {(run.gait, run.u) for run in training}
+        count = sum((run.gait, run.u) in trained for run in validation)
         text = f"{count} of {len(validation)} validation runs that are {self.label}s repeat those of the training."
         return [text] if count else []
 
@@ -183,7 +183,7 @@ class Tows(Numbers[Tow]):
     quantities = (Quantity("drag", "N", "relative", "%", 100.0, 0.05, "drag"),)
 
     def rows(self, robot: Robot, trials: Sequence[Tow], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out all runs together."""
+        """Return the rows of all runs as one `Rows`, computed together."""
         zero = [0.0] * len(robot.joints)
         straight = Gait(frequency=1.0, amplitude=tuple(zero), phase=tuple(zero))
         u = np.array([run.u for run in trials])
@@ -198,7 +198,7 @@ class Thrusts(Numbers[HeldThrust]):
     quantities = (Quantity("thrust", "N", "relative", "%", 100.0, 0.05, "thrust"),)
 
     def rows(self, robot: Robot, trials: Sequence[HeldThrust], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out all runs together."""
+        """Return the rows of all runs as one `Rows`, computed together."""
         gaits, u = tuple(run.gait for run in trials if run.gait), np.array([run.u for run in trials])
         return [HeldRows(*self.laid_out(trials), gaits, u, 1.0)]
 
@@ -211,7 +211,7 @@ class Powers(Numbers[PowerRun]):
     quantities = (Quantity("power", "W", "relative", "%", 100.0, 0.05, "power"),)
 
     def rows(self, robot: Robot, trials: Sequence[PowerRun], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out all runs together."""
+        """Return the rows of all runs as one `Rows`, computed together."""
         return [BeatRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait), "mechanical_power")]
 
 
@@ -223,5 +223,5 @@ class Turns(Numbers[TurnRun]):
     quantities = (Quantity("turn_rate", "rad/s", "relative", "%", 100.0, 0.05, "rate of turn"),)
 
     def rows(self, robot: Robot, trials: Sequence[TurnRun], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out all runs together."""
+        """Return the rows of all runs as one `Rows`, computed together."""
         return [BeatRows(*self.laid_out(trials), tuple(run.gait for run in trials if run.gait), "turn_rate")]

@@ -88,11 +88,11 @@ class Steady(Kind[SteadyRun]):
 
     def motion(self, trial: SteadyRun) -> dict[str, float]:
         """Return a run's frequency [Hz], largest amplitude [rad], and speed [m/s] if it was measured."""
-        own = {"frequency": trial.gait.frequency, "amplitude": max(trial.gait.amplitude)}
-        return own if trial.speed is None else own | {"speed": trial.speed}
+        beat = {"frequency": trial.gait.frequency, "amplitude": max(trial.gait.amplitude)}
+        return beat if trial.speed is None else beat | {"speed": trial.speed}
 
     def rows(self, robot: Robot, trials: Sequence[SteadyRun], lowest: Mapping[str, float]) -> list[Rows]:
-        """Lay out all runs together."""
+        """Return the rows of all runs as one `Rows`, computed together."""
         values, samples = [], []
         for r, run in enumerate(trials):
             for name in MEASURED:

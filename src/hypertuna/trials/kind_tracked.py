@@ -145,8 +145,8 @@ class Tracked(Kind[Recording]):
 
     def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
         """Return a warning of validation runs that repeat joint motions of the training."""
-        known = {recording.name for recording in training}
-        names = ", ".join(recording.name for recording in validation if recording.name in known)
+        trained = {recording.name for recording in training}
+        names = ", ".join(recording.name for recording in validation if recording.name in trained)
         text = (
             f"The validation runs of {names} repeat joint motions of the training runs: they separate "
             "noise from model error, but do not show how well other motions are predicted. Fit one recording and "
@@ -187,9 +187,9 @@ class Tracked(Kind[Recording]):
         """Yield the lines of text of a recording's summary."""
         runs, frames, spread = len(summary["runs"]), sum(summary["frames"]), summary["repeatability"]
         yield f"{summary['name']}: recording of {runs} run{'s' * (runs != 1)}, {frames} frame{'s' * (frames != 1)}"
-        for what, count in (("joints", f"{summary['joint_samples']} samples"), ("poses", "tracked")):
-            begin, end = summary[f"{what}_s"]
-            yield f"  {what}: {count} from {begin:.4g} to {end:.4g} s"
+        for series, count in (("joints", f"{summary['joint_samples']} samples"), ("poses", "tracked")):
+            begin, end = summary[f"{series}_s"]
+            yield f"  {series}: {count} from {begin:.4g} to {end:.4g} s"
         axes = ", ".join(f"{axis.split('_')[0]} {spread[axis]:.2f} {axis.split('_')[1]}" for axis in spread)
         yield f"  repeatability: {axes if runs > 1 else 'not known, one run'}"
         moving = f"in motion, velocity {summary['velocity']}"

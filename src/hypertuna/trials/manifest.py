@@ -189,7 +189,7 @@ class Recording(
     noise_tau: float | None = None  # memory of that noise [s]
 
     def begin(self, robot: Robot) -> tuple[Array | None, bool]:
-        """Return how the runs begin.
+        """Return the twist (3,) [m/s, rad/s] at the start of the runs, and whether their first poses have errors.
 
         Parameters
         ----------

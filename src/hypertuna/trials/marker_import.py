@@ -129,10 +129,10 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
         chain, fit = fitted(where, markers)
         run = MarkerRun("", markers, where, chain, fit, ())
         step = np.nan_to_num(run.offsets)
-        before, where = where, moved(where, step)
+        previous, where = where, moved(where, step)
         angle = np.mean(fit.angle, axis=0)
         where = straight(robot, chain_of(robot, where.link, where.along, where.across), where, angle)
-        shift = np.array([where.along, where.across]) - np.array([before.along, before.across])
+        shift = np.array([where.along, where.across]) - np.array([previous.along, previous.across])
         if np.abs(shift).max() < SETTLED * max(fit.noise, 1e-6):
             break
     return where
@@ -192,11 +192,11 @@ def write_recording(
     """
     joints, poses = folder / f"{name}-joints.csv", folder / f"{name}-poses.csv"
     groups = [f"joint_{group}" for group in names]
-    heads = ["time_s", *(f"{group}_deg" for group in groups), *(f"{group}_sd_deg" for group in groups)]
-    _write(joints, comment, heads, np.column_stack([time, np.degrees(angle), np.degrees(angle_sd)]))
+    column_names = ["time_s", *(f"{group}_deg" for group in groups), *(f"{group}_sd_deg" for group in groups)]
+    _write(joints, comment, column_names, np.column_stack([time, np.degrees(angle), np.degrees(angle_sd)]))
     turn = np.array([1, 1, 180 / math.pi])
-    heads = ["time_s", "x_m", "y_m", "yaw_deg", "x_sd_m", "y_sd_m", "yaw_sd_deg"]
-    _write(poses, comment, heads, np.column_stack([time, head * turn, head_sd * turn]))
+    column_names = ["time_s", "x_m", "y_m", "yaw_deg", "x_sd_m", "y_sd_m", "yaw_sd_deg"]
+    _write(poses, comment, column_names, np.column_stack([time, head * turn, head_sd * turn]))
     return _recording(name, groups, joints.name, poses.name), [str(joints), str(poses)]
 
 

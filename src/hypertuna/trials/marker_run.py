@@ -78,12 +78,12 @@ class MarkerRun:
         size = np.linalg.norm(computed, axis=2)
         projected = np.divide((given * computed).sum(axis=2), size, out=np.full(size.shape, np.nan), where=size > 0)
         ratios = []
-        for length, of in ((projected, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
+        for length, base in ((projected, size), (np.linalg.norm(given, axis=2), np.broadcast_to(straight, size.shape))):
             frames = np.isfinite(length).any(axis=1)
-            of = np.where(np.isfinite(length), of, 0.0)[frames].sum(axis=1)
-            if not frames.any() or not (of > 0).all():
+            base = np.where(np.isfinite(length), base, 0.0)[frames].sum(axis=1)
+            if not frames.any() or not (base > 0).all():
                 return math.nan
-            ratios.append(float(np.median(np.nansum(length[frames], axis=1) / of)))
+            ratios.append(float(np.median(np.nansum(length[frames], axis=1) / base)))
         low, high = min(ratios), max(ratios)
         return low if low > 1 else high if high < 1 else 1.0
 
@@ -94,7 +94,7 @@ class MarkerRun:
 
     @cached_property
     def noises(self) -> Array:
-        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, of ordinary frames."""
+        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, outliers apart."""
         distance = np.linalg.norm(self._in_links() - self.offsets, axis=2)
         return np.asarray(_median(distance) / 1.1774)  # the median of Rayleigh's distribution
 
@@ -137,7 +137,7 @@ class MarkerRun:
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences on what to check."""
+        """Sentences that advise the user on doubtful results."""
         sentences = [*self.markers.notes, *self.doubts]
         if self.markers.ignored:
             sentences.append(f"columns without a use: {', '.join(self.markers.ignored)}")
@@ -157,13 +157,13 @@ class MarkerRun:
             sentences.append(f"{_longer(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
         seen = int((self.markers.weight > 0).sum())
         if self.fit.rejected.sum() >= MANY * seen:
-            many = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
-            sentences.append(f"{many}: check their order, their places and the robot before you use the angles")
+            share = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
+            sentences.append(f"{share}: check their order, their places and the robot before you use the angles")
         for m in doubtful[:WORST]:
             sentences.append(f"marker {self.places.names[m]} {self._lies(m)}: check its place, {self._place_fix(m)}")
         if len(doubtful) > WORST:
-            rest = f"{len(doubtful) - WORST} more markers lie off their places"
-            sentences.append(f"{rest}: see the table, or take all places from the run by --places-from-run FILE")
+            others = f"{len(doubtful) - WORST} more markers lie off their places"
+            sentences.append(f"{others}: see the table, or take all places from the run by --places-from-run FILE")
         largest = np.max(np.abs(self.fit.angle[np.concatenate(self.stretches)]), axis=0) if self.stretches else []
         for group, angle, limit in zip(self.chain.groups, largest, self.limits, strict=False):
             if angle > BEYOND * limit:

@@ -98,10 +98,10 @@ def markers_of(
         fix = "record a longer run"
         raise InputError(f"must have at least {MIN_FRAMES} frames", file=points.file, value=f"{len(time)}", fix=fix)
     weight, weight_notes = _weight(points)
-    flat, plane_notes = on_plane(points, vertical)
-    seen = np.isfinite(flat).all(axis=2) & (weight >= min_likelihood) & (weight > 0)
+    in_plane, plane_notes = on_plane(points, vertical)
+    seen = np.isfinite(in_plane).all(axis=2) & (weight >= min_likelihood) & (weight > 0)
     down = next(choice for choice in (y_down, points.y_down, pixels) if choice is not None)
-    place = scale * flat * np.array([1.0, -1.0 if down else 1.0])
+    place = scale * in_plane * np.array([1.0, -1.0 if down else 1.0])
     place[~seen] = np.nan
     weight = np.where(seen, np.minimum(weight, 1.0), 0.0)
     all_notes = (*points.notes, *notes, *clock_notes, *weight_notes, *plane_notes)
@@ -125,22 +125,22 @@ def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]
 def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
     """Return weights (rows, points) from 0 to 1, 1 for points set by hand without likelihood; and sentences on them."""
     weight = points.weight
-    known = weight[np.isfinite(weight)]
+    stated = weight[np.isfinite(weight)]
     notes: tuple[str, ...] = ()
-    if len(known) and known.max() > SURE:
-        if np.isin(known, FLAGS).all():
+    if len(stated) and stated.max() > SURE:
+        if np.isin(stated, FLAGS).all():
             weight, notes = np.minimum(weight, 1.0), ("visibility is taken as 0 missing, 1 hidden, 2 seen",)
-        elif known.max() <= PERCENT and float(np.median(known)) > SURE:
+        elif stated.max() <= PERCENT and float(np.median(stated)) > SURE:
             weight, notes = weight / PERCENT, ("likelihoods are taken as percent",)
         else:
             rule, fix = "must be parts of 1, or percent", "scale the column"
-            value = f"up to {known.max():g}"
+            value = f"up to {stated.max():g}"
             raise InputError(rule, file=points.file, key="the likelihood of the markers", value=value, fix=fix)
-    if len(known) and known.min() < 0 and known.max() <= 0:
+    if len(stated) and stated.min() < 0 and stated.max() <= 0:
         rule, fix = "must be parts of 1", "give likelihoods, not their logarithms"
         raise InputError(rule, file=points.file, key="the likelihood of the markers", value="negative", fix=fix)
     unsure = np.isnan(weight)
-    if len(known) and (count := int((unsure & np.isfinite(points.place).all(axis=2)).sum())):
+    if len(stated) and (count := int((unsure & np.isfinite(points.place).all(axis=2)).sum())):
         notes += (f"{count} places have no likelihood, and count as seen",)
     return np.where(unsure, 1.0, weight), notes
 

@@ -42,7 +42,7 @@ def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, wi
 def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
-    """Plot replays of recordings side by side, as `plot_replay`, on one scale; width, at least [inch]."""
+    """Plot replays of recordings side by side, as `plot_replay`, on one scale; width: the least one [inch]."""
     cases = [(recording.name, result, recording.tracks) for recording, result in zip(recordings, results, strict=True)]
     return _figure(robot, cases, max(width, COLUMN * len(cases)), WIDTH)
 

@@ -281,8 +281,8 @@ def _checked(run: PoseRun) -> PoseRun:
 def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str) -> list[str]:
     """Write the poses and joint angles of a run and a manifest of them; return the names of the files."""
     folder, groups = Path(output).parent, [f"joint_{group.name}_deg" for group in robot.joints]
-    turned = np.column_stack([run.time, run.pose[:, :2], np.degrees(run.pose[:, 2])])
-    files = [_write(folder / f"{run.name}-poses.csv", comment, ["time_s", "x_m", "y_m", "yaw_deg"], turned)]
+    pose_rows = np.column_stack([run.time, run.pose[:, :2], np.degrees(run.pose[:, 2])])
+    files = [_write(folder / f"{run.name}-poses.csv", comment, ["time_s", "x_m", "y_m", "yaw_deg"], pose_rows)]
     entry: dict[str, Any] = {"name": run.name}
     if run.joint_time is not None and run.angle is not None:
         rows = np.column_stack([run.joint_time, np.degrees(run.angle)])

@@ -119,8 +119,8 @@ def bench_rows(path: str | Path, robot: Robot) -> list[BenchRow]:
     rows: list[BenchRow] = []
     for joint in range(len(robot.joints)):
         for side in (0, 1):
-            own, other = pressure[:, 2 * joint + side], pressure[:, 2 * joint + 1 - side]
-            rows += _loading(joint, side, time, own, other, bend[:, joint] * (1 - 2 * side))
+            pressed, vented = pressure[:, 2 * joint + side], pressure[:, 2 * joint + 1 - side]
+            rows += _loading(joint, side, time, pressed, vented, bend[:, joint] * (1 - 2 * side))
     if not rows:
         rule = f"must have a joint with one side under pressure and the other below {VENTED / 1e3:g} kPa"
         fix = f"vent the other side, and change the pressure by less than {MAX_RATE / 1e3:g} kPa/s"
@@ -136,16 +136,16 @@ def _both(fields: Mapping[str, Array], name: str) -> Array:
 def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[BenchRow]:
     """Return the bench rows of one side of a joint, a pressure step apart; each return to zero pressure ends a run."""
     rows: list[BenchRow] = []
-    run, last_pressure, top, falling = 0, 0.0, 0.0, False
+    run, last_pressure, highest, falling = 0, 0.0, 0.0, False
     valid = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
     time, own, other, away = time[valid], own[valid], other[valid], away[valid]
     rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
     for k in range(len(own)):
         if own[k] < VENTED:
-            run, last_pressure, top, falling = run + (last_pressure > 0), 0.0, 0.0, False
+            run, last_pressure, highest, falling = run + (last_pressure > 0), 0.0, 0.0, False
             continue
-        top = max(top, float(own[k]))
-        falling = falling or own[k] < top - STEP
+        highest = max(highest, float(own[k]))
+        falling = falling or own[k] < highest - STEP
         if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - last_pressure) < STEP:
             continue
         last_pressure = float(own[k])

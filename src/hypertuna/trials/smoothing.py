@@ -188,8 +188,8 @@ def _splines(series: JointSeries) -> Iterator[Candidate]:
     from scipy.interpolate import BSpline, make_lsq_spline
 
     time, angle = series.time, series.angle
-    intervals, most = 1, len(time) // SAMPLES_PER_INTERVAL - DEGREE
-    while intervals <= most:
+    intervals, limit = 1, len(time) // SAMPLES_PER_INTERVAL - DEGREE
+    while intervals <= limit:
         inner = np.linspace(time[0], time[-1], intervals + 1)[1:-1]
         knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
         intervals = max(intervals + 1, round(GROWTH * intervals))

@@ -140,12 +140,12 @@ def meet(
         poses, by_twist, by = seen
         if not all(np.isfinite(part).all() for part in seen):
             break
-        rest = unknown.pose - poses
-        frame_noise = unknown.noise(rest, noise)
+        residual = unknown.pose - poses
+        frame_noise = unknown.noise(residual, noise)
         matrix = unknown.jacobian(poses, by_twist, begin[1])
         gain, pull = unknown.gain(matrix, begin[1], frame_noise)
-        step = gain @ rest.ravel() + pull
-        nearer = _nearer(unknown, swum, begin, rest, matrix, step, frame_noise) if rounds_left else None
+        step = gain @ residual.ravel() + pull
+        nearer = _nearer(unknown, swum, begin, residual, matrix, step, frame_noise) if rounds_left else None
         if nearer is None:
             return *begin, poses, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
         begin, seen = nearer
@@ -237,10 +237,10 @@ def begin_of(
     if unknown.twist:
         twist = np.mean([_first_twist(*parts, half) for parts in zip(time, pose, strict=True)], axis=0)
     steps = min(math.ceil(float(clock.max(initial=0.0)) / step) + 1, len(joints) // 2)
-    motion, none = joints[: 2 * steps + 1], np.zeros((len(parameter_names(robot)), 0))
+    motion, no_directions = joints[: 2 * steps + 1], np.zeros((len(parameter_names(robot)), 0))
 
     def swum(twist: Array | None) -> tuple[Array, Array, Array]:
-        pose, _, by = replay_jacobian(robot, motion, step, none, twist=twist)
+        pose, _, by = replay_jacobian(robot, motion, step, no_directions, twist=twist)
         at, by = between(*head_of(half, pose, by), clock / step)
         return at, by, by[..., :0]
 

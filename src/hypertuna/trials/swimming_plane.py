@@ -27,17 +27,17 @@ def on_plane(points: Points, vertical: str | None = None) -> tuple[Array, tuple[
     up = points.vertical if vertical is None else AXES.index(vertical)
     if up is not None:
         return _seen(points.place, up), (f"points in space are seen from above, along {AXES[up]}",)
-    known = points.place[np.isfinite(points.place).all(axis=2)]
-    if len(known) < 3:
+    complete = points.place[np.isfinite(points.place).all(axis=2)]
+    if len(complete) < 3:
         return points.place[..., :2], ()
-    known = known[:: len(known) // MOST + 1]
-    _, spread, axes = np.linalg.svd(known - known.mean(axis=0), full_matrices=False)
+    complete = complete[:: len(complete) // MOST + 1]
+    _, spread, axes = np.linalg.svd(complete - complete.mean(axis=0), full_matrices=False)
     normal = axes[2]
     up = int(np.argmax(np.abs(normal)))
     if spread[2] > FLAT * spread[1]:
         rule = "must say which axis points up: the points do not lie in one plane"
         raise InputError(rule, file=points.file, key="--vertical", fix="give --vertical x, y or z")
-    rms = spread[2] / np.sqrt(len(known))
+    rms = spread[2] / np.sqrt(len(complete))
     side = (
         f"the plane of least variance, which the points leave by {rms:.2g} of the file's units; if {AXES[up]} points "
     )

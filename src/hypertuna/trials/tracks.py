@@ -126,10 +126,10 @@ def lag_of(measured: JointSeries, targets: JointSeries) -> tuple[float, ...]:
     shifts = np.linspace(-limit, limit, LAGS)
     lags = []
     for angle, target in zip(measured.angle.T, targets.angle.T, strict=True):
-        moved = np.array([np.interp(time[inside] - shift, time, target) for shift in shifts])
-        moved, centered = moved - moved.mean(axis=1, keepdims=True), angle[inside] - angle[inside].mean()
-        size = np.linalg.norm(moved, axis=1) * np.linalg.norm(centered)
-        correlation = np.divide(moved @ centered, size, out=np.zeros(LAGS), where=size > 0)
+        shifted = np.array([np.interp(time[inside] - shift, time, target) for shift in shifts])
+        shifted, centered = shifted - shifted.mean(axis=1, keepdims=True), angle[inside] - angle[inside].mean()
+        size = np.linalg.norm(shifted, axis=1) * np.linalg.norm(centered)
+        correlation = np.divide(shifted @ centered, size, out=np.zeros(LAGS), where=size > 0)
         lags.append(float(shifts[np.argmax(correlation)]) if correlation.any() else 0.0)
     return tuple(lags)
 

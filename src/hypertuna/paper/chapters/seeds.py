@@ -99,7 +99,7 @@ def power_findings(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _powers(model: str, stored: Stored) -> Iterator[Finding]:
-    """Yield the power of the fastest gait, the range that follows, and the lowest pressure."""
+    """Yield powers, the range in the fastest gait, and the lowest pressure."""
     yield from power_findings(model, stored)
     n = stored.numbers
     power, speed = n[f"{FASTEST} power"], n[f"{FASTEST} speed"]
@@ -175,7 +175,7 @@ def _by_seed(trends: Callable[..., Mapping[str, float]], *numbers: Array) -> dic
 
 
 def _phases(stored: Stored) -> Iterator[Finding]:
-    """Yield the fastest and the cheapest phase difference at each amplitude."""
+    """Yield trends over amplitude, then the fastest and the cheapest phase differences."""
     n, phases = stored.numbers, np.array(PHASES)
 
     def grid(level: str, what: str) -> Array:  # (frequency, phase, seeds)
