@@ -23,7 +23,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
 from hypertuna.swimming.gait import named_gait
-from hypertuna.swimming.swim import swim
+from hypertuna.swimming.swim import settled_speed, swim
 
 HEADER = """\
 # {name}, written by `hypertuna robot new`.
@@ -80,6 +80,10 @@ def first_robot(
             fix = "give a longer head, or more joints"
             raise InputError(rule, key=key, value=f"one at {speed:.2g} m/s", fix=fix)
         take_to_sea(document, tuna, shape, speed)
+        robot = parse(document)
+        slow, cruise = (settled_speed(robot, named_gait(robot, name)) for name in document["guidance"]["gaits"])
+        if not slow < cruise:  # of some fish of a few grams
+            document["guidance"]["gaits"] = ["cruise"]
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
 

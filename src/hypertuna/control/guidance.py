@@ -23,7 +23,7 @@ from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model
-from hypertuna.swimming.swim import swim
+from hypertuna.swimming.swim import settled_speed, swim
 
 AIR_PRESSURE = (50e3, 108.5e3)  # Pa, from the highest lakes to the highest weather
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
@@ -53,17 +53,6 @@ def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] 
     table = GaitTable(tuple(gaits), tuple(float(value) for value in speed))
     _check_table(table)
     return table
-
-
-def settled_speed(robot: Robot, gait: Gait) -> float:
-    """Return the speed of a settled beat [m/s], with lagging joints if all bandwidths are known; NaN if unsettled."""
-    return rounded_number(swim(with_known_lag(robot), gait).speed)
-
-
-def with_known_lag(robot: Robot) -> Robot:
-    """Return the robot with lagging joints if all bandwidths are known, else the robot as it is."""
-    all_known = all(group.bandwidth is not None for group in robot.joints)
-    return robot.using(joints="bandwidth") if all_known else robot
 
 
 def _check_table(table: GaitTable) -> None:

@@ -13,7 +13,6 @@ from hypertuna.actuation.hydraulics import DRIVES, SOFTER, Circuits, circuits, d
 from hypertuna.actuation.soft_joint import SMALL, JointModel, drive_unit, joint_models
 from hypertuna.arrays import Array
 from hypertuna.control.controller import controller_columns
-from hypertuna.control.guidance import settled_speed
 from hypertuna.control.sensors import fault_texts, sensor_columns
 from hypertuna.control.sensors import faults as read_faults
 from hypertuna.description.pose import coordinate_shares
@@ -27,6 +26,7 @@ from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
+from hypertuna.swimming.swim import settled_speed
 from hypertuna.swimming.yielding import SPRING, key_of, spring_of, steepest
 
 STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)

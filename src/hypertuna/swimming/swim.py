@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hypertuna import _core
 from hypertuna.arguments import checked
-from hypertuna.arrays import Array
+from hypertuna.arrays import Array, rounded_number
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError
@@ -295,3 +295,14 @@ def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
         return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(error):.1e} of its {words}."
     difference = f"{abs(error) * scale:.2g} {unit} {'above' if error > 0 else 'below'} the settled {target:.4g} {unit}"
     return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its {words} is {difference}."
+
+
+def settled_speed(robot: Robot, gait: Gait) -> float:
+    """Return the speed of a settled beat [m/s], with lagging joints if all bandwidths are known; NaN if unsettled."""
+    return rounded_number(swim(with_known_lag(robot), gait).speed)
+
+
+def with_known_lag(robot: Robot) -> Robot:
+    """Return the robot with lagging joints if all bandwidths are known, else the robot as it is."""
+    all_known = all(group.bandwidth is not None for group in robot.joints)
+    return robot.using(joints="bandwidth") if all_known else robot
