@@ -3,12 +3,14 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hypertuna.description.robot import load, robots
 from hypertuna.errors import InputError
+from hypertuna.swimming import gait_checks
 from hypertuna.swimming.gait import Gait, check_gait, named_gait
 
 GOOD: dict[str, Any] = {"frequency": 6, "amplitude": (16, 25), "phase": (0, 40)}
@@ -100,3 +102,14 @@ def test_degrees_taken_for_radians_are_refused() -> None:
         Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 361))
     assert Gait.from_degrees(frequency=6, amplitude=(9,) * 3, phase=(0, 360, 720)).phase[2] == 4 * math.pi
     assert Gait.from_degrees(frequency=6, amplitude=(180, 0), phase=(0, 0)).amplitude[0] == math.pi
+
+
+def test_axes_that_are_sound_are_checked_all_at_once() -> None:
+    """That makes large grids fast; whatever is not sound is checked value by value, which names what is wrong."""
+    axes = {"frequency": [1.0, 2.0], "amplitude": [(0.1, 0.2)], "phase": [(0.0, 0.5), (0.0, 1.0)], "bias": None}
+    sound = gait_checks._sound_axes(axes, 1.0)
+    assert sound is not None
+    slow = gait_checks.grid_axes(axes | {"frequency": [np.float64(1.0), np.float64(2.0)]}, 1.0)
+    assert {name: axis.tolist() for name, axis in sound.items()} == {name: axis.tolist() for name, axis in slow.items()}
+    assert gait_checks._sound_axes(axes | {"phase": [(0.0, 0.5, 1.0)]}, 1.0) is None
+    assert gait_checks._sound_axes(axes | {"amplitude": [(-0.1, 0.2)]}, 1.0) is None

@@ -233,3 +233,23 @@ def test_bad_input_is_one_sentence(run: Run, options: tuple[str, ...], sentence:
     assert (code, output) == (2, "")
     assert sentence in errors
     assert errors.count("\n") == 1
+
+
+def test_a_figure_goes_along_what_varies_even_by_two_values(tuna: ht.Robot) -> None:
+    gait = named_gait(tuna, "turning")
+    biases = [gait.bias, tuple(0.8 * angle for angle in gait.bias)]
+    phase = [(0.0, math.radians(160))]
+    two = turn(tuna, ht.Gaits.grid(frequency=[2.0], amplitude=[gait.amplitude], phase=phase, bias=biases))
+    upper, lower = plot_turn(two).axes
+    assert upper.get_xlabel() == "bias [deg]"
+    assert two.tightest is not None
+    assert two.tightest.speed > 0  # so that it is the tightest head first, too, and drawn once
+    ways = [str(line.get_label()) for line in lower.lines if "tightest" in str(line.get_label())]
+    assert len(ways) == 1
+    assert ways[0].startswith("tightest head first, 160°, 2 Hz")
+
+
+def test_a_figure_has_the_tightest_turn_of_each_way(turning: Turning) -> None:
+    labels = " ".join(str(line.get_label()) for line in plot_turn(turning).axes[1].lines)
+    assert "tightest tail first, 200°" in labels
+    assert "tightest head first" in labels
