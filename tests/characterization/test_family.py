@@ -200,6 +200,19 @@ def found(tuna: ht.Robot, truth: ht.Robot, tmp_path_factory: pytest.TempPathFact
     return family(tuna, bench, members=MEMBERS)
 
 
+def test_rows_have_the_unknowns_in_units_that_people_use(found: Family) -> None:
+    """The lever of joint I in mm: 12 of the truth lies within the interval, and that within the bounds."""
+    rows = {row["name"]: row for row in found.rows}
+    lever, unknown = rows["lever[I]"], next(u for u in found.space.free if u.name == "lever[I]")
+    assert lever["unit"] == "mm"
+    assert [lever[name] for name in ("lower", "described", "upper")] == pytest.approx(
+        [1e3 * value for value in (unknown.lower, unknown.described, unknown.upper)]
+    )
+    for row in rows.values():
+        assert row["lower"] <= row["low"] <= row["median"] <= row["high"] <= row["upper"]
+        assert row["lower"] <= row["chosen"] <= row["upper"]
+
+
 def test_all_members_meet_the_bench_within_its_noise(found: Family) -> None:
     off = (found.found - found.space.elements.measured) / found.space.sd
     assert np.abs(off).max() < 4.5
