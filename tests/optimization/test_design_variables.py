@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna import _core
+from hypertuna.actuation.new import first_robot
 from hypertuna.description.design import designed, variable
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot, parse
@@ -385,6 +387,14 @@ def test_a_sweep_over_a_design_swims_every_robot() -> None:
 def test_a_limit_of_a_hinge_needs_one(tuna: Robot) -> None:
     with pytest.raises(InputError, match="passive hinge, which the robot lacks"):
         gait_limits(tuna, bend=0.5)
+
+
+def test_a_spring_of_a_chain_has_the_name_of_its_derivative() -> None:
+    fish = parse(tomllib.loads(first_robot("x", tail="flexible")))
+    one = variable(fish, "hinges[1].stiffness", 0.01, 0.1)
+    assert (one.label, one.name) == ("hinges[1].stiffness", "hinges[1].stiffness_n_m_per_rad")
+    with pytest.raises(ht.InputError, match=r"did you mean hinges\[1\].stiffness\?"):
+        variable(fish, "hinges[1].stifness", 0.01, 0.1)
 
 
 def test_values_of_a_sweep_must_differ(tuna: Robot) -> None:

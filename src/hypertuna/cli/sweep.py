@@ -30,7 +30,7 @@ from hypertuna.swimming.batch import Part, batch, table_names
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.gait import MAX_GAITS, Gaits
 from hypertuna.swimming.shards import sweep_shards
-from hypertuna.swimming.sweep import sweep
+from hypertuna.swimming.sweep import design_robots, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +47,9 @@ HEADS = {
     "cost_of_transport_j_per_kg_m": "COT\n[J/(kg m)]",
     "strouhal": "St\n",
     "turn_radius_m": "radius\n[m]",
+    "twin_speed_m_s": "in the twin:\n[m/s]",
+    "electrical_power_w": "power\n[W]",
+    "electrical_cost_of_transport_j_per_kg_m": "COT\n[J/(kg m)]",
 }
 
 
@@ -74,6 +77,9 @@ def sweep_command(
     check_rest: Annotated[
         bool, opt.flag("--check-rest", "Check whether a start from rest leads to each settled beat.")
     ] = False,
+    electrical: Annotated[
+        bool, opt.flag("--electrical", "Swim each gait in the twin, too: its speed and what its servos draw.")
+    ] = False,
     threads: opt.Threads = None,
     checkpoint: opt.Checkpoint = None,
     places: opt.Places = opt.NO_PLACES,
@@ -96,6 +102,7 @@ def sweep_command(
         check_text(len(grid), files.output, files.as_json)
     settings = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
     settings["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
+    settings["refused"]["--electrical"] = "given" if electrical else None
     if write_shards(files.output, sweep_shards, subject, grid, **settings, as_json=files.as_json, **options):
         return
     with (
@@ -104,6 +111,12 @@ def sweep_command(
     ):
         settings = options | {"design": levels, "checkpoint": checkpoint}
         result = sweep(subject, grid, executor=executor, **settings, progress=progress)
+    if electrical:
+        from hypertuna.simulation.electrical import with_electrical  # slow to import
+
+        robots = design_robots(subject, levels, len(grid))[1] if levels else [subject]
+        with progress_bar("swimming in the twin", parts="gait") as progress:
+            result = with_electrical(result, robots, grid, threads=thread_count(threads), progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
@@ -117,6 +130,10 @@ def sweep_command(
         typer.echo(f"{unsettled} of {result.settled.size} gaits are not settled: see their status.", err=True)
     if check_rest and (other := int((result.settled & ~result.reached_from_rest).sum())):
         typer.echo(f"{other} of {result.settled.size} gaits settle where a start from rest does not lead.", err=True)
+    if electrical and (beyond := int(np.isnan(result.electrical_power).sum())):
+        typer.echo(
+            f"{beyond} of {result.settled.size} gaits are beyond the controller, or diverge in the twin.", err=True
+        )
 
 
 def _announce(robot: Robot, grid: Gaits, folder: str, places: opt.Places, options: dict[str, Any]) -> None:
@@ -153,7 +170,8 @@ def _clock(seconds: float) -> str:
 
 def _names(result: xr.Dataset) -> list[str]:
     """Return the names of the columns of gaits and results in CSV and JSON."""
-    return [*coordinate_names(result), *table_names(result)]
+    of_twin = (str(name) for name in result.data_vars if str(name).startswith(("twin_", "electrical_")))
+    return [*coordinate_names(result), *table_names(result), *of_twin]
 
 
 def _figure(result: xr.Dataset) -> Any:
@@ -172,7 +190,8 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in design_columns]
     varying = [name for name in axes if np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
-    names = [*varying, *(name for name in HEADS if name != "frequency_hz" and (turns or name != "turn_radius_m"))]
+    left_out = {"frequency_hz"} if turns else {"frequency_hz", "turn_radius_m"}
+    names = [*varying, *(name for name in HEADS if name in columns and name not in left_out)]
     skipped = 0 if any(remarks.values()) else 1
     tight = len(names) + 1 - skipped > FEW
     heads = [_head(name, tight) for name in names]

@@ -157,8 +157,11 @@ def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Itera
     for attribute, field in type(part).model_fields.items():
         alias = field.alias or attribute
         if alias in dump and not (part.table == "" and alias in TEXTS and not name):
-            below = (f"{name}.{alias}".lstrip("."), f"{label}.{attribute}".lstrip("."), (*place, alias))
-            yield from _values(getattr(part, attribute), dump[alias], *below, part.declared.get(attribute))
+            value = getattr(part, attribute)
+            tables = isinstance(value, tuple) and any(isinstance(row, Part) for row in value)
+            short = alias if tables else attribute  # of a number without its unit
+            below = (f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip("."), (*place, alias))
+            yield from _values(value, dump[alias], *below, part.declared.get(attribute))
 
 
 def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:

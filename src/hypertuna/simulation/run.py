@@ -234,7 +234,7 @@ class TwinRun(Run, Plotted):
     @property
     def cost_of_transport(self) -> float:
         """Electrical power over mass and speed [J/(kg m)] (Eq. 38, with the mass that it forgets)."""
-        return self.electrical_power / (self.robot.body.mass * self.speed) if self.speed else math.inf
+        return self.electrical_power / (self.robot.body.mass * abs(self.speed)) if self.speed else math.inf
 
     @property
     def pressure_max(self) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.arguments import checked
 from hypertuna.arrays import Array
-from hypertuna.description.design import designed
+from hypertuna.description.design import Variable, designed
 from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.display import Plotted, Tabular
@@ -131,30 +131,35 @@ def _sweep_designs(
     """Return the sweep of gaits by every robot of a design, whose variables are the first dimensions."""
     import xarray as xr
 
-    levels = {key: [float(value) for value in values] for key, values in design.items()}
-    for key, values in levels.items():
-        if len(set(values)) < max(2, len(values)):
-            fix = "give two or more; --set changes a value for good"
-            raise InputError("must be different values", key=f"design {key}", value=shown(design[key]), fix=fix)
-    found = design_of(robot, {key: (min(values), max(values)) for key, values in levels.items()})
-    places = list(itertools.product(*levels.values()))
-    check_count(len(gaits) * len(places))
-    robots = [designed(robot, found, place) for place in places]  # all are tried before any swims
+    found, robots = design_robots(robot, design, len(gaits))  # all are tried before any swims
     swims = []
     for k, one in enumerate(robots):
         swims.append(sweep(one, gaits, **how))
         if progress is not None:
-            progress((k + 1) * len(gaits), len(gaits) * len(places))
-    sizes = {one.label: len(values) for one, values in zip(found, levels.values(), strict=True)}
+            progress((k + 1) * len(gaits), len(gaits) * len(robots))
+    levels = [[float(value) for value in values] for values in design.values()]
+    sizes = {one.label: len(values) for one, values in zip(found, levels, strict=True)}
     variables = {}
     for name, first in swims[0].data_vars.items():
         stack = np.stack([one[name].values for one in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
-    coordinates = {
-        one.label: (one.label, values, one.attributes) for one, values in zip(found, levels.values(), strict=True)
-    }
+    coordinates = {one.label: (one.label, values, one.attributes) for one, values in zip(found, levels, strict=True)}
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
+
+
+def design_robots(
+    robot: Robot, design: Mapping[str, Sequence[float]], gaits: int
+) -> tuple[tuple[Variable, ...], list[Robot]]:
+    """Return the variables of a design that swims a number of gaits, and its robots, the last key's values in turn."""
+    for key, values in design.items():
+        if len({float(value) for value in values}) < max(2, len(values)):
+            fix = "give two or more; --set changes a value for good"
+            raise InputError("must be different values", key=f"design {key}", value=shown(values), fix=fix)
+    found = design_of(robot, {key: (float(min(values)), float(max(values))) for key, values in design.items()})
+    places = list(itertools.product(*([float(value) for value in values] for values in design.values())))
+    check_count(gaits * len(places))
+    return found, [designed(robot, found, place) for place in places]
 
 
 TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64

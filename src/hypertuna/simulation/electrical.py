@@ -1,0 +1,83 @@
+"""Electrical cost of a sweep's gaits: the twin swims each of them, side by side in lanes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
+from hypertuna.description.twin import require_controller
+from hypertuna.errors import InputError
+from hypertuna.simulation.plant import check_command
+from hypertuna.simulation.run import TwinRun
+from hypertuna.simulation.twin import CHUNK, twins
+from hypertuna.swimming.gait import Gait, Gaits
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BEATS = 16.0  # of a run, which begins at the speed of its settled beat
+MOST = 100_000  # runs: about an hour
+# What the twin adds to a sweep: unit and meaning.
+COLUMNS = {
+    "twin_speed": ("m/s", "speed in the twin, whose joints swing as drives and controller let them"),
+    "electrical_power": ("W", "mean electrical power of all servos in the twin"),
+    "electrical_cost_of_transport": ("J/(kg m)", "electrical power over mass and speed, in the twin"),
+    "twin_settled": ("1", "1 where speed and swings of the twin change by less than 0.2 % per beat"),
+}
+
+
+def with_electrical(
+    swept: xr.Dataset,
+    robots: Sequence[Robot],
+    gaits: Gaits | Sequence[Gait],
+    *,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Return a sweep of gaits by one robot, or by those of a design in its order, with the columns of the twin.
+
+    A gait that a robot's controller does not take, or whose run diverges, has NaN in them.
+    """
+    cases = [(robot, gait) for robot in robots for gait in gaits]
+    if len(cases) > MOST:
+        rule, fix = f"must be at most {MOST} gaits to swim in the twin", "take fewer values"
+        raise InputError(rule, key="electrical", value=f"{len(cases)}", fix=fix)
+    values = np.full((len(cases), len(COLUMNS)), math.nan)
+    taken = [k for k, case in enumerate(cases) if _takes(*case)]
+    for first in range(0, len(taken), CHUNK * threads):
+        part = taken[first : first + CHUNK * threads]
+        runs = [
+            {"robot": robot, "gait": gait, "duration": BEATS / gait.frequency, "start": "swimming"}
+            for robot, gait in (cases[k] for k in part)
+        ]
+        values[part] = twins(runs, measure=_measured, threads=threads)
+        if progress is not None:
+            progress(first + len(part), len(taken))
+    return swept.assign(
+        {
+            name: (swept.settled.dims, values[:, k].reshape(swept.settled.shape), {"units": unit, "long_name": text})
+            for k, (name, (unit, text)) in enumerate(COLUMNS.items())
+        }
+    )
+
+
+def _takes(robot: Robot, gait: Gait) -> bool:
+    """Return whether a robot's controller takes a gait; refuse a robot without a twin."""
+    require_controller(robot)
+    try:
+        check_command(robot, gait)
+    except InputError:
+        return False
+    return True
+
+
+def _measured(run: TwinRun) -> Array:
+    """Return the columns' values of a run (columns,)."""
+    if run.status == "diverged":
+        return np.full(len(COLUMNS), math.nan)
+    return np.array([run.speed, run.electrical_power, run.cost_of_transport, run.settled])
