@@ -284,6 +284,7 @@ def test_a_flight_that_ends_elsewhere_and_crosses_the_fence_says_so(flight: Flig
     adrift = replace(flight, record=replace(flight.record, data=flight.record.data | {"position": away}))
     told = " ".join(str(line[0]) for line in card_of(adrift).lines() if isinstance(line, tuple))
     assert "It crossed the fence by 20 m." in told
+    assert "By the pilot's estimate the mission is done: all waypoints reached, and home after" in told
     assert "It is 46 m from the last waypoint, beyond the radius of 2 m: the pilot judges by its estimated" in told
 
 

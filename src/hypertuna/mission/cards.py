@@ -38,8 +38,8 @@ def flight_card(flight: Flight) -> Card:
                 f"in truth {point['true_m']:.3g} m."
             )
             content.append((text, "yellow"))
-    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
-    if flight.status in ("done", "home", "adrift") and end.goal_distance > radius:
+    if _is_elsewhere(flight, end):
+        radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
         goal = "the last waypoint" if mission.stay else "home"
         text = (
             f"It is {end.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
@@ -60,7 +60,17 @@ def ending_text(flight: Flight, one: Outcome) -> str:
     counts = (f"{one.waypoints_reached} of {len(one.waypoints)} reached", f"{one.waypoints_passed} passed")
     reached = "" if one.status == "done" else f" (waypoints: {', '.join(counts)}, {one.waypoints_skipped} skipped)"
     reasons = f"; reasons: {', '.join(one.reasons).replace('_', ' ')}" if one.reasons else ""
-    return f"{ENDINGS[one.status]}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
+    ending = ENDINGS[one.status]
+    if _is_elsewhere(flight, one) and one.status != "adrift":
+        ending = f"By the pilot's estimate t{ending[1:]}"
+    return f"{ending}{reached} after {one.duration:.4g} s{reasons}.{beyond}"
+
+
+def _is_elsewhere(flight: Flight, one: Outcome) -> bool:
+    """Return whether a flight that ended at its goal by the pilot's estimate is beyond the goal's radius in truth."""
+    mission = flight.record.mission
+    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
+    return one.status in ("done", "home", "adrift") and one.goal_distance > radius
 
 
 @tables.of(Flight)
