@@ -222,11 +222,14 @@ def test_a_file_of_sections_of_another_fish_is_told_and_not_used(folder) -> None
     """Its widest place is farther back: with it the joints are 1.2, 2.0 and 1.3 deg off."""
     place = np.linspace(0, 1, len(FISH.half_width))
     back = {name: np.interp(place**1.4, place, getattr(FISH, name)) for name in ("half_width", "half_height")}
-    found = tracked(folder / "calm.mp4", folder, sections=sections(replace(FISH, **back), folder / "back.csv"))
+    given = sections(replace(FISH, **back), folder / "calm-sections.csv")
+    before = given.read_bytes()
+    found = tracked(folder / "calm.mp4", folder, sections=given)
     truth = np.load(folder / "truth.npy")
     assert (np.degrees(rms(found.angle - truth[:, 3:])) < 1).all()
     assert "of another robot, or damaged" in " ".join(found.warnings)
     written = write_film_run(found, ht.load(ROBOT), folder / "other.toml", "a test")
+    assert given.read_bytes() == before
     again = tracked(folder / "calm.mp4", folder, sections=next(name for name in written if "sections" in name))
     assert not again.body.learned
     assert not again.body.file_off

@@ -216,7 +216,8 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
         recordings.append(entry)
         files += written
     if run.body.learned:
-        path = folder / f"{run.name}-sections.csv"
+        place = "film-sections" if run.body.file_off else "sections"  # the file that was given stays as it is
+        path = folder / f"{run.name}-{place}.csv"
         half_sizes = np.sqrt(run.body.section[::SECTION]) * [math.exp(run.tuning.girth), 1.0]
         columns = (run.body.stations[::SECTION], *(2 * half_sizes).T)
         columns_csv({}, dict(zip(COLUMNS, columns, strict=True))).write(path)
