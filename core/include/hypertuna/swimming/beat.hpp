@@ -1,7 +1,6 @@
 /// One beat, measured: how far it carries the body and what it costs.
 #pragma once
 
-#include <iterator>
 #include <limits>
 
 #include "hypertuna/swimming/stepping.hpp"
@@ -31,7 +30,8 @@ struct BeatNumbers {
 /// A beat, measured: its numbers, and the state after it.
 template <class S, class Y = Momentum<S>>
 struct Beat : BeatNumbers<S> {
-    static_assert(sizeof(BeatNumbers<S>) == sizeof(Pose<S>) + sizeof(S) * std::size(BeatNumbers<S>::numbers));
+    static constexpr int count = sizeof(BeatNumbers<S>::numbers) / sizeof(S BeatNumbers<S>::*);
+    static_assert(sizeof(BeatNumbers<S>) == sizeof(Pose<S>) + count * sizeof(S), "numbers lists all of them");
     Y end;
 };
 
