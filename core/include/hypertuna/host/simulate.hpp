@@ -359,7 +359,7 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
     return out;
 }
 
-/// Fly a mission, from its start where `state` is empty, else from the state that an earlier part left there.
+/// Fly a mission, from its start where `saved` is empty, else from the state that an earlier part left there.
 inline Record simulate(const PlantData& plant, const Flight& flight, const World& world, const Instruments& instruments,
                        const Run& run, std::vector<char>& saved) {
     Record record, piloted;
