@@ -105,7 +105,7 @@ def test_degrees_taken_for_radians_are_refused() -> None:
 
 
 def test_axes_that_are_sound_are_checked_all_at_once() -> None:
-    """That makes large grids fast; whatever is not sound is checked value by value, which names what is wrong."""
+    """A grid with an error is checked again, value by value, so that the message can name the value."""
     axes = {"frequency": [1.0, 2.0], "amplitude": [(0.1, 0.2)], "phase": [(0.0, 0.5), (0.0, 1.0)], "bias": None}
     sound = gait_checks._sound_axes(axes, 1.0)
     assert sound is not None

@@ -94,6 +94,10 @@ def sweep_command(
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
     levels = once(design or [])
+    if electrical:
+        from hypertuna.description.twin import require_controller  # slow to import
+
+        require_controller(subject)  # before the sweep, which may be long
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
             settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}

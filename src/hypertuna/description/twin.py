@@ -15,6 +15,11 @@ from hypertuna.errors import InputError
 
 def why_no_twin(robot: Robot) -> str:
     """Return the reason why a robot has no twin, as the end of a sentence; empty if it has one."""
+    return _unfit(robot) or ("" if robot.controller is not None else "its file has no controller")
+
+
+def _unfit(robot: Robot) -> str:
+    """Return the reason why no twin takes a robot's joints, as the end of a sentence; empty if it takes them."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
     if len(robot.joints) + len(robot.hinges) > _core.MAX_COORDINATES:
@@ -22,16 +27,13 @@ def why_no_twin(robot: Robot) -> str:
         return f"it has {both}, and the twin takes at most {_core.MAX_COORDINATES} of both"
     if hinge := _hinge_on_oil(robot):
         return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
-    return "" if robot.controller is not None else "its file has no controller"
+    return ""
 
 
 def twin_note(robot: Robot) -> str:
     """Return a sentence on a robot with joints that a twin does not take; empty for all others."""
-    coordinates = len(robot.joints) + len(robot.hinges)
-    few = len(robot.joints) <= _core.MAX_JOINTS and coordinates <= _core.MAX_COORDINATES
-    if few and _hinge_on_oil(robot) is None:
-        return ""
-    return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {why_no_twin(robot)}."
+    reason = _unfit(robot)
+    return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {reason}." if reason else ""
 
 
 def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> None:

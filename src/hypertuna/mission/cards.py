@@ -39,7 +39,7 @@ def flight_card(flight: Flight) -> Card:
             )
             content.append((text, "yellow"))
     if _is_elsewhere(flight, end):
-        radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
+        radius = _goal_radius(flight)
         goal = "the last waypoint" if mission.stay else "home"
         text = (
             f"It is {end.goal_distance:.3g} m from {goal}, beyond the radius of {radius:g} m: the pilot judges by its "
@@ -68,9 +68,13 @@ def ending_text(flight: Flight, one: Outcome) -> str:
 
 def _is_elsewhere(flight: Flight, one: Outcome) -> bool:
     """Return whether a flight that ended at its goal by the pilot's estimate is beyond the goal's radius in truth."""
+    return one.status in ("done", "home", "adrift") and one.goal_distance > _goal_radius(flight)
+
+
+def _goal_radius(flight: Flight) -> float:
+    """Return the radius of the last waypoint where the robot stays there, else of home [m]."""
     mission = flight.record.mission
-    radius = mission.waypoints[-1].radius if mission.stay else mission.home_radius
-    return one.status in ("done", "home", "adrift") and one.goal_distance > radius
+    return mission.waypoints[-1].radius if mission.stay else mission.home_radius
 
 
 @tables.of(Flight)

@@ -47,6 +47,8 @@ def with_electrical(
     if len(cases) > MOST:
         rule, fix = f"must be at most {MOST} gaits to swim in the twin", "take fewer values"
         raise InputError(rule, key="electrical", value=f"{len(cases)}", fix=fix)
+    for robot in robots:
+        require_controller(robot)
     values = np.full((len(cases), len(COLUMNS)), math.nan)
     taken = [k for k, case in enumerate(cases) if _takes(*case)]
     for first in range(0, len(taken), CHUNK * threads):
@@ -67,8 +69,7 @@ def with_electrical(
 
 
 def _takes(robot: Robot, gait: Gait) -> bool:
-    """Return whether a robot's controller takes a gait; refuse a robot without a twin."""
-    require_controller(robot)
+    """Return whether a robot's controller takes a gait."""
     try:
         check_command(robot, gait)
     except InputError:
