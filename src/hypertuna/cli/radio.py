@@ -143,7 +143,7 @@ def check_command(place: Connect, key: Key = None, as_json: opt.AsJson = False) 
 
 
 def _readiness_lines(found: Readiness) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a check before arming."""
+    """Yield the lines that the terminal prints for a check before arming."""
     if found.faults:
         rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
         yield Table(["fault", "meaning", "forbids arming"], rows, left=range(3))
