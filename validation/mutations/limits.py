@@ -31,7 +31,7 @@ from hypertuna.errors import InputError  # noqa: E402
 from hypertuna.fe.fields import DISPLACEMENT, FACE, STRAIN, STRESS  # noqa: E402
 from hypertuna.firmware.black_box import record_dtype  # noqa: E402
 from hypertuna.io.checkpoint import Journal, _with_checksum  # noqa: E402
-from hypertuna.io.door import CELLS, DEPTH, KINDS, MB, ROOM, ROWS, RUNS, UNPACKED  # noqa: E402
+from hypertuna.io.door import CELLS, DEPTH, KINDS, MAX_MEMORY, MB, ROWS, RUNS, UNPACKED  # noqa: E402
 from hypertuna.mission.read_log import read_log  # noqa: E402
 from hypertuna.parallel.checks import TEXTS, checksum  # noqa: E402
 from mutations import forged, surfaces  # noqa: E402
@@ -192,10 +192,10 @@ FILES: tuple[tuple[str, str, Make], ...] = (
     ("box, marks", "black box", lambda: filled("box", struct.pack("<I", MARKS | 255), head())),
     ("box, records of nothing", "black box", lambda: filled("box", sealed(9, b"") + sealed(10, b""), head())),
     ("journal, numbers", "journal", lambda: journal(NUMBERS, KINDS["journal"].largest - len(NUMBERS) - 1000)),
-    ("journal, small records", "journal", lambda: journal(b'{"a": 1}', ROOM // 672 * 29)),
+    ("journal, small records", "journal", lambda: journal(b'{"a": 1}', MAX_MEMORY // 672 * 29)),
     ("journal, short lines", "journal", lambda: filled("journal", b"a\n", journal(b"", 0))),
     ("manifest, labels", "shards", lambda: manifest(5_500_000)),
-    ("manifest, objects", "shards", lambda: b'{"a":[' + b'{"a":1},' * (ROOM // 450) + b"1]}"),
+    ("manifest, objects", "shards", lambda: b'{"a":[' + b'{"a":1},' * (MAX_MEMORY // 450) + b"1]}"),
     ("shard, numbers", "shards", lambda: shards({f"v{k}": np.ones(1_000_000) for k in range(30)})),
     ("surface, faces", "surface", lambda: surface(KINDS["surface"].largest // 17 - 100)),
     ("shard, texts", "shards", lambda: shards({"v": np.full(TEXTS // 2, "texts of 15 let", dtype=object)})),

@@ -161,7 +161,7 @@ def progress_bar(
 
 def attended(what: str, work: Callable[[], R]) -> R:
     """Run `work` in a thread and return its result; meanwhile show progress, and end the work on Ctrl-C."""
-    from concurrent.futures import Future  # here, because its import takes longer than many commands
+    from concurrent.futures import Future  # imported here, because its import takes longer than many commands
 
     done: Future[R] = Future()
 

@@ -105,7 +105,7 @@ def ask_command(
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
     if report is not None:
-        from hypertuna.reports.results import report as write_page  # here, because its import takes long
+        from hypertuna.reports.results import report as write_page  # imported here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
     tables = {} if output is None else _tables(result, output)

@@ -17,7 +17,7 @@ FAILURES = {
     "link:lost": "the ground station falls silent",
 }
 PARTS = {name.partition(":")[0] for name in FAILURES}
-OUTAGE = 0.3  # s from a reset to the first tick of the firmware
+OUTAGE = 0.3  # s from a reset to the firmware's next tick
 
 
 class Failure(NamedTuple):
@@ -52,7 +52,7 @@ def split_faults(spelled: str | Iterable[str]) -> tuple[tuple[str, ...], tuple[F
 
 
 class Failures:
-    """Failures of a run, to be asked for each tick."""
+    """Failures of a run, queried in each tick."""
 
     def __init__(self, failures: Iterable[Failure], tick: float) -> None:
         self.list, self.tick = tuple(failures), tick

@@ -37,7 +37,7 @@ def verdicts_of(ledger: Ledger) -> dict[str, Any]:
         "command": COMMAND,
         "marks": MARKS,
         "classes": CLASSES,
-        "models": {name: {"water": water} | choice for name, choice in MODELS.items()},  # that swim a settled beat
+        "models": {name: {"water": water} | choice for name, choice in MODELS.items()},  # of a settled beat
         "entries": entries,
     }
 

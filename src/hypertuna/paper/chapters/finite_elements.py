@@ -34,7 +34,7 @@ FE = "finite elements"
 ROBOT = "hypertuna"
 MESH = "medium"
 PRESSURES = "0:250:6"  # kPa
-FAST_ALONE = {"friction", "stiffness_factor"}  # values that elements do not use
+FAST_ALONE = {"friction", "stiffness_factor"}  # keys that only the fast model uses
 AGAIN = "validation/fe/ledger.py computes it again"
 NESTED = "nested.json"  # stored series of nested spaces of displacements
 
