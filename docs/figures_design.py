@@ -1,4 +1,4 @@
-"""Table and picture of docs/design.md; docs/figures.py takes them in."""
+"""Table and picture of docs/design.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RUNS, SEED = 12, 3
 
 @cache
 def tank() -> NextRuns:
-    """Make runs in a tank whose fish is the minnow with other coefficients."""
+    """Return the design after runs in a simulated tank, whose fish is the minnow with other coefficients."""
     rng = np.random.default_rng(SEED)
     with TankDesign(None, load(ROOT / "examples/minnow.toml")) as state:
         unknowns = state.unknowns

@@ -1,4 +1,4 @@
-"""Picture of docs/model.md: forces on a fin, and its thrust beside a vortex lattice; docs/figures.py takes it in."""
+"""Picture of docs/model.md: forces on a fin, and its thrust beside a vortex lattice; docs/figures.py includes it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from hypertuna.figures import BODY, COLORS, EDGE, FAINT, INK, POINTS, WIDTH, sty
 
 FLOW = Path(__file__).parents[1] / "validation/flow"
 ASPECT = 5.0
-ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])  # of the fin [rad], per time of a chord; leading edge
-SPEED, FORCE = 0.21, 0.23  # chords for a unit of speed, and of force
+# In chords, and times in which a chord passes: angle of the fin, its rate, and velocity of its leading edge.
+ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])  # of the fin [rad]; its rate; velocity
+SPEED, FORCE = 0.21, 0.23  # lengths of arrows [chords] per unit of speed and of force
 ALONG = np.array([np.cos(ANGLE), np.sin(ANGLE)])  # from the leading to the trailing edge
 ACROSS = np.array([-ALONG[1], ALONG[0]])
 

@@ -62,14 +62,14 @@ def pattern_of(sentence: str) -> str:
 
 
 def stated(page: str, ledger: Callable[[], Ledger]) -> str:
-    """Return a page with the numbers in its sentences made anew."""
+    """Return a page with the numbers in its sentences written anew."""
     for sentence in SENTENCES:
         page = re.sub(pattern_of(sentence), partial(_with_numbers, sentence, ledger), page)
     return page
 
 
 def _with_numbers(sentence: str, ledger: Callable[[], Ledger], found: re.Match[str]) -> str:
-    """Return a sentence that was found with the numbers of the ledger."""
+    """Return a sentence found on a page, with the numbers of the ledger."""
     numbers = [*(_told(ledger(), name) for name in re.findall(r"\{(.+?)\}", sentence)), ""]
     return "".join(words + number for words, number in zip(found.groups(), numbers, strict=True))
 

@@ -20,7 +20,7 @@ BEND = "by the true bend"  # instead of the sensor's reading
 AT_SEA = "at sea"
 FASTEST = "unoptimised-max"
 TANK_HERTZ = np.array(published()["tank"]["frequency_hz"])
-# Gaits at 2 and 3 Hz, where the twin's joints are ideal; Table II was interpreted so that ideal joints fit their speeds.
+# Gaits at 2 and 3 Hz, where the twin's joints are ideal; Table II was read so that ideal joints have their speeds.
 READ = ("unoptimised-0.3", "unoptimised-0.4")
 SERVOS = "servos as data sheets have them, chosen with this number in view"
 FIG_8 = "the family was chosen by this test, and the controller's learning with it in view"
