@@ -16,8 +16,8 @@ from hypertuna.figures import BODY, COLORS, EDGE, FAINT, INK, POINTS, WIDTH, sty
 
 FLOW = Path(__file__).parents[1] / "validation/flow"
 ASPECT = 5.0
-# In chords, and times in which a chord passes: angle of the fin, its rate, and velocity of its leading edge.
-ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])  # of the fin [rad]; its rate; velocity
+# Fin's angle [rad], its rate, and velocity of its leading edge, with the chord as length and the speed as 1.
+ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])
 SPEED, FORCE = 0.21, 0.23  # lengths of arrows [chords] per unit of speed and of force
 ALONG = np.array([np.cos(ANGLE), np.sin(ANGLE)])  # from the leading to the trailing edge
 ACROSS = np.array([-ALONG[1], ALONG[0]])

@@ -20,7 +20,7 @@ GAITS = ("unoptimised-max", "optimised-0.5")  # whose power is published
 
 
 def servo_power_table() -> str:
-    """Tabulate the twin's electrical power in the two gaits whose power is published, one value of the robot changed."""
+    """Tabulate the twin's electrical power in the two gaits of published power, with one value of the robot changed."""
     cost, lake = paper_value("cost-of-transport/minimum"), PAPER["lake"]
     body = [["published", f"{cost * FISH.body.mass * paper_value('speed/unoptimised-max'):.3g}", "", ""]]
     body[0][2] = f"{lake['energy_wh'] / 0.5:.3g}"  # in 30 minutes

@@ -160,7 +160,7 @@ def shape(fish: Fish, gaits: Gaits, sin_cos: Array) -> tuple[Array, Array]:
 
 
 def twist(fish: Fish, momentum: Array, body: Array) -> Array:
-    """Return the twist (u, v, r) of the head, from M xi = P - b, for momentum (p_x, p_y, h), both [..., 3], and body [..., 6]."""
+    """Return the head's twist (u, v, r), from M xi = P - b, for momentum (p_x, p_y, h) [..., 3] and body [..., 6]."""
     gx, gy, mobility = body[..., 0], body[..., 1], body[..., 2]
     px, py, h = np.moveaxis(momentum - body[..., 3:], -1, 0)
     r = mobility * (h - gx * py + gy * px)

@@ -44,7 +44,7 @@ def rk4(rate: Callable[..., Any], y: Any, start: Any, middle: Any, end: Any, dt:
 
 
 def beats_of(step: Callable[..., Any], twist: Callable[..., Any], start: Any, beats: int) -> Array:
-    """Return twists [STEPS, 3, ...] of the last of `beats` beats; step(y, k) and twist(y, k) are for step k of a beat."""
+    """Return the twists [STEPS, 3, ...] of the last of `beats` beats; step(y, k), twist(y, k): at step k of a beat."""
     y = lax.fori_loop(0, (beats - 1) * STEPS, lambda i, y: step(y, i % STEPS), start)
     twists = lax.scan(lambda y, k: (step(y, k), twist(y, k)), y, jnp.arange(STEPS))[1]
     return twists  # type: ignore[no-any-return]

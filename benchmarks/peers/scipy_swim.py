@@ -60,7 +60,7 @@ def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> fl
 
 
 def matched_rtol(fish: Fish, gait: Gaits, beats: int, *, method: str, error: float) -> float:
-    """Return the largest relative tolerance, in half decades, with which the speed's relative error is below `error`."""
+    """Return the largest relative tolerance, in half decades, that keeps the speed's relative error below `error`."""
     exact = swim(fish, gait, beats, method="DOP853", rtol=1e-12)
     best = 1e-11
     for rtol in 10.0 ** np.arange(-10.5, -2, 0.5):

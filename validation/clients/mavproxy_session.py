@@ -8,7 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
-PATIENCE = 120.0  # s
+PATIENCE = 120.0  # s, that an answer may take
 MODULES = "param,wp,fence,arm,mode,misc,cmdlong,message,log"
 
 # A place, a speed, a place 11 m to the north, as a file of waypoints; a square around them.
@@ -21,7 +21,7 @@ CORNERS = (("south", "west"), ("south", "east"), ("north", "east"), ("north", "w
 FENCE = "QGC WPL 110\n" + "".join(
     f"{k}\t0\t0\t5001\t4\t0\t0\t0\t{{{n}_far:.7f}}\t{{{e}_far:.7f}}\t0\t1\n" for k, (n, e) in enumerate(CORNERS)
 )
-# What is typed, and what must be printed before the next is.
+# Each line that is typed, and what must be printed before the next one is.
 SCRIPT = (
     ("", "online system 1"),
     ("param set LINK_RATE 115200", ""),

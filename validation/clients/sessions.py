@@ -16,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 CLIENTS, BOARDS = ("mavsdk", "mavproxy", "pymavlink", "node"), ("pc", "qemu")
-PATIENCE = 300.0  # s, on a busy machine
+PATIENCE = 300.0  # s, that a session may take on a busy machine
 NODE = ("node-mavlink", "npm ci --prefix validation/clients")
 PACKAGES = {"mavsdk": "mavsdk", "mavproxy": "MAVProxy", "pymavlink": "pymavlink"}
 NOISE = re.compile(

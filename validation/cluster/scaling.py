@@ -33,7 +33,7 @@ HOW: dict[str, Any] = {"threads": 1, "steps": 128, "method": "newton", "beats": 
 
 
 def seconds(processes: int, folder: Path) -> tuple[float, float]:
-    """Wall time of the whole grid with processes that have started, and processor time with their start."""
+    """Return the grid's wall time [s] in processes that run already, and the processor time [s] with their start."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
         list(map_shards(ht.load, ["hypertuna"] * 4 * processes, pool))
@@ -45,7 +45,7 @@ def seconds(processes: int, folder: Path) -> tuple[float, float]:
 
 
 def tasks_per_second(count: int) -> float:
-    """Tasks that do nothing, a second, through a scheduler and two workers of one process."""
+    """Return how many empty tasks a second pass through a scheduler and two workers in one process."""
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local,
         cluster(local.scheduler_address) as executor,

@@ -32,7 +32,7 @@ def greedy(plan: Design, made: int) -> TankRun:
 
 
 def exchanged(plan: Design, made: int) -> TankRun:
-    """Return the first of all runs to come, each exchanged for a better one beside the others until none is."""
+    """Return the first of all runs to come, which are exchanged one by one until no exchange improves the whole."""
     chosen: list[TankRun] = []
     now = plan
     for k in range(made, RUNS["exchange"]):

@@ -59,7 +59,7 @@ def law(part: Any, drag: float, degrees: float) -> tuple[float, float, float]:
 
 
 def rows() -> list[tuple[dict[str, Any], float, float, tuple[float, float, float]]]:
-    """Return series, incidence, measured C_N and the laws' for every point."""
+    """Return every measured point: its series, incidence, measured C_N and the C_N of each law."""
     found = []
     for series in stored():
         part = FORMS["Plate"](math.pi / 4 * series["added_mass"], series["lift_slope"] / 2, 0.0)

@@ -19,7 +19,7 @@ PITCHING = [row for row in FINITE if row[2].startswith("pitch")]
 
 
 def axial_force(depth: Any, s: float, time: float) -> tuple[float, float]:
-    """Return Lighthill's axial force per length of a straight link that moves anyhow, and what the depth alone gives.
+    """Return Lighthill's axial force per length on a moving straight link, and the part that the depth's slope makes.
 
     Central differences of the momentum along the axes at rest, and of what a plane across the link passes on.
     """

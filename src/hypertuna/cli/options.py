@@ -48,8 +48,7 @@ def group(help: str) -> typer.Typer:
     return App(no_args_is_help=True, help=help)
 
 
-# Unit as help texts write it -> its symbol in metavars.
-SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}
+SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}  # of units, in metavars
 SYMBOLS |= dict.fromkeys(("parts of 1", "parts of one", "m/s per J/(kg m)", "deg, kPa or A", "figures, 0.475 say"), "1")
 SYMBOLS |= {"m, m and degrees": "m,m,deg"}
 
