@@ -23,6 +23,7 @@ import searches  # noqa: E402
 from hypertuna import _core  # noqa: E402
 from items import Item, Row  # noqa: E402
 
+# Compiled benchmark of the equations' right-hand side
 RHS = Path(__file__).resolve().parents[1] / "build" / "bench" / "rhs"
 PEERS = ("numpy", "numba", "jax", "scipy", "mujoco")
 

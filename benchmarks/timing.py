@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from statistics import median
 
+# Variables that limit libraries to one thread
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 

@@ -15,6 +15,7 @@ from urllib.parse import unquote, urlsplit
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "image": "href"}
 # Words of types that name no class and get no link; values of `rel` with which a link fetches nothing.
 PLAIN = ("shape", "points", "name", "time", "units", "kind", "value", "path")
+# Values of rel whose link is no file that the page loads
 NAMES = ("canonical", "author", "license", "search", "index", "next", "prev")
 
 

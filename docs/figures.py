@@ -309,7 +309,7 @@ for part in (
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
 
-made = runpy.run_path(str(ROOT / "docs/figures_swim.py"))
+made = runpy.run_path(str(ROOT / "docs/figures_swim.py"))  # what figures_swim.py defines
 TABLES |= made["TABLES"]
 FILES: dict[str, Callable[[], str]] = made["FILES"]  # animated pictures, which are written as text
 

@@ -21,7 +21,7 @@ from hypertuna.description.robot import Robot, load, parse
 FISH = load("hypertuna")
 JOINTS = tuple(group.name for group in FISH.joints)
 TOP = 250e3  # largest pressure [Pa]
-ELEMENTS = Path(__file__).parents[1] / "data" / "fe"
+ELEMENTS = Path(__file__).parents[1] / "data" / "fe"  # results of finite elements
 PRESSURE = np.linspace(0, TOP, 26)
 
 
@@ -98,7 +98,7 @@ FAMILY: tuple[dict[str, Any], ...] = (
 
 
 def fitted(unit: dict[str, Any], joint: int) -> tuple[Robot, bool]:
-    """Return a robot with the (shortest) lever that gives the published bend and True, or with the best and False."""
+    """Return a robot with the shortest lever that gives the published bend, and True; else the nearest, and False."""
     group, actuator = joint_group(FISH, joint)
     assert group.bend_max is not None
     wanted = math.degrees(group.bend_max)

@@ -52,7 +52,7 @@ FAULT_REMEDIES = {
     "depth_sensor": "Check the wires of its bus, their resistors and its 3.3 V.",
     "too_deep": "Trim the robot; check the mission's depths.",
 }
-REFUSAL_REMEDIES = {
+REFUSAL_REMEDIES = {  # what to do about a refused command, by its reason
     "armed": "Disarm, then repeat the command.",
     "disarmed": "Arm first.",
     "out_of_range": "`hypertuna firmware params` lists the ranges.",

@@ -10,7 +10,7 @@ from hypertuna.paper.computed import Trial, swim_published
 from hypertuna.paper.ledger import published
 from hypertuna.swimming.swim import Swim
 
-PAPER = published()
+PAPER = published()  # published numbers, by name
 FISH = load("hypertuna")
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
 

@@ -20,7 +20,7 @@ from hypertuna.swimming.swim import swim
 from hypertuna.trials.steady import SteadyRun
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNS, SEED = 12, 3
+RUNS, SEED = 12, 3  # runs of the designed series; seed of the hidden robot
 
 
 @cache

@@ -19,7 +19,7 @@ from hypertuna.fe.states import fast_states
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
-ELEMENTS = read_elements()
+ELEMENTS = read_elements()  # stored results of finite elements
 
 
 def bend_table() -> str:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from hypertuna.figures import BODY, COLORS, EDGE, FAINT, INK, POINTS, WIDTH, styled
 
 FLOW = Path(__file__).parents[1] / "validation/flow"
-ASPECT = 5.0
+ASPECT = 5.0  # span of the plate over its chord
 # Fin's angle [rad], its rate, and velocity of its leading edge, with the chord as length and the speed as 1.
 ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])
 SPEED, FORCE = 0.21, 0.23  # lengths of arrows [chords] per unit of speed and of force
@@ -74,7 +74,7 @@ def draw_forces(axes: Axes, part: Any) -> None:
 
 
 def draw_thrust(axes: Axes, forms: dict[str, Any], part: Any) -> None:
-    """Plot the thrust of a plate that pitches about a hinge a chord ahead, by theory of the law and by the lattice."""
+    """Plot the thrust of a plate that pitches about a hinge a chord ahead, by the law and by the vortex lattice."""
     name = forms["MOTIONS"][1]
     grid = np.linspace(0, 1.3, 100)
     scale = part.lift * forms["AMPLITUDE"] ** 2 / 2

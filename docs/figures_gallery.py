@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 ROOT = Path(__file__).parents[1]
+# A program of the gallery's page, and its picture's file
 ENTRY = re.compile(r"```python\n(.*?)```\n\n!\[.*?\]\((gallery/.*?)\)", re.DOTALL)
 
 

@@ -12,7 +12,7 @@ from functools import partial
 
 from hypertuna.paper.reproduce import Ledger
 
-SENTENCES = (
+SENTENCES = (  # sentences of the pages; {name | model} stands for a number of the paper's ledger
     "90 % of the robots that the paper allows swim {low speed/unoptimised-max | twin} to "
     "{high speed/unoptimised-max | twin} m/s; 0.56 m/s is published",
     "the optimized gait changes the speed by {speed/change-max | joint bandwidth} % with joint bandwidth, and by "
@@ -52,7 +52,7 @@ SENTENCES = (
     "Up to {cost-of-transport/cheapest-hz | twin} Hz it falls, because the idle power",
     "The default robot of the twin has an rms error of {rms | twin} %",
 )
-NUMBER = r"[-+]?\d[\d.]*"
+NUMBER = r"[-+]?\d[\d.]*"  # pattern of a number in a sentence
 
 
 def pattern_of(sentence: str) -> str:

@@ -25,8 +25,8 @@ FISH = load("hypertuna")
 PAPER = published()
 GAIT = named_gait(FISH, "turning")
 PUBLISHED_RADIUS = PAPER["values"]["turning/radius-bl"]["value"]  # BL
-PHASES = np.radians(PAPER["turning"]["phase_deg"])
-HEAD, FIN = 0, len(FISH.links.name) - 1
+PHASES = np.radians(PAPER["turning"]["phase_deg"])  # phases of the published turns [rad]
+HEAD, FIN = 0, len(FISH.links.name) - 1  # indices of links
 FACTORS = (1 / 8, 8.0)  # range of the factors tried to meet the published radius
 # Quantity -> keys of its numbers in the robot's file.
 KNOBS: dict[str, tuple[str, ...]] = {

@@ -19,7 +19,7 @@ EXCLUDED = {
     "ht_twin_save": "no view goes back in time",
     "ht_twin_restore": "no view goes back in time",
 }
-CORE = TOP / "core/include/hypertuna"
+CORE = TOP / "core/include/hypertuna"  # folder of the core's headers
 LISTS = {
     "FaultKind": "simulation/sensors.hpp",
     "BeatStatus": "host/beat_status.hpp",

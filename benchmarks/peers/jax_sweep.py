@@ -151,7 +151,7 @@ def _columns(fish: Fish, gaits: Gaits) -> tuple[Any, ...]:
     return link, body, 1 / (gaits.frequency * STEPS)
 
 
-PROGRAMS = {"direct": direct, "tabled": tabled, "fused": fused}
+PROGRAMS = {"direct": direct, "tabled": tabled, "fused": fused}  # ways to compute a swim, by name
 
 
 def compile_sweep(program: str, fish: Fish, gaits: Gaits, beats: int) -> Sweep:

@@ -16,7 +16,7 @@ from peers.fish import STEPS, Array, Fish, Gaits, beat_speed, clock, shape, twis
 
 Rate = Callable[[Array, Array, Array, Array], None]
 Beats = Callable[[Array, Array, Array, int], None]
-compiled = numba.njit(fastmath=True, error_model="numpy")
+compiled = numba.njit(fastmath=True, error_model="numpy")  # decorator that compiles a function
 
 
 def compile_rate(fish: Fish) -> Rate:

@@ -14,9 +14,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from peers.fish import STEPS, Array, Fish, Gaits
 
-compiled = numba.njit(fastmath=True, error_model="numpy")
+compiled = numba.njit(fastmath=True, error_model="numpy")  # decorator that compiles a function
 SETTLED = 1e-9  # relative change of speed per beat, small enough for finite differences
-MAX_BEATS = 600
+MAX_BEATS = 600  # after which a swim counts as not settled
 
 
 @compiled

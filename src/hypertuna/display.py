@@ -157,7 +157,7 @@ class Functions(dict[type, Callable[..., Any]]):
         return dict(self)[kind]
 
 
-cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots")
+cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots")  # by the type of a result
 
 
 class Displayed:

@@ -17,8 +17,8 @@ from hypertuna.io.files import write_atomically
 
 # Colors of Okabe and Ito, distinct for every kind of color vision; markers and dashes repeat the distinction.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-SHAPES = ("o", "s", "^", "D", "v", "P")
-LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
+SHAPES = ("o", "s", "^", "D", "v", "P")  # of markers
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))  # styles of lines, for curves that share a color
 INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"  # of text; of bodies and their outlines
 
 P = ParamSpec("P")

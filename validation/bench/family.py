@@ -28,7 +28,7 @@ from hypertuna.errors import InputError
 FISH = ht.load("hypertuna")
 TOP, ARM = 250e3, 0.08  # highest pressure [Pa]; from the joint to where its force is measured [m]
 ANGLE, FORCE = np.radians(0.2), 0.05  # noise of measured angles [rad], and relative noise of forces
-HEAD = "joint,side,pressure_kpa,angle_deg,angle_sd_deg,force_n,arm_mm"
+HEAD = "joint,side,pressure_kpa,angle_deg,angle_sd_deg,force_n,arm_mm"  # columns of a bench file
 BENDS = np.radians([2, 60])  # least and largest bend at the highest pressure; other draws are dropped
 
 

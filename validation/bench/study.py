@@ -15,7 +15,7 @@ from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 
 FISH = ht.load("hypertuna")
-PRESSURES = np.linspace(50e3, 250e3, 5)
+PRESSURES = np.linspace(50e3, 250e3, 5)  # Pa, of the loops
 
 
 def empty(

@@ -14,6 +14,7 @@ PATIENCE = 60.0  # s, that an answer may take
 WIRE = 115200.0  # bit/s of the serial line
 BASE = 100  # custom mode of the state `disarmed`
 MISSION, FENCE = 0, 1  # kinds of lists of points, as MAVLink numbers them
+# Robot's states, in the order of their custom modes
 STATES = ("disarmed", "rest", "manual", "gait", "mission", "paused", "home", "surface", "held")
 
 

@@ -21,7 +21,7 @@ import hypertuna as ht
 from hypertuna.io.files import version
 from hypertuna.parallel.executors import cluster
 
-RUNS = 20
+RUNS = 20  # sweeps with killed workers
 KILLS = 4  # workers killed in a run
 GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 128), amplitude=[(a, 20) for a in (8, 10, 12, 16)], phase=[(0.0, k) for k in range(64)]

@@ -24,11 +24,12 @@ from hypertuna.parallel.shards import Shards, _ShardTask
 from hypertuna.swimming.batch import batch
 from hypertuna.swimming.shards import _swim
 
-SIZE = 16_384
-LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]
+SIZE = 16_384  # gaits of a shard
+LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]  # deg, phases of both joints
 GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 64), amplitude=[(a, 20) for a in np.linspace(8, 16, 32)], phase=LAGS
 )
+# Options of the sweep
 HOW: dict[str, Any] = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
 
 

@@ -31,7 +31,7 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
 HERE = Path(__file__).parent
-HOUSE = HERE.parents[1]
+HOUSE = HERE.parents[1]  # the repository
 DEFAULT = ht.load("hypertuna")
 TABLE, RECORD = HOUSE / "build" / f"pressures-{DEFAULT.hash[:12]}.csv", HERE / "pressures.json"
 FAMILY = HOUSE / "data" / "twin" / "family.json"
@@ -52,7 +52,7 @@ SENSORS = {"pressure": 0.7, "bend": 0.16, "current": 0.07, "battery": 0.07}  # h
 WRONG = 30e3  # Pa: a reading this far from the truth must be reported
 TOLD, TOLD_BEAT = 2.0, 0.1  # a report may take so many seconds, or so many beats where that is longer
 KEPT = 2 / 3  # an unreported fault must leave at least this share of the healthy swing
-COLUMNS = (
+COLUMNS = (  # of the table
     *("seed", "robot", "temperature_c", "medium", "supply", "commands", "faults", "hard_kpa", "peak_kpa", "unit_kpa"),
     *("time_s", "circuit", "frequency_hz", "hard_stop_s", "flags", "wrong", "late", "blamed", "harm", "false"),
     "status",

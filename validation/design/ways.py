@@ -23,7 +23,7 @@ from hypertuna.design.unknowns import Unknowns
 from hypertuna.optimization.design_space import gait_bounds
 
 RESULT = Path(__file__).parent / "ways.json"
-RUNS = {"greedy": 12, "exchange": 12, "120 targets": 12, "grid": 24}
+RUNS = {"greedy": 12, "exchange": 12, "120 targets": 12, "grid": 24}  # number of runs of each way to choose them
 
 
 def greedy(plan: Design, made: int) -> TankRun:

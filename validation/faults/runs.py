@@ -16,6 +16,7 @@ THREADS = 2
 SECONDS = 10.0  # duration of a run [s]; the fault starts between 1 and 6 s
 CONTROL = ROBOT.controller
 HARD = 1.05 * (CONTROL.pressure_hard if CONTROL and CONTROL.pressure_hard else np.inf)  # Pa, 5 % above the hard limit
+# Condition that must report a fault, by the faulty sensor
 CONDITIONS = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
     "battery": "battery_fault"
 }

@@ -25,13 +25,13 @@ from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.mesh import MESHES, MeshSize, mesh_size
 from hypertuna.fe.model import FeOptions
 
-PAPER = {
+PAPER = {  # meshes with the paper's numbers of elements
     "I": MeshSize(0.27, largest=1.75, grading=0.32, order=2, pieces=29.0),
     "II": MeshSize(0.325, largest=2.6, grading=0.55, order=2, pieces=19.0),
 }
 ROBOT = "hypertuna"
 STORE = Path(__file__).with_suffix(".json")
-PRESSURE = (50e3, 100e3, 250e3)
+PRESSURE = (50e3, 100e3, 250e3)  # Pa, of stored bends
 KEYS = ("joint", "mesh", "order", "poisson")  # by which a row is known
 
 

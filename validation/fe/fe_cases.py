@@ -44,7 +44,7 @@ CARRIED = 1e-3  # m, thickness of the solid that carries a wall
 SLEEVE = 1e-3  # m, thickness of the sleeve of matrix
 POISSON = (0.475, 0.499)  # the paper's, and nearly incompressible
 INCOMPRESSIBLE = 0.4999  # Poisson's ratio that stands for 1/2, where theory has it
-HALF, FREE = "contraction at half force", "free contraction"
+HALF, FREE = "contraction at half force", "free contraction"  # names of cases
 STRAIN = 0.5  # of the cubes
 LINEAR = 0.3  # Poisson's ratio for the linear law: in biaxial tension it has no solution near 1/2
 

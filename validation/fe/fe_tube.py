@@ -21,7 +21,7 @@ __all__ = ["CARRIER", "Tube", "gradients", "ideal_pull", "ideal_stretch", "load"
 
 ORDER = 3  # of displacements and curved elements: enough for a tube, which stretches uniformly
 LENGTH = 2.0  # of the tube over its outer radius: a short one is enough, as its state is uniform
-QUARTERS = 4
+QUARTERS = 4  # of the tube, of which symmetry leaves one to compute
 
 # Elements need a volume, which a wall alone lacks: a solid of 5 Pa carries it, free to change its volume.
 CARRIER = Solid("neo_hookean", Mooney(2.5, 0.0), 0.0)

@@ -27,7 +27,7 @@ from hypertuna.paper.chapters.finite_elements import ROBOT, command, joint_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"
-WORK = ROOT / "build" / "fe"
+WORK = ROOT / "build" / "fe"  # folder for pictures and states
 CLOSE = 1e-3  # largest difference on another machine or version, over the largest bend
 MAPS = {  # options of `hypertuna fe map`, for the maps of each joint: both sides as the twin has them, up to its limit
     "I": ["--pressure 130,250,440 --moment 0", "--pressure 250 --moment -0.4"],

@@ -33,7 +33,7 @@ from hypertuna.fe.newton import CLOSE, lead
 from hypertuna.paper.chapters.finite_elements import ROBOT, joint_hash
 
 STORE = FOLDER / "nested.json"
-MESH = "coarse"
+MESH = "coarse"  # mesh of the coarsest level
 FIRST = 50e3  # Pa: first step on the way to the pressure of the study
 SAFETY = 1.25  # safety factor of the grid convergence index, with three levels
 

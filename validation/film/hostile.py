@@ -58,7 +58,7 @@ def shifted(offset, count=COUNT, **scene):
 def phone(
     path, pictures, codec="libx265", pix_fmt="yuv420p", rate=RATE, first=0, turn=None, options=(), tags=(), kept=None
 ):
-    """Write a film as phones do."""
+    """Write a film as phones do: variable times of frames, a rotation, tags of the maker."""
     container = {"avoid_negative_ts": "disabled", "movflags": "use_metadata_tags"}
     with av.open(str(path), "w", options=container) as out:
         out.metadata.update(dict(tags))
@@ -158,7 +158,7 @@ def large(path):
     write_film(path, [cv2.resize(p, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC) for p in drawn()[:48]])
 
 
-SLOW = {"com.android.capture.fps": "240.0"}
+SLOW = {"com.android.capture.fps": "240.0"}  # tag of a film in slow motion: true frames per second
 # name: what writes the film; whether it is a mirror image, a portrait, of 4K, upside down; options of `track_film`
 FILMS: dict[str, tuple[Callable[[Path], None], dict]] = {
     "cable over the fish": (lambda path: write_film(path, drawn(cable=True)), {}),

@@ -23,7 +23,7 @@ from film.rendered import Eye, Scene, frames, moved, swim_motion, write_film  # 
 from film.small import DEPTH, camera, fish, sections  # noqa: E402
 from hypertuna.film.run import track_film  # noqa: E402
 
-EYE = Eye(size=(1120, 480), focal=1100.0, k1=-0.12, place=(0.0, 0.0, 1.6))
+EYE = Eye(size=(1120, 480), focal=1100.0, k1=-0.12, place=(0.0, 0.0, 1.6))  # the camera
 RATE, SECONDS, RIPPLE = 60, 2.5, 0.7  # frames per second; length of a film [s]; ripples [px rms]
 RESULT = Path(__file__).parent / "seeds.json"
 

@@ -36,7 +36,7 @@ HERE = Path(__file__).parent
 WAKE = runpy.run_path(str(HERE / "wake.py"))
 FIN, deficiency = WAKE["FIN"], WAKE["deficiency"]
 STREAM = (0.2, 0.6, 1.2)  # reduced frequencies of beats in a stream
-ASPECTS = (2.43, 5.0)
+ASPECTS = (2.43, 5.0)  # aspect ratios of plates
 # By whether the span is finite: panels along chord and span, steps a beat
 SIZES = {True: ((4, 8, 32), (6, 12, 48)), False: ((8, 1, 32), (16, 1, 64))}
 PITCHES, INCIDENCES = (15.0, 30.0), (10.0, 20.0, 40.0, 60.0)  # deg, in still water and in steady flow

@@ -13,8 +13,8 @@ HERE = Path(__file__).parent
 FORMS = runpy.run_path(str(HERE / "forms.py"))
 TABLE = runpy.run_path(str(HERE / "table.py"))
 STEEP = runpy.run_path(str(HERE / "steep.py"))
-COMPARED = TABLE["compared"]()
-FINITE = [row for row in COMPARED if row[0] < 1e3]
+COMPARED = TABLE["compared"]()  # lattice, theory and forms; see `compared` in table.py
+FINITE = [row for row in COMPARED if row[0] < 1e3]  # rows of plates of finite span
 PITCHING = [row for row in FINITE if row[2].startswith("pitch")]
 
 

@@ -245,7 +245,7 @@ def reaction(found: Wake) -> np.ndarray:
     return -math.pi / 4 * np.gradient(across, found.time)
 
 
-BEATS = (
+BEATS = (  # beats of a plate of infinite span that are compared with theory
     Beat(0.25, 0.05),
     Beat(0.5, 0.05),
     Beat(1.0, 0.05),

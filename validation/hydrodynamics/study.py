@@ -34,8 +34,8 @@ from hypertuna.trials.trials import Trials
 FISH = ht.load("hypertuna")
 TRUTH = np.array([published_value(f"speed/{name}") for name in SPEEDS])
 FOUR = SPEEDS[:4]  # the unoptimized gaits, the only ones that are fitted
-FREE = ("water.blunt_area[0]", "joints.bandwidth")
-FIN = len(FISH.links.name) - 1
+FREE = ("water.blunt_area[0]", "joints.bandwidth")  # what is fitted: form drag of the head, bandwidth of the joints
+FIN = len(FISH.links.name) - 1  # index of the last link
 SWIM = 20.0  # s, duration of a run of the twin
 
 # Robots of the study, by what differs from the file; a list's last entry is the fin's.
@@ -67,6 +67,7 @@ PLAIN = {
     "edge_lift": 1.0,
     "edge_suction": 1.0,
 }
+# Changes of the robot's file, and the model of the joints, for rows without a fit
 UNFITTED: dict[str, tuple[Mapping[str, float], str]] = {
     "plain edge, no shedding, no form drag": (PLAIN | {"blunt_area_m2": 0.0, "tail_shedding": 0.0}, "bandwidth"),
     "plain edge, all of the suction, no form drag": (PLAIN | {"blunt_area_m2": 0.0}, "bandwidth"),

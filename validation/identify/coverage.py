@@ -31,16 +31,16 @@ from hypertuna.trials.trials import Trials
 
 # Lower seeds were used in development; relative noise of speeds; factor from which the table calls an interval "open"
 FIRST_SEED, NOISE, WIDE = 1000, 0.02, 100.0
-NAMES = ("drag_tangential", "drag_normal", "added_mass_normal")
+NAMES = ("drag_tangential", "drag_normal", "added_mass_normal")  # coefficients, common to all links
 SPREAD = (1.5, 1.2, 1.3)  # of the true factors, one standard deviation of the logarithm
 SWIMS = [(f, a) for f in (0.5, 0.7, 1.0, 1.3, 1.6, 2.0) for a in (0.6, 1.0)]  # over those of "cruise"
-MODELS = {
+MODELS = {  # key of the strip law that is wrong in the fitted model, and by which factor
     "right": ("edge_lift", 1.0),
     "drag area off by 2": ("blunt_area_m2", 2.0),
     "lift slope off by 1.5": ("edge_lift", 1.5),
 }
 FREE = {"drag along": 1, "drags, added mass": 3, "defaults": 0}  # how many of NAMES are fitted; 0: defaults
-CASES = [(model, free) for free in FREE for model in MODELS]
+CASES = [(model, free) for free in FREE for model in MODELS]  # all pairs of model and free coefficients
 
 
 def fish(seed: int, free: int) -> tuple[dict[str, Any], dict[str, Any], np.ndarray]:

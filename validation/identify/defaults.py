@@ -34,7 +34,9 @@ from hypertuna.trials.trials import Trials
 
 FOLDER = Path(os.environ.get("HYPERTUNA_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rexeel"
 EARLY = 2.2  # s, end of the first part of a swim: one second of ramp, then half a beat
+# Each one coefficient, common to all links
 ALONG, ACROSS, MASS = (f"water.strip.{name}=common" for name in ("drag_tangential", "drag_normal", "added_mass_normal"))
+# Added mass of the last link apart from the others'
 ENDS = ("water.strip.added_mass_normal[0-4]", "water.strip.added_mass_normal[5]")
 SETS: dict[str, tuple[tuple[str, ...], bool]] = {  # which coefficients are free, and whether with default priors
     "none": ((), False),

@@ -79,7 +79,7 @@ def handbook(links: int, **more: Any) -> dict[str, Any]:
     return table | more
 
 
-LAWS: dict[str, Any] = {
+LAWS: dict[str, Any] = {  # true strip law of `n` links, by name
     "same law": lambda n: handbook(n, added_mass_normal=[1.4] * n, drag_normal=[1.4] * n, drag_tangential=[0.04] * n),
     "sheds at its tail": lambda n: handbook(
         n,

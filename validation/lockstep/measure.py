@@ -29,14 +29,14 @@ from hypertuna.swimming.gait import named_gait
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).with_name("lockstep.json")
 BUILT = ROOT / "build" / "lockstep"  # the files of the robots that `robot new` writes
-SIZE = ("--sea", "--links", "4", "--length", "0.5", "--force")
+SIZE = ("--sea", "--links", "4", "--length", "0.5", "--force")  # options that two robots share
 ROBOTS: dict[str, tuple[str, ...]] = {  # options of `robot new`; none for HyperTuna
     "hypertuna": (),
     "oil-of-three": ("--actuation", "hydraulic", *SIZE),
     "axles-of-three": ("--actuation", "servo", *SIZE),
 }
 GAITS = {"hypertuna": "unoptimised-0.3"}  # the others': cruise
-PARTS = ("controller", "pilot", "radio", "whole")
+PARTS = ("controller", "pilot", "radio", "whole")  # of a tick, whose instructions are counted
 
 
 def runs(name: str) -> dict[str, tuple[str, int | None]]:

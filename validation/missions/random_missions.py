@@ -28,9 +28,9 @@ from hypertuna.control.mission import Mission, Point, Waypoint, cross, fence_dis
 from hypertuna.mission.record import MissionRecord, names_of
 from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_start
 
-SENSORS = ("imu", "field", "depth", "battery")
-KINDS = ("nan", "stuck")
-FINS = ("fin-port:stuck", "fin-starboard:down", "fins:up", "fins:down")
+SENSORS = ("imu", "field", "depth", "battery")  # that fail in a mission
+KINDS = ("nan", "stuck")  # of sensors' failures
+FINS = ("fin-port:stuck", "fin-starboard:down", "fins:up", "fins:down")  # failures of fins
 SIGMAS = 3.0  # an excursion or a claimed place may be off by so many standard deviations
 DEPTH = 0.3  # m, allowed beyond the limit of depth
 

@@ -14,10 +14,10 @@ from hypertuna.arrays import Array
 from mujoco_play import model
 
 SECONDS = 0.5  # of each simulation
-M = model(ht.load("hypertuna").using(joints="ideal", water="lumped"))
+M = model(ht.load("hypertuna").using(joints="ideal", water="lumped"))  # HyperTuna in MuJoCo
 FREQUENCY, *ANGLES = M.numeric("unoptimised-0.5").data
 AMPLITUDE, PHASE, BIAS = np.reshape(ANGLES, (3, -1))
-TIMES = np.arange(0, SECONDS, M.opt.timestep)[:, np.newaxis]
+TIMES = np.arange(0, SECONDS, M.opt.timestep)[:, np.newaxis]  # of steps [s]
 CONTROLS = BIAS + AMPLITUDE * np.sin(2 * np.pi * FREQUENCY * TIMES - PHASE)  # joint angles at each step [rad]
 
 

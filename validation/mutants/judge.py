@@ -37,7 +37,8 @@ from mutants import Mutant, drawn
 from hypertuna.cli.console import progress_bar
 
 ROOT = Path(__file__).resolve().parents[2]
-PLACE = ROOT / "build" / "mutants"
+PLACE = ROOT / "build" / "mutants"  # folder of traces and logs
+# Of PYTHONPATH: this study's hooks first
 PATHS = (str(Path(__file__).with_name("path")), os.environ.get("PYTHONPATH", ""))
 TIMES, MORE = 3.0, 60.0  # a mutant's tests may take TIMES as long as without it, and MORE seconds
 FIRST = 40  # number of tests in the first group

@@ -162,9 +162,10 @@ def npz(**arrays: Any) -> bytes:
     return out.getvalue()
 
 
-MARKS = (_core.RECORD_MARK >> 16 << 16) | (_core.RECORD_TICK << 8)
+MARKS = (_core.RECORD_MARK >> 16 << 16) | (_core.RECORD_TICK << 8)  # mark and kind of a tick's record in a black box
+# Tables that readers turn into objects, with a lower limit of rows
 OBJECTS = ("steady runs", "places", "bench", "calibration")
-NUMBERS = b'{"asked": [' + b"0.12345678901234567, " * 30_000 + b'0], "told": 1}'
+NUMBERS = b'{"asked": [' + b"0.12345678901234567, " * 30_000 + b'0], "told": 1}'  # record with a long list of numbers
 # Name, reader, content. Kinds that are read whole and compared (key, header, state) need memory of their size.
 FILES: tuple[tuple[str, str, Make], ...] = (
     ("toml, dotted keys below a deep heading", "robot", lambda: (

@@ -14,10 +14,15 @@ from typing import Any
 from radio.test_radio_cpp import Ground, armed
 from radio_bench import RadioBench, Told
 
+# Extreme values of floating-point fields
 ODD = (0.0, -0.0, 1.0, -1.0, 0.5, 1e-40, 2.0**31, -(2.0**31), 3e38, -3e38, float("inf"), -float("inf"), float("nan"))
+# Bytes of integer types
 SIZES = {"int8_t": 1, "uint8_t": 1, "char": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4}
+# Numbers of commands in MAVLink
 COMMANDS = (16, 20, 21, 176, 179, 193, 224, 241, 262, 300, 400, 401, 410, 510, 511, 512, 519, 520, 52510, 52511)
+# Of parameters, known and unknown
 NAMES = (b"learning", b"link_rate", b"snag_distance", b"frequency_max", b"\xff" * 16, b"")
+# Values of fields that a frame takes most of the time
 EXTREMES = {"command": COMMANDS, "target_system": (0, 1, 1, 1), "target_component": (0, 1), "param_id": NAMES}
 TICKS = 1500  # ticks of a session
 

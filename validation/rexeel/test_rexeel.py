@@ -24,12 +24,14 @@ FRAME = 0.0333  # s, of the videos: how far the clock of the joints may be off
 AMPLITUDES = ("10deg", "30deg")
 
 REPEATABILITY = {"10deg": (0.66, 0.66, 0.78), "30deg": (1.20, 0.96, 1.94)}  # as the authors of the data report it
-RUNS = {"10deg": 21, "30deg": 20}
+RUNS = {"10deg": 21, "30deg": 20}  # number of recorded swims
 THEORY = {"10deg": (0.82, 2.08, 1.56), "30deg": (2.86, 7.16, 4.35)}  # rmse of x [cm], y [cm], yaw [deg]
-FITTED = {"10deg": (0.77, 0.69, 1.51), "30deg": (1.97, 1.13, 3.38)}
+FITTED = {"10deg": (0.77, 0.69, 1.51), "30deg": (1.97, 1.13, 3.38)}  # rmse after the fit, units as in THEORY
+# The same with fitted offsets of the clocks
 FITTED_SHIFTED = {"10deg": (0.77, 0.68, 1.00), "30deg": (1.91, 1.16, 2.77)}
 MEASURED = {"10deg": (0.76, 0.68, 0.99), "30deg": (1.99, 1.14, 5.08)}  # of the measured angles, clocks as given
 
+# Coefficients that are fitted
 FREE = ("water.added_mass_normal[0-4]", "water.added_mass_normal[5]", "water.drag_tangential", "water.drag_normal")
 PRIOR = {"water.drag_normal": 1.5}  # about a long flat plate
 VALUES = {  # c_a, c_a of the last link, C_t, C_n; fitted on

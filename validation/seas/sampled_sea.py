@@ -57,7 +57,7 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "compass iron": ("compass",),
     "receiver elsewhere": ("fixes_refused",),
 }
-KINDS = tuple(FAULTS)
+KINDS = tuple(FAULTS)  # of failures
 # Groups of failures of which the command line may ask for a number of seas.
 GROUPS = {"entangled": ("body:tethered", "body:held"), "compass": ("compass turned", "compass iron")}
 

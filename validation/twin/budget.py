@@ -40,7 +40,7 @@ PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m
 SECONDS = 12.0  # of a run, of which the last beats count
 THREADS, BLOCK = 2, 8  # BLOCK members run at once, in the lanes of a vector
 
-STUDIED = ("postures", "dives", "lakes", "phases", "turns")
+STUDIED = ("postures", "dives", "lakes", "phases", "turns")  # studies of the ledger that are run
 PART = 4  # every fourth member runs these studies, which take as long as all swims
 
 Numbers = dict[str, Array]  # by name, each member's value; NaN where its run diverged

@@ -57,6 +57,7 @@ ACTUATOR = {
     "axis_buckling[I]": (2.4, 210.0),  # from the bend sensor's film to two plastic oil pipes
     "axis_buckling[II]": (2.4, 13.0),  # no pipe passes joint II
 }
+# Unknowns of the actuator that are drawn
 FREE = ("lever", *SILICONE, "outer_diameter", "diameter_ratio", "braid_angle", "friction", "axis_buckling")
 # Ranges of all else, drawn evenly on a logarithmic scale but for the fill pressure; "times": over the description.
 OTHERS = {
@@ -80,14 +81,14 @@ SENSOR_HIGH = (500e3, 1000e3)  # Pa: upper ends of the pressure sensor's range
 
 # Published facts with the standard deviation that they count with.
 BENCH = Path(__file__).resolve().parents[2] / "examples" / "bench" / "paper.csv"  # both bends, at 3 % of the model
-PRESSURES = np.array([100e3, 150e3, 200e3, 250e3])
+PRESSURES = np.array([100e3, 150e3, 200e3, 250e3])  # Pa, at which bends are checked for a line
 STRAIGHT, STRAIGHT_SD = 0.96, 0.01  # R^2 taken for "a linear trend", and its standard deviation
-POSTURE = published()["posture"]
+POSTURE = published()["posture"]  # published numbers of the posture test
 BOUNDS = {"unoptimised-0.3": 0.3, "unoptimised-0.4": 0.4, "unoptimised-0.5": 0.5}  # m/s, published
 POWER_PART = 0.1  # relative standard deviation of a measured power
 SUCTION = 50e3  # Pa of suction that count as one standard deviation from "no negative pressure"
 SECONDS, WITHIN = 8.0, 4.0  # s, duration of a run, and within which a joint must settle
-IDLE = "servos.piston pump.idle_current_a"
+IDLE = "servos.piston pump.idle_current_a"  # key of the idle current
 
 
 @dataclass

@@ -29,7 +29,7 @@ from hypertuna.paper.seeds import taken_hash
 
 FILE = budget.FOLDER / "posterior.json"
 IN = SPEEDS[:4]  # the unoptimised gaits, which give the weights; the optimised ones test them
-SWUM = ("speed_m_s", "power_w")
+SWUM = ("speed_m_s", "power_w")  # stored results of the eight gaits
 ARM = 0.08  # m, from the joint's middle to the hook of the scale that measures its force
 AXES = {  # buckling force of what lies on a joint's axis, ranges of joints I and II [N]
     "best with a free axis": ((2.4, 13.0), (2.4, 13.0)),

@@ -56,7 +56,7 @@ def limit(kpa: float) -> dict[str, float]:
     return {f"controller.{key}": value for key, value in limits.items()} | {"sensors.pressure.high": max(1e6, 2 * work)}
 
 
-ROWS = (
+ROWS = (  # variants of the robot that are compared
     Row("default robot"),
     Row("open loop", options={"closed_loop": False}),
     *(Row(f"working limit {kpa} kPa", limit(kpa)) for kpa in LIMITS),

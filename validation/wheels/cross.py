@@ -20,7 +20,7 @@ import abi3info
 import nanobind
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILD = ROOT / "build/cross"
+BUILD = ROOT / "build/cross"  # folder of the builds
 ABI = (3, 12)  # wheel.py-api of pyproject.toml
 TARGETS = {  # name: (triple of Zig, system and processor of CMake, suffix of the extension)
     "windows-x86_64": ("x86_64-windows-gnu", "Windows", "AMD64", ".pyd"),

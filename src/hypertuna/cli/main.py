@@ -157,7 +157,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "version": ("version:version_command", "Print the version and the instruction set in use."),
     },
 }
-COMMANDS = {name: row for table in PANELS.values() for name, row in table.items()}
+COMMANDS = {name: row for table in PANELS.values() for name, row in table.items()}  # every command's row of `PANELS`
 
 
 class Program(TableGroup):

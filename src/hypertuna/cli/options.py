@@ -230,7 +230,7 @@ Frequency = Annotated[
 Amplitude = Annotated[list[Any] | None, ranges("--amplitude", "degrees", f"Amplitudes, {GROUPS}.")]
 Phase = Annotated[list[Any] | None, ranges("--phase", "degrees", "Lags behind the first joint group.")]
 Bias = Annotated[list[Any] | None, ranges("--bias", "degrees", "Mean angles of the joint groups.")]
-LAWS = [law for law, _ in _core.water_laws()]
+LAWS = [law for law, _ in _core.water_laws()]  # names of water laws
 JointLaw = Annotated[str | None, word("--joints", ("ideal", "bandwidth"), f"Model of the joints. {ROBOTS}")]
 Areas = Annotated[str | None, word("--areas", ("consistent", "as-printed"), f"Areas of the lumped law. {ROBOTS}")]
 WaterLaw = Annotated[str | None, word("--water", LAWS, f"Water law. {ROBOTS}")]
@@ -365,7 +365,7 @@ Pressures = Annotated[
 # --- what is written
 
 SHARDS = ".shards"  # suffix of a folder of shards
-FIGURES = (".svg", ".png", ".pdf")
+FIGURES = (".svg", ".png", ".pdf")  # endings of plots' files
 AsJson = Annotated[bool, flag("--json", "Print one JSON object.")]
 Plot = Annotated[str | None, file("--plot", "the plot", *FIGURES)]
 Manifest = Annotated[str, file("--output", "the manifest", ".toml")]

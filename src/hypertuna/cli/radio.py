@@ -35,6 +35,7 @@ def _read_key(path: str, _: str) -> bytes:
     return content
 
 
+# Forms of the radio's address, for help texts and errors
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
 Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
 Key = Annotated[

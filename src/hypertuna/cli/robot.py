@@ -34,7 +34,7 @@ HEIGHT = "Largest height of the body in m, without fins. (default: that at which
 WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
-TAILS = ("driven", "passive", "flexible")
+TAILS = ("driven", "passive", "flexible")  # kinds of tail fins
 
 RobotFile = Annotated[
     str, typer.Argument(help="Name of a robot that comes with hypertuna, or path of a TOML file.", show_default=False)

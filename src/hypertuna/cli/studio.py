@@ -27,14 +27,14 @@ LOCALHOST = "127.0.0.1"  # the page is for this machine alone
 HOST_NAMES = re.compile(r"(127\.0\.0\.1\.?|localhost\.?|\[::1\])(:\d+)?", re.ASCII | re.IGNORECASE)
 PATIENCE = 60.0  # s until a connection is closed: enough to send the page through a slow tunnel
 MAX_CONNECTIONS = 64  # at a time; browsers open a few in advance
-PORTS = Whole(min=1, max=65535)
+PORTS = Whole(min=1, max=65535)  # TCP ports that may be given
 # Content security policy: the page may run its own code, also in workers, and fetch nothing.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:; connect-src data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-HEADERS = {
+HEADERS = {  # HTTP headers of every answer
     "Content-Type": "text/html; charset=utf-8",
     "Content-Security-Policy": POLICY,
     "Cache-Control": "no-store",

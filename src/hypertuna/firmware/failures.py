@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hypertuna.control.sensors import fault_texts, fault_times
 from hypertuna.errors import InputError, did_you_mean, shown
 
-SPELLING = re.compile(r"(?P<part>[a-z]+):(?P<kind>[a-z]+)@(?P<times>[^:@]+)")
+SPELLING = re.compile(r"(?P<part>[a-z]+):(?P<kind>[a-z]+)@(?P<times>[^:@]+)")  # pattern of a failure that is typed
 FAILURES = {
     "board:brownout": "the supply dips: the board boots again with what its memory stores, and so does the receiver",
     "board:watchdog": "the watchdog resets the board, which keeps its power",
@@ -16,7 +16,7 @@ FAILURES = {
     "hull:leak": "water in the hull",
     "link:lost": "the ground station falls silent",
 }
-PARTS = {name.partition(":")[0] for name in FAILURES}
+PARTS = {name.partition(":")[0] for name in FAILURES}  # what can fail
 OUTAGE = 0.3  # s from a reset to the firmware's next tick
 
 

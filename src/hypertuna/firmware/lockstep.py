@@ -13,19 +13,23 @@ from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
 SIZES = [channel.count(_core.BOARD_JOINTS) for channel in COUNTED.values()]  # samples of each channel in a message
-SAMPLES = sum(SIZES)
+SAMPLES = sum(SIZES)  # samples of all channels in a message
 DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
 NO_SAMPLE = -(2**31)  # sample of a silent sensor
 NUMBERS = max(16, 3 * _core.BOARD_JOINTS + 3)  # numbers of an order: enough for a mission or a gait
 DEGREES = 1e7  # counts of the satellite receiver in a degree
 FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # bits of the flags
 RADIO = 62  # bytes that the radio can receive in a tick
+# Names of orders, by their numbers
 ORDERS = ("none", "give", "gait", "sticks", "leg", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
+# Fields of sensors and orders in a message to the board
 REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy", "<i4")]
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
+# Fields of what the board's radio receives
 HEARD: list[Any] = [("missed", "u1"), ("length", "u1"), ("radio", "u1", RADIO)]
 TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
+# Fields of an answer that are equal on all boards
 SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", _core.BOARD_SERVOS)]
 SAME += [("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]

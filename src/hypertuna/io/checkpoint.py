@@ -22,6 +22,7 @@ from hypertuna.io.door import check_memory, check_regular, parse_json, read_byte
 from hypertuna.io.files import Closing, unwritable
 
 MARK = "hypertuna journal"  # in the header of every journal
+# Fix of errors about a file of another run or with damage
 ANOTHER = "give another file, or remove this one to start over"
 SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # checksum at the end of a line
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hypertuna.arrays import Array
 
-MB = 1_000_000
+MB = 1_000_000  # bytes
 
 
 class Kind(NamedTuple):
@@ -77,6 +77,7 @@ QUOTED = re.compile(
     r'\'\'\'.*?(?:\'{3,5}|\Z)|"(?:[^"\\\n]|\\.)*+"?|\'[^\'\n]*+\'?|#[^\n]*+',
     re.DOTALL,
 )
+# Pattern of a dotted key that is nested too deeply
 DOTTED = re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEPTH},}}")
 # What to do about errors of `tomllib`, which names the line where it gave up.
 TOML_FIXES = {

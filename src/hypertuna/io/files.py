@@ -213,7 +213,7 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
 
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error codes of a full disk, quota or file
-CONVENTIONS = "CF-1.11"
+CONVENTIONS = "CF-1.11"  # version of the CF conventions, in NetCDF files
 CF_UNITS = {"deg": "degree", "Wh": "W h"}  # unit -> its name in UDUNITS
 # New names of coordinates: CF's own `time` is a date, its `pressure` that of the air.
 CF_NAMES = {"time": "elapsed_time", "pressure": "gauge_pressure"}

@@ -16,7 +16,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 
 WAIT = 120.0  # s of wall-clock time for reading a file
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
+SIGNATURE = b"\x89HDF\r\n\x1a\n"  # first bytes of a file
 
 
 @dataclass(frozen=True)

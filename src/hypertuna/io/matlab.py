@@ -15,11 +15,11 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import MB, read_bytes
 
-SIGNATURE = b"MATLAB 5.0 MAT-file"
+SIGNATURE = b"MATLAB 5.0 MAT-file"  # first bytes of a file
 LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # limits: bytes unpacked; arrays; nested cells and structures
 # Types of elements: of numbers -> type in NumPy; others.
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8", 16: "u1", 17: "u2"}
-MATRIX, COMPRESSED = 14, 15
+MATRIX, COMPRESSED = 14, 15  # types of elements that hold others
 CELL, STRUCT, OBJECT, CHAR, SPARSE, DOUBLE, UINT64 = 1, 2, 3, 4, 5, 6, 15  # classes of arrays
 HEADER = 128  # bytes
 

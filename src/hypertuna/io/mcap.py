@@ -19,7 +19,7 @@ CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
 NANO = 1_000_000_000  # ns in 1 s
 METADATA, ENDING = "hypertuna", "hypertuna-end"  # names of the metadata records at the start and the end of a log
 LINK = "link"  # metadata key that only a radio log has
-MAGIC = b"\x89MCAP0\r\n"
+MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a file
 # Limits against decompression bombs; logs of missions shrink to a third. Bytes of a chunk; a file may unpack to
 # MAX_UNPACKED bytes and MAX_RATIO times its size.
 MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30
@@ -27,6 +27,7 @@ FOREIGN_CHUNK = 32 << 20  # bytes of a chunk in files of other programs
 # Limits of a file, enough for 40 minutes of a mission: bytes in chunks, in other records, in one metadata record;
 # messages.
 MOST, OTHERS, HEADER, MESSAGES = 200 << 20, 32 << 20, 1 << 20, 1_000_000
+# What is wrong with a record that is too long
 LONG = f"longer than is read at once ({MOST >> 20} MB or {MESSAGES} messages)"
 LAST = 2**63  # ns: a later time can only be damage
 

@@ -150,7 +150,7 @@ class Station(Task):
         return Outcome(reward, np.zeros(len(distance), dtype=bool), distance < 1)
 
 
-TASKS: dict[str, type[Task]] = {"Swim": Swim, "Turn": Turn, "Goto": Goto, "Station": Station}
+TASKS: dict[str, type[Task]] = {"Swim": Swim, "Turn": Turn, "Goto": Goto, "Station": Station}  # classes by name
 
 
 def wrapped(angle: Array) -> Array:

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
 PAPER = "ideal joints"  # the paper's own model
 OURS = "joint bandwidth"  # our model: one more parameter, the joints' bandwidth
+# Options of a robot, by name of the model
 MODELS: dict[str, dict[str, str]] = {PAPER: {"joints": "ideal"}, OURS: {"joints": "bandwidth"}}
+# The same models with the areas that the paper prints
 AS_PRINTED = {f"{name}, areas as printed": choice | {"areas": "as-printed"} for name, choice in MODELS.items()}
-TWIN = "twin"
+TWIN = "twin"  # name of the twin among the models
 STRIPS = "strips"  # the strip law, with joints that lag
 TARGETS = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
 COSTS = TARGETS[:3]  # speeds at which the paper compares costs of transport

@@ -22,7 +22,7 @@ CLASSES: dict[Class, str] = {  # of computed numbers: whether they could have co
 # Only a prediction is "reproduced"; a number of another class that is met "agrees", which proves little. A bound
 # "holds" or is "violated"; a robot that is 20 % faster or slower keeps most bounds too.
 VERDICTS = ("reproduced", "agrees", "holds", "deviates", "violated", "contradicted", "undetermined", "not-computed")
-MARKS = dict(zip(VERDICTS, "✓≈⊂≠⊄✗○…", strict=True))
+MARKS = dict(zip(VERDICTS, "✓≈⊂≠⊄✗○…", strict=True))  # sign of each verdict
 ENOUGH = 0.9  # fraction of the seeds that must agree
 
 
@@ -60,10 +60,10 @@ class Rule:
 
 # `Rule.how` -> sign of the bound.
 BOUNDS = {"at most": "≤", "at least": "≥"}
-CLAIM = "the accuracy that the paper claims for its own model, section III.E"
+CLAIM = "the accuracy that the paper claims for its own model, section III.E"  # reason for a tolerance
 # A tolerance below 1/11 never admits both a robot and one that is 20 % faster: 1.2 (1 - 1/11) = 1 + 1/11.
 WIDEST = 0.09
-LARGE = "the largest tolerance that no robot 20 % faster or slower meets"
+LARGE = "the largest tolerance that no robot 20 % faster or slower meets"  # reason for a tolerance
 
 # The first rule that fits an entry decides its verdict. A number that fails it deviates; if the
 # published number is derived from others of the paper, it is contradicted.

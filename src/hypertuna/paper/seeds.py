@@ -28,7 +28,7 @@ from hypertuna.paper.studies import STUDIES
 
 SEEDS = tuple(range(32))
 DIGITS = 6  # significant digits of stored numbers
-AGAIN = "`hypertuna paper --full` computes it again"
+AGAIN = "`hypertuna paper --full` computes it again"  # which command repeats stored results, for reasons
 Numbers: TypeAlias = Mapping[str, Array]  # name -> its value for each seed (seeds,)
 
 

@@ -139,7 +139,7 @@ class Study:
 
 
 ROBOT = "hypertuna"
-STUDIES = {
+STUDIES = {  # studies of the ledger, by name
     "swims": Study(swims),
     "postures": Study(postures),
     "phases": Study(phases),

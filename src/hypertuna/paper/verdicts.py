@@ -13,7 +13,7 @@ from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.reproduce import Ledger, reproduce
 
 COMMAND = "python -m hypertuna.paper.verdicts"
-FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")
+FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")  # facts of provenance that are stored with the verdicts
 
 
 def verdicts_of(ledger: Ledger) -> dict[str, Any]:

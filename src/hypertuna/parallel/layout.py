@@ -39,4 +39,4 @@ class Layout:
         return {name: name for name in names} | dict(self.table)
 
 
-NO_LAYOUT = Layout({}, {}, {}, {}, {})
+NO_LAYOUT = Layout({}, {}, {}, {}, {})  # before the first shard is known

@@ -29,7 +29,7 @@ from hypertuna.ranges import Whole
 if TYPE_CHECKING:
     import xarray as xr
 
-MARK = "hypertuna shards"
+MARK = "hypertuna shards"  # format's name in the manifest
 MANIFEST = "manifest.json"
 SUFFIX = ".shards"  # of the folder's name
 LARGEST, SMALLEST = 131_072, 256  # limits of the default size of a shard [items]; the largest is 20 MB of gaits
@@ -49,7 +49,7 @@ Columns = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Shards:
-    """A folder of shards, its manifest read or written."""
+    """Folder of shards, whose manifest has been read or written."""
 
     folder: Path
     header: Mapping[str, Any]  # what the results depend on

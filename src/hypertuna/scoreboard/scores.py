@@ -21,10 +21,10 @@ from hypertuna.scoreboard.laws import Shoal
 if TYPE_CHECKING:
     import xarray as xr
 
-UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical power": "W"}
+UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical power": "W"}  # of quantities
 SIZES = {"length": "m", "frequency": "Hz", "excursion": "m"}  # other fields of a score -> unit
 NEAR, FAR = 1.3, 2.0  # factors of predicted over published within which swimmers are counted
-MODEL = "robot new"
+MODEL = "robot new"  # name of the model that is scored
 # Limits of a true excursion over the assumed one: swimmers' excursions are 0.1 to 0.3 of their length (Saadat et al.
 # 2017), and 0.2 is assumed if none is published. Speed is proportional to the excursion.
 EXCURSIONS = 0.5, 1.5

@@ -23,7 +23,7 @@ import pytest
 
 FOLDER = Path(os.environ["HYPERTUNA_LINES"])
 PACKAGE = str(Path(__file__).resolve().parents[3] / "src" / "hypertuna") + os.sep
-SEEN: dict[str, set[int]] = defaultdict(set)
+SEEN: dict[str, set[int]] = defaultdict(set)  # lines executed since the last test, by module
 
 
 def _called(frame: FrameType, event: str, argument: object) -> Any:

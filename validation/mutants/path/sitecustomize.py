@@ -11,7 +11,7 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 
-CORE = os.environ.get("HYPERTUNA_CORE")
+CORE = os.environ.get("HYPERTUNA_CORE")  # file of the built extension
 MUTANT = json.loads(os.environ.get("HYPERTUNA_MUTANT", "null"))
 
 

@@ -21,7 +21,7 @@ from hypertuna.reports.html import WIDTH, Section
 LAKE = "mission lake"  # the model in the ledger
 MISSION = "lake"
 STORED = "missions/lake.json"  # below data
-AGAIN = "validation/missions/lake.py flies it again"
+AGAIN = "validation/missions/lake.py flies it again"  # which command repeats the stored flight, for reasons
 HOUR = 3600.0  # s
 # Columns of the flight that are stored and plotted.
 PLOTTED = ("position", "attitude", "position_estimated", "depth_estimated", "mode", "energy", "charge_left")
