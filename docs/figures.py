@@ -51,7 +51,7 @@ from hypertuna.swimming.plots import plot_swim
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from figures_common import FISH, MODELS, PAPER, change, paper_value, rows, swum, trials  # noqa: E402  # beside this file
+from figures_common import FISH, MODELS, PAPER, change, paper_value, rows, swum, trials  # noqa: E402  # in this folder
 from figures_stated import stated  # noqa: E402
 
 PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts))

@@ -14,8 +14,8 @@ import numpy as np
 
 from peers.fish import STEPS, Array, Fish, Gaits, beat_speed, clock, shape, twist
 
-Rate = Callable[[Array, Array, Array, Array], None]
-Beats = Callable[[Array, Array, Array, int], None]
+Rate = Callable[[Array, Array, Array, Array], None]  # writes the state's rate of change
+Beats = Callable[[Array, Array, Array, int], None]  # advances the state by beats
 compiled = numba.njit(fastmath=True, error_model="numpy")  # decorator that compiles a function
 
 

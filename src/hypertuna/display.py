@@ -106,7 +106,7 @@ class Table:
 
     @property
     def plain(self) -> tuple[list[str], list[list[str]]]:
-        """The heads in a line each, and the rows without styles."""
+        """Return the heads, each in one line, and the rows without styles."""
         return [head.replace("\n", " ").strip() for head in self.heads], [[*map(_cell, row)] for row in self.rows]
 
     def width(self) -> int:

@@ -55,7 +55,7 @@ TICK = 0.01  # control period [s]
 STATES = tuple(name for name, *_ in _core.state_table())
 GUIDED = ("mission", "home", "surface")  # states in which the pilot on board makes the command
 MILLI = 1000  # mm in 1 m
-RANGES = {
+RANGES = {  # of options
     "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
     "seed": Whole(min=0, max=2**64 - 1),
     "radio": Whole(min=1, max=65535),  # port

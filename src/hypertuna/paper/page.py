@@ -18,7 +18,7 @@ from hypertuna.reports.studio import studio_page
 # Verdict -> its name on the page; first word of an id -> title of its entries.
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
 TITLES = {"fe": "Finite elements", "start": "From rest"}
-CARDS = tuple(
+CARDS = tuple(  # for what readers may do next
     dict(zip(("title", "text", "command", "page"), card, strict=True))
     for card in (
         ("Swim", "The settled beat of a gait.", "hypertuna swim --gait unoptimised-max", "start/first-swim.md"),
