@@ -109,7 +109,7 @@ def reference(robot: ht.Robot, gait: str, fins: float) -> Array:
     moments = np.concatenate([np.zeros((1, groups)), np.eye(groups)])
 
     def rate(t: float, state: Array) -> Array:
-        """Of position (3), attitude (4), twist (6) and fin (1)."""
+        """Return the rate of the state: position (3), attitude (4), twist (6) and fin (1)."""
         position, q, twist, fin = np.split(state, [3, 7, 13])
         angle, speed = amplitude * np.sin(omega * t - phase), omega * amplitude * np.cos(omega * t - phase)
         pose = [*position, *(q / np.linalg.norm(q)), *fin, *fin]

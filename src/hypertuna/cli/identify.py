@@ -215,7 +215,7 @@ def _record(fits: Fits) -> dict[str, Any]:
 
 
 def _lines(fits: Fits) -> Iterator[Part]:
-    """Yield the lines that the terminal prints for the best fit, and of the fits by other water laws."""
+    """Yield the lines that the terminal prints for the best fit, and for the fits by other water laws."""
     if len(fits.by_law) > 1:
         yield digits_table(*law_table(fits.by_law))
     title, table, *rest = sampled_card(fits.fit, fits.sampled, fits.seconds).lines()
