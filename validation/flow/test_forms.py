@@ -128,7 +128,7 @@ def test_the_wake_of_form_quarter_takes_a_sum_of_squares() -> None:
 
 
 def test_lift_that_fades_takes_energy_unless_munk_s_moment_fades_with_it() -> None:
-    """With the moment, the wake gets H times what it gets without fading; without it, less than nothing at times."""
+    """With the moment, the wake's energy is H times that without fading; without it, at times negative."""
     random = np.random.default_rng(1)
     row = next(row for row in TABLE["stored"]("forms")["plates"] if row["aspect"] == 5)
     mass, lift_slope = row["mass"], row["lift"]

@@ -42,10 +42,10 @@ class Wake(NamedTuple):
 
     time: np.ndarray
     speed: np.ndarray  # (n, 3): of the leading edge along x and z of the plate, angular
-    force: np.ndarray  # (n, 2): along x and z of the plate, on its area times density
+    force: np.ndarray  # (n, 2): along x and z of the plate, over its area times density
     angle: np.ndarray
     impulse: np.ndarray  # (n, 2): of all rings, along the axes at rest, over area times density
-    moment: np.ndarray  # (n,): of the force about the leading edge, as the angle turns, on area times density
+    moment: np.ndarray  # (n,): of the force about the leading edge, as the angle turns, over area times density
 
     def at_rest(self) -> np.ndarray:
         """Return the force (n, 2) along the axes at rest."""

@@ -38,7 +38,7 @@ SCALES = {
 }
 # Names whose label is not made of the same words.
 NUMBERS = {"strouhal": "Strouhal number", "reynolds": "Reynolds number"}
-ENDS = ("max", "min", "peak")  # last words of names that come first in labels
+ENDS = ("max", "min", "peak")  # last words of names; in labels they come first
 
 
 def suffix(unit: str) -> str:

@@ -18,7 +18,7 @@ TOLERANCE = 0.1  # relative error within which another speed counts as predicted
 
 
 class Other(NamedTuple):
-    """A speed of a swimmer, predicted with the drag area that another of its runs was fitted with."""
+    """A predicted speed of a swimmer, with the drag area that was fitted to another of its runs."""
 
     fitted: str  # run whose speed the drag area meets
     run: str  # run whose speed is predicted
