@@ -1,4 +1,4 @@
-"""What is measured: one function per item, each giving rows for the tables and the JSON."""
+"""The measured items: one function for each, which returns rows for the tables and the JSON."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from peers import jax_sweep, mujoco_swim, numba_rhs, scipy_swim
 from peers.fish import STEPS, Array
 from timing import Race
 
-EVALUATIONS = 4 * STEPS  # of the right-hand side in a beat
-BEATS = 40  # of a brute-force sweep
-NUMBA_LANES = (1, 4, 8, 16, 32, 64)  # gaits in step, of which the fastest number counts
-AGREE = 1e-5  # m/s: peers that differ more do not compute the same
-OUR_ERROR = 8e-7  # of the speed with 128 steps per beat (relative): what SciPy's tolerance is matched to
+EVALUATIONS = 4 * STEPS  # evaluations of the right-hand side per beat
+BEATS = 40  # beats of each gait in a brute-force sweep
+NUMBA_LANES = (1, 4, 8, 16, 32, 64)  # numbers of gaits in step; the fastest one is reported
+AGREE = 1e-5  # m/s: a peer whose speed differs by more computes another model
+OUR_ERROR = 8e-7  # relative error of our speed with 128 steps per beat; SciPy's tolerance gives the same
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number."""
+    """One measured number."""
 
     key: str
     what: str
@@ -53,7 +53,7 @@ class Item:
 
 @cache
 def setting() -> tuple[hypertuna.Robot, fishes.Fish, fishes.Gaits, hypertuna.Gaits]:
-    """HyperTuna with ideal joints, and the benchmark's grid, for us and for the peers."""
+    """Return HyperTuna with ideal joints and the benchmark's grid, in our types and in the peers'."""
     gaits = fishes.grid()
     ours = hypertuna.Gaits(
         gaits.frequency, gaits.amplitude, gaits.phase, bias=np.zeros_like(gaits.phase), shape=(len(gaits),)
@@ -62,13 +62,13 @@ def setting() -> tuple[hypertuna.Robot, fishes.Fish, fishes.Gaits, hypertuna.Gai
 
 
 def brute() -> Array:
-    """Speeds of the grid after `BEATS` beats from rest."""
+    """Return the speeds of the grid after `BEATS` beats from rest [m/s]."""
     robot, _, _, gaits = setting()
     return np.asarray(hypertuna.sweep(robot, gaits, method="beats", beats=BEATS, threads=1)["speed"])
 
 
 def rhs_input(fish: fishes.Fish, gait: fishes.Gaits) -> str:
-    """What benchmarks/rhs.cpp reads: links, frequency, and eight numbers for each link."""
+    """Return the input of benchmarks/rhs.cpp: links, frequency, and eight numbers for each link."""
     groups = fish.share.argmax(axis=1)
     swing = fish.share.max(axis=1) * gait.amplitude[0, groups]
     links = (fish.length, fish.com, fish.inertia, fish.moving_mass, fish.k_t, fish.k_n, swing, gait.phase[0, groups])
@@ -77,7 +77,7 @@ def rhs_input(fish: fishes.Fish, gait: fishes.Gaits) -> str:
 
 
 def right_hand_side(executable: Path, turns: int) -> Item:
-    """(a) The right-hand side, against numba and the processor's peak."""
+    """(a) Time the right-hand side, against numba and the processor's peak."""
     fish, gaits = setting()[1:3]
     robot_and_gait = rhs_input(fish, gaits[-1:])
     _check("numba", float(np.abs(numba_rhs.swim(fish, gaits, BEATS) - np.abs(brute())).max()))
@@ -127,7 +127,7 @@ def right_hand_side(executable: Path, turns: int) -> Item:
 
 
 def periodic_sweep(turns: int) -> Item:
-    """(b) The settled beats of a grid of gaits."""
+    """(b) Time the settled beats of a grid of gaits."""
     robot, _, _, gaits = setting()
     race = Race({"sweep": lambda: hypertuna.sweep(robot, gaits, threads=1)}, turns)
     beats = float(hypertuna.sweep(robot, gaits, threads=1)["beats"].mean())
@@ -144,7 +144,7 @@ def periodic_sweep(turns: int) -> Item:
 
 
 def against_jax(turns: int) -> Item:
-    """(c) The same sweep by brute force, against JAX."""
+    """(c) Time the sweep of that grid by brute force, against JAX."""
     _, fish, gaits, _ = setting()
     sweeps, compile_seconds = {}, {}
     for program in jax_sweep.PROGRAMS:
@@ -178,7 +178,7 @@ def against_jax(turns: int) -> Item:
 
 
 def against_scipy_and_mujoco(turns: int) -> Item:
-    """(d) One gait in SciPy and in MuJoCo."""
+    """(d) Time one gait in SciPy and in MuJoCo."""
     robot, fish, gaits, _ = setting()
     k = int(np.argmax(gaits.frequency * gaits.amplitude.sum(axis=1) - gaits.phase[:, 1]))  # 6 Hz, large, phase 0
     gait, beats = gaits[k : k + 1], 5
@@ -225,7 +225,7 @@ def against_scipy_and_mujoco(turns: int) -> Item:
 
 
 def many_gaits(counts: tuple[int, ...]) -> Item:
-    """(e) Time and memory of large sweeps."""
+    """(e) Measure time and memory of large sweeps."""
     runs = []
     for count in counts:
         command = [sys.executable, str(Path(__file__).with_name("many.py")), str(count)]
@@ -247,7 +247,7 @@ def many_gaits(counts: tuple[int, ...]) -> Item:
 
 
 def call_overhead(turns: int) -> Item:
-    """(f) What a call of `swim` costs beyond the core."""
+    """(f) Time a call of `swim`, without the time in the core."""
     robot = setting()[0]
     gait = hypertuna.Gait.from_degrees(frequency=6, amplitude=(16, 25), phase=(0, 40))
     core, inside = _core.settle, []
@@ -279,7 +279,7 @@ def call_overhead(turns: int) -> Item:
 
 
 def settled_gaits(turns: int) -> Item:
-    """(k) Settled gaits under the water laws that leave a wake."""
+    """(k) Time settled gaits under the water laws that leave a wake."""
     contestants = settled.cases()
     race = Race({name: run for name, (run, _) in contestants.items()}, turns)
     rows = []
@@ -298,7 +298,7 @@ def settled_gaits(turns: int) -> Item:
 
 
 def twin_speed(turns: int) -> Item:
-    """(i) The twin against the clock on the wall."""
+    """(i) Time the twin, relative to real time."""
     robot, duration = hypertuna.load("hypertuna"), 20.0
     gait = hypertuna.Gait.from_degrees(frequency=3, amplitude=(12, 20), phase=(0, 20))
     race = Race({"twin": lambda: hypertuna.twin(robot, gait, duration=duration)}, turns)
@@ -315,7 +315,7 @@ def twin_speed(turns: int) -> Item:
 
 
 def many_twins(turns: int) -> Item:
-    """(j) Twins side by side in lanes, and environments for learning, with each instruction set that is installed."""
+    """(j) Time twins side by side in lanes, and environments for learning, with each instruction set installed."""
     runs = []
     for isa in _core.isas():
         command = [sys.executable, str(Path(__file__).with_name("twins.py")), str(turns)]
@@ -338,6 +338,6 @@ def many_twins(turns: int) -> Item:
 
 
 def _check(who: str, difference: float, most: float = AGREE) -> None:
-    """A peer that computes something else is not compared with."""
+    """End the program if a peer's speed differs by more than `most` [m/s]: the peer computes another model."""
     if not difference <= most:
         raise SystemExit(f"{who} computes another speed: it differs by {difference:.2e} m/s, more than {most:.0e}")

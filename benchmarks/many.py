@@ -1,4 +1,4 @@
-"""Sweep a number of random gaits in the paper's box in this process alone and print what it took, as JSON."""
+"""Sweep a number of random gaits within the paper's bounds in this process alone; print time and memory as JSON."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ import hypertuna  # noqa: E402
 
 
 def peak_bytes() -> int:
-    """Peak resident memory of this process. (getrusage would count what its parent had before it.)"""
+    """Return the peak resident memory of this process [bytes]; getrusage would include the parent's memory."""
     status = Path("/proc/self/status").read_text()
     return 1024 * int(status.split("VmHWM:")[1].split()[0])
 
 
 def random_gaits(count: int) -> hypertuna.Gaits:
-    """Gaits in the paper's box (Eq. 41): up to 6 Hz, 16 and 25 deg, 80 deg of phase; none that stands still."""
+    """Return random gaits within the paper's bounds (Eq. 41): up to 6 Hz, 16 and 25 deg, 80 deg of phase; all beat."""
     box = np.random.default_rng(1).uniform(size=(4, count))
     zero = np.zeros(count)
     return hypertuna.Gaits(
@@ -39,7 +39,7 @@ def main() -> None:
     """Print gaits, processor and wall seconds, peak resident memory and the share that settled."""
     count = int(sys.argv[1])
     robot, gaits, found = hypertuna.load("hypertuna"), random_gaits(count), []
-    hypertuna.sweep(robot, random_gaits(8), threads=1)  # imports done, kernels loaded
+    hypertuna.sweep(robot, random_gaits(8), threads=1)  # imports modules and loads kernels before the clock starts
     clock = time.perf_counter()
     seconds = processor_seconds(lambda: found.append(hypertuna.sweep(robot, gaits, threads=1)))
     print(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from timing import stay_on_one_core
 
-stay_on_one_core()  # before the libraries come
+stay_on_one_core()  # before the libraries are imported
 
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
@@ -23,12 +23,13 @@ import searches  # noqa: E402
 from hypertuna import _core  # noqa: E402
 from items import Item, Row  # noqa: E402
 
+# Compiled benchmark of the equations' right-hand side
 RHS = Path(__file__).resolve().parents[1] / "build" / "bench" / "rhs"
 PEERS = ("numpy", "numba", "jax", "scipy", "mujoco")
 
 
 def machine() -> dict[str, str]:
-    """What was measured on, and what with."""
+    """Return the machine of the measurement, and the versions of the software."""
     cpu = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     cores = "?"
@@ -72,7 +73,7 @@ def measure(only: str, rhs: Path, quick: bool, say: Callable[[str], None]) -> li
 
 
 def number(row: Row) -> str:
-    """Value and unit for people."""
+    """Return value and unit of a row as text."""
     text = f"{row.value:.3g}" if 1e-3 <= abs(row.value) < 1e3 else f"{row.value:,.0f}"
     return f"{text} {row.unit}".strip()
 
@@ -97,7 +98,7 @@ def print_tables(found: list[Item], console: Console) -> None:
 
 
 def markdown(found: list[Item]) -> str:
-    """Write the page of the docs."""
+    """Return the page of the docs."""
     parts = [
         "# Benchmarks\n",
         "`python benchmarks/run.py --markdown docs/benchmarks.md` writes this page, after `make bench`. The "

@@ -1,4 +1,4 @@
-"""What is measured of searches: the best gait, and nine coefficients from 180 gaits."""
+"""The measured searches: for the best gait, and for nine coefficients from 180 gaits."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from timing import Race, processor_seconds
 
 FREE = tuple(f"water.lumped.{name}[0,1-6,7]" for name in ("added_mass", "friction", "drag"))
 RANGES = (slice(0, 1), slice(1, 7), slice(7, 8))  # links that share a coefficient
-LARGEST = np.repeat([1.0, 1.0, 30.0], 3)  # Table III
-START = np.repeat([0.2, 0.2, 10.0], 3)
+LARGEST = np.repeat([1.0, 1.0, 30.0], 3)  # upper bounds of Table III
+START = np.repeat([0.2, 0.2, 10.0], 3)  # its initial values
 
 
 def gait_search(turns: int) -> Item:
-    """(g) The gait of the highest speed: a swarm here and there, and exact gradients."""
+    """(g) Time the search for the fastest gait: swarms of hypertuna and of the peer, and exact gradients."""
     robot, fish, _, _ = setting()
     lower, upper = np.array([0.1, 0, 0, 0]), np.array([6.0, *np.radians([16, 25, 80])])
 
@@ -58,7 +58,7 @@ def gait_search(turns: int) -> Item:
 
 @cache
 def synthetic() -> tuple[Trials, Array]:
-    """Noise-free speeds of the grid under Table III's coefficients."""
+    """Return noise-free speeds of the grid with Table III's coefficients, as trials and as numbers [m/s]."""
     robot, _, _, gaits = setting()
     speeds = np.asarray(hypertuna.sweep(robot, gaits, threads=1)["speed"])
     columns = zip(gaits.frequency, gaits.amplitude, gaits.phase, speeds, strict=True)
@@ -70,7 +70,7 @@ def synthetic() -> tuple[Trials, Array]:
 
 
 def identification(turns: int) -> Item:
-    """(h) Nine coefficients from the speeds of 180 gaits."""
+    """(h) Time the identification of nine coefficients from the speeds of 180 gaits."""
     robot, fish, grid, _ = setting()
     trials, speeds = synthetic()
     lumped = robot.water.lumped
@@ -79,7 +79,7 @@ def identification(turns: int) -> Item:
     half, areas = robot.water.density / 2, robot.links
 
     def refit(values: Array) -> Fish:
-        """The peer's fish with other coefficients."""
+        """Return the peer's fish with other coefficients."""
         column = np.repeat(values.reshape(3, 3), [1, 6, 1], axis=1)
         return replace(
             fish,
@@ -100,7 +100,7 @@ def identification(turns: int) -> Item:
 
     race = Race({"us": ours}, max(1, turns // 3))
     found: dict[str, Array] = {"us": ours().values}
-    seconds = processor_seconds(lambda: found.update(numba=peer()))  # minutes: once
+    seconds = processor_seconds(lambda: found.update(numba=peer()))  # takes minutes: timed once
     errors = {name: float(np.abs(values / truth - 1).max()) for name, values in found.items()}
     rows = [
         Row("fit_s", "hypertuna, one start", race.seconds("us"), "s", "2 or less"),
@@ -118,5 +118,5 @@ def identification(turns: int) -> Item:
 
 
 def _short(optimum: hypertuna.Optimum, best: float) -> float:
-    """How far an optimum's speed is below another, in percent."""
+    """Return how far an optimum's speed is below the best one, in percent."""
     return 100 * (1 - optimum.speed / best)

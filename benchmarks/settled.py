@@ -20,13 +20,13 @@ from typing import Any
 
 from timing import processor_seconds, stay_on_one_core
 
-ALLOWED = 1.05  # NEW over OLD
-REPEATS = 3  # of a case in a turn
+ALLOWED = 1.05  # largest time of NEW over OLD
+REPEATS = 3  # calls of a case in a turn
 ALONE = 20  # gaits that swim one by one
 
 
 def cases() -> dict[str, tuple[Callable[[], float], int]]:
-    """Return what settles gaits and how many, by name: a grid in lanes, some of its gaits alone. Returns mean beats."""
+    """Return a function that settles gaits and returns mean beats, and their number, by name: in lanes or alone."""
     import hypertuna
     from hypertuna.description.new import new_robot
     from hypertuna.description.robot import parse
@@ -52,7 +52,7 @@ def cases() -> dict[str, tuple[Callable[[], float], int]]:
 
 
 def _mean_beats(settle: Callable[..., Any], parts: Iterable[Any]) -> float:
-    """Let gaits settle, part by part."""
+    """Settle gaits, part by part, and return the mean number of beats that they take."""
     return fmean(settle(part)["beats"].mean() for part in parts)
 
 
@@ -66,7 +66,7 @@ def work() -> None:
 
 
 def compare(pythons: list[str], turns: int) -> list[dict[str, list[float]]]:
-    """Let two interpreters take turns; return beats and then the times of each turn, by case, of both."""
+    """Let two interpreters take turns; return for each, by case, the beats followed by the time of each turn."""
     command = [__file__, "--work"]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     builds = [subprocess.Popen([python, *command], text=True, **pipes) for python in pythons]

@@ -10,7 +10,7 @@ import statistics
 import subprocess
 import sys
 
-RUNS = 10
+RUNS = 10  # of each command
 TARGETS = {  # s of CPU time
     ("-c", "import hypertuna"): 0.15,
     ("-m", "hypertuna", "version"): 0.25,

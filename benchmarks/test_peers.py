@@ -11,13 +11,13 @@ FISH = fishes.load()
 GAITS = fishes.gaits_from_degrees([2, 3, 5, 6], [(16, 25)] * 4, [(0, 0), (0, 0), (0, 60), (0, 40)])
 # Steady speeds of the paper's four unoptimized gaits, ideal joints, from prototypes that are independent of this code.
 SPEEDS = np.array([0.288, 0.432, 0.729, 0.906])
-SETTLED = 300  # beats, until a beat changes the speed by less than the digits above
+SETTLED = 300  # beats after which the speed changes by less than the digits above
 BEATS = 40
 
 
 @pytest.fixture(scope="module")
 def by_hypertuna():
-    """The speeds of all gaits after `BEATS` beats from rest."""
+    """Return the speeds of all gaits after `BEATS` beats from rest [m/s]."""
     robot = hypertuna.load("hypertuna").using(joints="ideal")
     columns = (GAITS.frequency, GAITS.amplitude, GAITS.phase, np.zeros_like(GAITS.phase))
     gaits = [

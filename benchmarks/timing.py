@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from statistics import median
 
+# Variables that limit libraries to one thread
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -23,7 +24,7 @@ def stay_on_one_core() -> None:
 
 
 def processor_seconds(work: Callable[[], object], repeats: int = 1) -> float:
-    """Processor time of one call, s, averaged over a number of calls in a row."""
+    """Return the processor time of one call [s], averaged over `repeats` calls in a row."""
     start = time.process_time()
     for _ in range(repeats):
         work()
@@ -34,7 +35,7 @@ class Race:
     """Times of contestants that took turns."""
 
     def __init__(self, contestants: Mapping[str, Callable[[], object]], turns: int, *, repeats: int = 1) -> None:
-        for work in contestants.values():  # once for caches and compilers
+        for work in contestants.values():  # a first call fills caches and compiles
             work()
         self.times: dict[str, list[float]] = {name: [] for name in contestants}
         for _ in range(turns):
@@ -42,9 +43,9 @@ class Race:
                 self.times[name].append(processor_seconds(work, repeats))
 
     def seconds(self, name: str) -> float:
-        """Median time of one call, s."""
+        """Return the median time of one call [s]."""
         return median(self.times[name])
 
     def ratio(self, slow: str, fast: str) -> float:
-        """Median over the turns of how many times as long `slow` took."""
+        """Return the time of `slow` over that of `fast`, the median over the turns."""
         return median(s / f for s, f in zip(self.times[slow], self.times[fast], strict=True))

@@ -15,8 +15,8 @@ from hypertuna import _core
 from hypertuna.learning.environments import SwimmerVectorEnv
 from timing import Race
 
-DURATION = 20.0  # s
-SWIMMERS, STEPS = 128, 5  # of the environment, and steps of a turn
+DURATION = 20.0  # of a run [s]
+SWIMMERS, STEPS = 128, 5  # of the environment; steps in a turn
 
 
 def main() -> None:

@@ -11,9 +11,12 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+# Element -> attribute whose address the browser fetches.
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "image": "href"}
-PLAIN = ("shape", "points", "name", "time", "units", "kind", "value", "path")  # words of types, which name no class
-NAMES = ("canonical", "author", "license", "search", "index", "next", "prev")  # relations that fetch nothing
+# Words of types that name no class and get no link; values of `rel` with which a link fetches nothing.
+PLAIN = ("shape", "points", "name", "time", "units", "kind", "value", "path")
+# Values of rel whose link is no file that the page loads
+NAMES = ("canonical", "author", "license", "search", "index", "next", "prev")
 
 
 class Page(HTMLParser):
@@ -25,8 +28,8 @@ class Page(HTMLParser):
         self.links: list[str] = []
         self.fetched: list[str] = []
         self.faults: list[str] = []
-        self.text = ""  # since the last link was opened
-        self.reference = False  # whether that link is to the reference of Python
+        self.text = ""  # text since the last link began
+        self.reference = False  # whether that link leads to the Python reference
         self.linked = False  # whether it is still open
         self.feed(text)
 

@@ -53,7 +53,7 @@ html_copy_source = False
 
 
 def plain_words(_: Sphinx, tree: document) -> None:
-    """Take links from the words of a type in a docstring, as "shape" in "array, shape (n,)"; classes keep theirs."""
+    """Remove links from the plain words of a type in a docstring, as "shape" in "array, shape (n,)"."""
     for link in tree.findall(pending_xref):
         target = str(link.get("reftarget", "")).rpartition(".")[2]
         if link.get("refdomain") == "py" and link.get("reftype") in ("class", "obj") and target[:1].islower():
@@ -61,7 +61,7 @@ def plain_words(_: Sphinx, tree: document) -> None:
 
 
 def without_back_links(_: Sphinx, name: str, __: str, context: dict[str, Any], ___: document | None) -> None:
-    """Take the links from sources back to the reference: Sphinx looks up names that another module exports in vain."""
+    """Remove links from sources back to the reference: Sphinx does not find names that another module exports."""
     if name.startswith("_modules/"):
         context["body"] = re.sub(r'<a class="viewcode-back"[^>]*>.*?</a>', "", context["body"], flags=re.DOTALL)
 
@@ -73,7 +73,7 @@ def whole_sentences(_: Sphinx, what: str, __: str, ___: Any, ____: Any, lines: l
 
 
 def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: document | None) -> None:
-    """Let keys scroll wide code and tables, and give the captions of the menu a level, which the theme leaves out.
+    """Let keys scroll wide code and tables, and give the menu's captions a heading level, which the theme omits.
 
     Pictures open in full size, since their texts are small on a narrow screen.
     """
@@ -85,7 +85,7 @@ def by_keyboard(_: Sphinx, __: str, ___: str, context: dict[str, Any], ____: doc
 
 
 def executed(app: Sphinx, __: str, source: list[str]) -> None:
-    """Fill a page's directive `notebook` with the cells of examples/notebooks/NAME.ipynb and what they show."""
+    """Fill a page's directive `notebook` with the cells of examples/notebooks/NAME.ipynb and their outputs."""
 
     def filled(line: re.Match[str]) -> str:
         return linked(cells(line[1]), line[1], Path(app.outdir))
@@ -121,7 +121,7 @@ def cells(name: str) -> str:
 
 
 def shown(output: dict[str, Any]) -> str:
-    """Return what a cell shows: its card or table, its figure, or its text."""
+    """Return an output of a cell as MyST: its card or table, its figure, or its text."""
     data = output.get("data", {})
     if "text/html" in data:
         page = f'<div class="notebook-output" tabindex="0">{"".join(data["text/html"])}</div>'
@@ -135,7 +135,7 @@ def shown(output: dict[str, Any]) -> str:
 
 
 def ledger_places(_: Sphinx, name: str, __: str, context: dict[str, Any], ___: document | None) -> None:
-    """Give each number of the ledger's table a place to link to, as on the page that `hypertuna paper` writes."""
+    """Give each number of the ledger's table an anchor, as on the page that `hypertuna paper` writes."""
     if name != "paper":
         return
     waiting = {html.escape(entry["id"]): f"number-{anchor(entry['id'])}" for entry in verdicts()["entries"]}
@@ -158,7 +158,7 @@ def studio(app: Sphinx, failure: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> None:
-    """Connect what this site adds."""
+    """Connect the functions above to Sphinx's events."""
     app.connect("source-read", executed)
     app.connect("doctree-read", plain_words)
     app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before napoleon

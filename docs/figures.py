@@ -1,6 +1,6 @@
 """Keep the documentation true: every table, console output and picture in it is made here, by the program itself.
 
-`python docs/figures.py` brings README.md and docs/*.md up to date. Made anew are what stands between
+`python docs/figures.py` brings README.md and docs/*.md up to date. It writes anew the text between
 ``<!-- table: NAME -->`` and ``<!-- end -->``, the output below every ``$ hypertuna ...`` of a console block, and the
 pictures. tests/test_docs.py fails where they differ from what is committed.
 """
@@ -51,7 +51,7 @@ from hypertuna.swimming.plots import plot_swim
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from figures_common import FISH, MODELS, PAPER, change, rows, swum, told, trials  # noqa: E402  # beside this file
+from figures_common import FISH, MODELS, PAPER, change, paper_value, rows, swum, trials  # noqa: E402  # in this folder
 from figures_stated import stated  # noqa: E402
 
 PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts))
@@ -64,7 +64,7 @@ def ledger() -> Ledger:
 
 
 def of_report(table: Table, left: int = 1) -> str:
-    """Write a table of the report."""
+    """Return a table of the ledger's page as Markdown."""
     body = [[cell if isinstance(cell, str) else f"{cell:.3g}" for cell in row] for row in table.rows]
     return rows(table.columns, body, left)
 
@@ -77,8 +77,8 @@ def ledger_table() -> str:
     body = []
     for e in ledger().entries:
         computed = "" if e.computed is None else f"{e.computed:.3g}"
-        told = "" if e.published is None else f"{e.published:.4g}"
-        body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, told, computed, e.band_text, e.unit])
+        published = "" if e.published is None else f"{e.published:.4g}"
+        body.append([f"`{e.id}`", e.model, e.class_, e.verdict, e.seeds_text, published, computed, e.band_text, e.unit])
     heads = ["number", "model", "class", "verdict", "seeds", "published", "computed", "90 % of the family", "unit"]
     return rows(heads, body, left=4)
 
@@ -128,7 +128,7 @@ def speeds_table() -> str:
     models = MODELS[:2]
     body = []
     for name in SPEEDS:
-        gait, truth = FISH.gaits[name], told(f"speed/{name}")
+        gait, truth = FISH.gaits[name], paper_value(f"speed/{name}")
         angles = [", ".join(f"{math.degrees(a):.4g}" for a in values) for values in (gait.amplitude, gait.phase[1:])]
         cells = [f"`{name}`", f"{gait.frequency:.3g}", *angles, f"{truth:.3g}"]
         for model in models:
@@ -140,10 +140,10 @@ def speeds_table() -> str:
 
 
 def error_table() -> str:
-    """Tabulate the errors of the speeds under every reading of the model."""
+    """Tabulate the errors of the speeds for every variant of the model."""
     body = []
     for model in MODELS:
-        errors = np.array([change(told(f"speed/{name}"), swum(name, model).speed) for name in SPEEDS])
+        errors = np.array([change(paper_value(f"speed/{name}"), swum(name, model).speed) for name in SPEEDS])
         first, rest = np.sqrt(np.mean(errors[:4] ** 2)), np.sqrt(np.mean(errors[4:] ** 2))
         cells = (np.sqrt(np.mean(errors**2)), np.abs(errors).max(), first, rest)
         body.append([model, *(f"{error:.1f}\u00a0%" for error in cells)])
@@ -174,7 +174,7 @@ def cost_table() -> str:
     """Tabulate how cost of transport changes from the unoptimised to the optimised gaits."""
     body = []
     for what in ("0.3", "0.4", "0.5"):
-        cells = [f"{what} m/s", f"{told(f'cost-of-transport/change-{what}'):+.1f}\u00a0%"]
+        cells = [f"{what} m/s", f"{paper_value(f'cost-of-transport/change-{what}'):+.1f}\u00a0%"]
         for model in MODELS:
             costs = [swum(f"{before}-{what}", model).cost_of_transport for before in ("unoptimised", "optimised")]
             cells.append(f"{change(*costs):+.1f}\u00a0%")
@@ -183,10 +183,10 @@ def cost_table() -> str:
 
 
 def frequency_table() -> str:
-    """Tabulate speed over frequency: constant without linear terms and lags, not so as published."""
+    """Tabulate speed over frequency, which is constant for ideal joints without linear drag, but not as published."""
     body = []
     for name in ("optimised-0.3", "optimised-max"):
-        f, values = FISH.gaits[name].frequency, [told(f"speed/{name}")]
+        f, values = FISH.gaits[name].frequency, [paper_value(f"speed/{name}")]
         values += [swum(name, model).speed for model in MODELS[:2]]
         body.append([f"`{name}`", f"{f:.3g}", *(f"{value / f:.3f}" for value in values)])
     return rows(["gait", "f [Hz]", "published $U/f$ [m]", *MODELS[:2]], body)
@@ -230,17 +230,17 @@ def turning_table() -> str:
 
 
 def range_table() -> str:
-    """Tabulate how far the battery carries the robot: the paper's way and with the cells of Table I."""
+    """Tabulate the range on the battery: with the paper's charge, and with the cells of Table I."""
     battery = FISH.battery
     assert battery is not None
-    cost = told("cost-of-transport/minimum")
+    cost = paper_value("cost-of-transport/minimum")
     charge, cells, volt = battery.capacity / 3600, battery.cells, PAPER["range"]["charged_cell_v"]
     cases = (
         (f"14 Ah × {cells} × {volt} V", PAPER["range"]["battery_ah"] * cells * volt),
         (f"{cells} × {charge:.1f} Ah × {battery.voltage} V", cells * charge * battery.voltage),
     )
     body = [[text, f"{energy:.1f}", f"{energy * 3.6 / (cost * FISH.body.mass):.2f}"] for text, energy in cases]
-    body.append(["published", "", f"{told('range/battery'):.2f}"])
+    body.append(["published", "", f"{paper_value('range/battery'):.2f}"])
     return rows(["battery", "energy [Wh]", "range [km]"], body)
 
 
@@ -309,7 +309,7 @@ for part in (
     TABLES |= made["TABLES"]
     PICTURES |= made["PICTURES"]
 
-made = runpy.run_path(str(ROOT / "docs/figures_swim.py"))
+made = runpy.run_path(str(ROOT / "docs/figures_swim.py"))  # what figures_swim.py defines
 TABLES |= made["TABLES"]
 FILES: dict[str, Callable[[], str]] = made["FILES"]  # animated pictures, which are written as text
 
@@ -347,7 +347,7 @@ def _run(command: str) -> str:
 
 
 def filled(page: str) -> str:
-    """Return a page with its tables, its numbers of the ledger and its console outputs made anew."""
+    """Return a page with its tables, its numbers of the ledger and its console outputs written anew."""
     page = re.sub(
         r"(<!-- table: (.+?) -->\n).*?(<!-- end -->)",
         lambda m: f"{m[1]}\n{TABLES[m[2]]()}\n\n{m[3]}",

@@ -1,4 +1,4 @@
-"""Tables and picture of docs/actuator.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/actuator.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from hypertuna.description.robot import Robot, load, parse
 
 FISH = load("hypertuna")
 JOINTS = tuple(group.name for group in FISH.joints)
-TOP = 250e3  # Pa
-ELEMENTS = Path(__file__).parents[1] / "data" / "fe"
+TOP = 250e3  # largest pressure [Pa]
+ELEMENTS = Path(__file__).parents[1] / "data" / "fe"  # results of finite elements
 PRESSURE = np.linspace(0, TOP, 26)
 
 
@@ -34,12 +34,12 @@ def varied(unit: dict[str, Any] | None = None, joint: int = 0, actuator: dict[st
 
 
 def degrees(robot: Robot, joint: str | int, pressure: float = TOP, **options: Any) -> float:
-    """Return the angle of a joint, in degrees."""
+    """Return the bend of a joint at a pressure [Pa], in degrees."""
     return math.degrees(bend(robot, joint, [pressure], **options).angle[0])
 
 
 def correction_table() -> str:
-    """Tabulate what every correction of the paper's equations does at 250 kPa."""
+    """Tabulate the bend at 250 kPa after each correction of the paper's equations."""
     found = {joint: misprints(FISH, joint, TOP) for joint in JOINTS}
     body = []
     for k, step in enumerate(found[JOINTS[0]]):
@@ -52,7 +52,7 @@ def correction_table() -> str:
 
 
 def hysteresis_table() -> str:
-    """Tabulate both branches, and what is between them."""
+    """Tabulate both branches of the hysteresis loop, its width and its loss."""
     fine = np.linspace(0, TOP, 251)
     body = []
     for joint in JOINTS:
@@ -69,7 +69,7 @@ def hysteresis_table() -> str:
 
 
 def material_table() -> str:
-    """Tabulate what the three material sets imply."""
+    """Tabulate the moduli and the bends of the three material sets."""
     assert FISH.drive_unit is not None
     body = []
     for name in MATERIAL_SETS:
@@ -85,6 +85,7 @@ def material_table() -> str:
     return rows(["set", "E of hose [kPa]", "E of matrix [kPa]", *heads], body)
 
 
+# Other muscles: keys of the drive unit that differ.
 FAMILY: tuple[dict[str, Any], ...] = (
     {},
     {"friction": 0.0},
@@ -97,7 +98,7 @@ FAMILY: tuple[dict[str, Any], ...] = (
 
 
 def fitted(unit: dict[str, Any], joint: int) -> tuple[Robot, bool]:
-    """Choose the lever with which a joint bends as far as published, the shorter one of two; else the best one."""
+    """Return a robot with the shortest lever that gives the published bend, and True; else the nearest, and False."""
     group, actuator = joint_group(FISH, joint)
     assert group.bend_max is not None
     wanted = math.degrees(group.bend_max)
@@ -135,7 +136,7 @@ def family_table() -> str:
     return rows([*head, "at 100 kPa [deg]", "at 250 kPa [deg]", "shorter by [mm]"], body)
 
 
-SENSITIVE: dict[str, tuple[tuple[str | int, ...], ...]] = {  # places of the file, -1 for the joint
+SENSITIVE: dict[str, tuple[tuple[str | int, ...], ...]] = {  # name -> keys in the robot's file, -1 for the joint
     "lever": (("joints", -1, "actuator", "lever_m"),),
     "braid angle": (("drive_unit", "braid_angle_deg"),),
     "outer diameter": (("drive_unit", "outer_diameter_m"),),
@@ -159,7 +160,7 @@ def multiplied(places: tuple[tuple[str | int, ...], ...], joint: int, factor: fl
 
 
 def sensitivity_table() -> str:
-    """Tabulate by how many percent the bend changes where a value changes by one."""
+    """Tabulate by how many percent the bend changes per percent of each value."""
     body = []
     for text, places in SENSITIVE.items():
         cells = []
@@ -171,7 +172,7 @@ def sensitivity_table() -> str:
 
 
 def section_table() -> str:
-    """Tabulate how far the twin's one section is from a bend of each section for itself, without friction."""
+    """Tabulate the bend of the twin, with one mean section, beside that of all sections, without friction."""
     body = []
     for joint, model in zip(JOINTS, joint_models(FISH), strict=True):
         sections, length = soft_joint(FISH, joint, friction=False), joint_group(FISH, joint)[1].length
@@ -208,7 +209,7 @@ def element_table() -> str:
 
 
 def segment_table() -> str:
-    """Tabulate the bend over the number of segments that the section, taken as linear along the joint, is cut into."""
+    """Tabulate the bend over the number of segments of a joint whose section varies linearly along it."""
     body = []
     for count in (1, 2, 3, 6, 12, 24):
         cells = []
@@ -227,7 +228,7 @@ def segment_table() -> str:
 
 
 def draw_bend() -> Figure:
-    """Draw joint I's loop."""
+    """Draw the hysteresis loop of joint I."""
     sets = {str(name): bend(FISH, "I", PRESSURE, material=name, unload=True) for name in MATERIAL_SETS}
     return plot_bend(sets["fe"], sets)
 

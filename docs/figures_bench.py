@@ -1,4 +1,4 @@
-"""Tables and picture of docs/bench.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/bench.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hypertuna.description.robot import load
 
 FOLDER = Path(__file__).resolve().parents[1] / "examples" / "bench"
 FISH = load("hypertuna")
-BEST = 6  # measurements shown
+BEST = 6  # number of measurements shown, the most informative ones
 
 
 @cache
@@ -33,7 +33,7 @@ def fitted(name: str) -> BenchFit:
 
 @cache
 def truth() -> dict[str, float]:
-    """Return what the example's script makes of the described values."""
+    """Return the factors on described values that the example's script takes as true."""
     with tempfile.TemporaryDirectory() as folder, mock.patch("sys.argv", ["make.py", folder]):
         found: dict[str, float] = runpy.run_path(str(FOLDER / "make.py"))["TRUTH"]
     return found
@@ -65,7 +65,7 @@ def combination_table() -> str:
 
 
 def paper_table() -> str:
-    """Tabulate what the paper's two angles fix."""
+    """Tabulate the products of unknowns that the paper's two angles determine."""
     fit = fitted("paper")
     body = [[f"`{one.text}`", f"{one.low:.1g} .. {one.high:.1g}"] for one in fit.combinations]
     return rows(["product, over the described one", "95 % interval"], body)

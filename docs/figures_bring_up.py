@@ -1,4 +1,4 @@
-"""Tables and picture of docs/howto/bring-up.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/howto/bring-up.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from hypertuna.firmware.parameters import firmware_table
 from hypertuna.firmware.plots import plot_wiring
 from hypertuna.firmware.wiring import SUPPLY, wiring_of
 
-KG_CM = 0.0980665  # N m
+KG_CM = 0.0980665  # N m in 1 kg cm
 FIRST, SECOND = "unoptimised-0.3", "unoptimised-0.4"  # the slowest gaits of the file
-FRESH, SEA = 998.2, 1025.0  # kg/m^3
-OURS, PAPER = "ours", "paper, Table I"
+FRESH, SEA = 998.2, 1025.0  # densities of fresh and of sea water [kg/m^3]
+OURS, PAPER = "ours", "paper, Table I"  # sources of parts
 PRESSURE = next(sensor for sensor in FISH.sensors if sensor.quantity == "pressure")
 
-# What a maker does about each fault and refusal: one of those that the firmware has, each once.
+# What a maker does about each fault, and about each refusal, that the firmware knows.
 FAULT_REMEDIES = {
     "over_pressure": "Disarm. Look for a blocked line or joint, and calibrate the pressure sensor.",
     "bend_sensor": "Check wire and divider of the sensor; then calibrate it.",
@@ -52,7 +52,7 @@ FAULT_REMEDIES = {
     "depth_sensor": "Check the wires of its bus, their resistors and its 3.3 V.",
     "too_deep": "Trim the robot; check the mission's depths.",
 }
-REFUSAL_REMEDIES = {
+REFUSAL_REMEDIES = {  # what to do about a refused command, by its reason
     "armed": "Disarm, then repeat the command.",
     "disarmed": "Arm first.",
     "out_of_range": "`hypertuna firmware params` lists the ranges.",
@@ -179,7 +179,7 @@ def power_table() -> str:
 
 
 def first_table() -> str:
-    """Tabulate what to expect of the first beats, in air and in water."""
+    """Tabulate the twin's numbers of the first beats, in air and in water."""
     runs = [(gait, medium, run(gait, medium)) for gait in (FIRST, SECOND) for medium in ("air", "water")]
     lines: dict[str, list[str]] = {"": [f"in {medium}" for _, medium, _ in runs]}
     lines["frequency [Hz]"] = [f"{one.gait.frequency:g}" for *_, one in runs]
@@ -201,11 +201,11 @@ def first_table() -> str:
 
 
 def direction_table() -> str:
-    """Tabulate the directions: command or motion, and what must change by its sign."""
+    """Tabulate a check of signs: a command or a motion, and the reading that must change with it."""
     bias = np.degrees(pilot_columns(FISH)["bias_max"])
     full = ht.Gait.from_degrees(frequency=1, amplitude=(0.5, 0.5), phase=(0, 0), bias=tuple(bias))
-    turned = ht.twin(FISH, full, duration=8, medium="air")
-    left, right = ((turned.pressure_max + turned.pressure_min)[k::2].mean() / 2e3 for k in (0, 1))
+    steered = ht.twin(FISH, full, duration=8, medium="air")
+    left, right = ((steered.pressure_max + steered.pressure_min)[k::2].mean() / 2e3 for k in (0, 1))
     assert left > right
     fins = math.degrees(pilot_columns(FISH)["fin_angle_max"][0])
     body = [
@@ -266,7 +266,7 @@ def depth_table() -> str:
 
 # Estimates of a 433 MHz module of 20 dBm: sensitivity at 4.8 kbit/s, antennas of both ends, fading over water.
 POWER, SENSITIVITY, ANTENNAS, FADING = 20.0, -118.0, -3.0, 20.0  # dBm, dBm, dB, dB
-WAVE = 299_792_458 / 433e6  # m
+WAVE = 299_792_458 / 433e6  # wavelength [m]
 
 
 def radio_reach(robot: float, ground: float) -> float:

@@ -1,4 +1,4 @@
-"""What the modules of figures share: the paper, its robot and how it swims, and how a Markdown table is written."""
+"""Shared by the modules of figures: the paper's numbers, its robot and its swims, and the Markdown table."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from hypertuna.paper.computed import Trial, swim_published
 from hypertuna.paper.ledger import published
 from hypertuna.swimming.swim import Swim
 
-PAPER = published()
+PAPER = published()  # published numbers, by name
 FISH = load("hypertuna")
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
 
 
 @cache
 def trials() -> dict[str, Trial]:
-    """Swim everything that the paper reports, under every reading of its model."""
+    """Return the swims of all tests in the paper, by model of `MODELS`."""
     return swim_published(FISH, PAPER, full=True)
 
 
 def swum(gait: str, model: str) -> Swim:
-    """Return how a gait of HyperTuna's file swims."""
+    """Return the swim of a gait of HyperTuna's file by a model of `MODELS`."""
     return trials()[model].gaits[gait]
 
 
@@ -31,8 +31,8 @@ def change(before: float, after: float) -> float:
     return 100 * (after / before - 1)
 
 
-def told(name: str) -> float:
-    """Return a number of the paper."""
+def paper_value(name: str) -> float:
+    """Return a published number by its id in data/published."""
     value: float = PAPER["values"][name]["value"]
     return value
 

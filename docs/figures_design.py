@@ -1,4 +1,4 @@
-"""Table and picture of docs/design.md; docs/figures.py takes them in."""
+"""Table and picture of docs/design.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from hypertuna.swimming.swim import swim
 from hypertuna.trials.steady import SteadyRun
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNS, SEED = 12, 3
+RUNS, SEED = 12, 3  # runs of the designed series; seed of the hidden robot
 
 
 @cache
 def tank() -> NextRuns:
-    """Make runs in a tank whose fish is the minnow with other coefficients."""
+    """Return the design after runs in a simulated tank, whose fish is the minnow with other coefficients."""
     rng = np.random.default_rng(SEED)
     with TankDesign(None, load(ROOT / "examples/minnow.toml")) as state:
         unknowns = state.unknowns

@@ -1,4 +1,4 @@
-"""Tables of docs/fe.md, from what was stored; docs/figures.py takes them in."""
+"""Tables of docs/fe.md, from stored results; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hypertuna.fe.states import fast_states
 from hypertuna.paper.chapters.finite_elements import difference_table, read_elements
 
 ROOT = Path(__file__).resolve().parents[1]
-ELEMENTS = read_elements()
+ELEMENTS = read_elements()  # stored results of finite elements
 
 
 def bend_table() -> str:
@@ -57,7 +57,7 @@ def apart_table() -> str:
 
 
 def run_table() -> str:
-    """Tabulate what the stored runs took."""
+    """Tabulate the sizes of the stored runs, their time and memory."""
     body = []
     for one in ELEMENTS.solved.values():
         record = one.record
@@ -126,12 +126,12 @@ def volume_table() -> str:
 
 
 def _convergence() -> list[dict[str, Any]]:
-    """Read what validation/fe/convergence.py stored."""
+    """Return the results that validation/fe/convergence.py stored."""
     found: list[dict[str, Any]] = json.loads((ROOT / "validation" / "fe" / "convergence.json").read_text())
     return found
 
 
-MEMBERS = (  # what may lie on an axis, in the matrix of the shipped robot
+MEMBERS = (  # name, modulus [GPa] and section of parts that may lie on a joint's axis
     ("polyimide film, 6.35 × 0.125 mm", 2.5, partial(film, 6.35e-3, 0.125e-3)),
     ("polyester film, 6.35 × 0.43 mm", 4.9, partial(film, 6.35e-3, 0.43e-3)),
     ("polyethylene pipe, 4 × 2.5 mm", 0.2, partial(pipe, 4e-3, 2.5e-3)),
@@ -142,7 +142,7 @@ MEMBERS = (  # what may lie on an axis, in the matrix of the shipped robot
 
 
 def member_table() -> str:
-    """Tabulate stiffness and buckling load of what may lie on an axis."""
+    """Tabulate stiffness and buckling load of `MEMBERS` in the matrix of the shipped robot."""
     robot, body = load("hypertuna"), []
     silicone = mooney(robot, drive_unit(robot).matrix).modulus
     for name, modulus, member in MEMBERS:

@@ -1,4 +1,4 @@
-"""Table and picture of the fins in docs/spatial.md; docs/figures.py takes them in."""
+"""Table and picture of the fins in docs/spatial.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def dives() -> tuple[Dive, ...]:
 
 
 def coefficients(degrees: float) -> tuple[float, float]:
-    """Return lift and drag coefficient of a fin by the angle of attack, from the tests' own law."""
+    """Return lift and drag coefficient of a fin at an angle of attack [deg], from the law in the tests."""
     assert FISH.fins is not None
     names = ("x", "y", "z", "span", "chord", "stall", "drag_zero")
     space = Space({}, {name: getattr(FISH.fins, name) for name in names}, {"density": 1000.0})
@@ -40,7 +40,7 @@ def coefficients(degrees: float) -> tuple[float, float]:
 
 
 def dive_table() -> str:
-    """Tabulate what a dive becomes with the angle of the fins."""
+    """Tabulate dives over the angle of the fins."""
     body = []
     for angle, result in zip(ANGLES, dives(), strict=True):
         down, up = result.legs

@@ -1,4 +1,4 @@
-"""Picture of docs/model.md: forces on a fin, and its thrust beside a vortex lattice; docs/figures.py takes it in."""
+"""Picture of docs/model.md: forces on a fin, and its thrust beside a vortex lattice; docs/figures.py includes it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 from hypertuna.figures import BODY, COLORS, EDGE, FAINT, INK, POINTS, WIDTH, styled
 
 FLOW = Path(__file__).parents[1] / "validation/flow"
-ASPECT = 5.0
-ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])  # of the fin [rad], per time of a chord; leading edge
-SPEED, FORCE = 0.21, 0.23  # chords for a unit of speed, and of force
+ASPECT = 5.0  # span of the plate over its chord
+# Fin's angle [rad], its rate, and velocity of its leading edge, with the chord as length and the speed as 1.
+ANGLE, TURN, PATH = np.radians(-20), 0.6, np.array([-1.0, 0.9])
+SPEED, FORCE = 0.21, 0.23  # lengths of arrows [chords] per unit of speed and of force
 ALONG = np.array([np.cos(ANGLE), np.sin(ANGLE)])  # from the leading to the trailing edge
 ACROSS = np.array([-ALONG[1], ALONG[0]])
 
@@ -73,7 +74,7 @@ def draw_forces(axes: Axes, part: Any) -> None:
 
 
 def draw_thrust(axes: Axes, forms: dict[str, Any], part: Any) -> None:
-    """Plot the thrust of a plate that pitches about a hinge a chord ahead, by theory of the law and by the lattice."""
+    """Plot the thrust of a plate that pitches about a hinge a chord ahead, by the law and by the vortex lattice."""
     name = forms["MOTIONS"][1]
     grid = np.linspace(0, 1.3, 100)
     scale = part.lift * forms["AMPLITUDE"] ** 2 / 2

@@ -1,4 +1,4 @@
-"""Tables of docs/firmware.md from the firmware's own: states, orders, needs, faults."""
+"""Tables of docs/firmware.md, from the firmware's tables of states, orders, needs and faults."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from figures_common import rows
 from hypertuna import _core
 
 STATES = [name for name, *_ in _core.state_table()]
-LOCKSTEP: dict[str, Any] = json.loads(  # its measure.py writes it
+LOCKSTEP: dict[str, Any] = json.loads(  # written by measure.py beside it
     (Path(__file__).parents[1] / "validation/lockstep/lockstep.json").read_text()
 )
-EVENTS = [row[0] for row in _core.order_table()].index("stop")  # the first one
+EVENTS = [row[0] for row in _core.order_table()].index("stop")  # index of the first event among the orders
 
 
 def state_table() -> str:
@@ -49,7 +49,7 @@ def order_table() -> str:
 
 
 def need_table() -> str:
-    """Tabulate what must hold."""
+    """Tabulate the needs of orders, and when each holds."""
     return rows(["need", "holds if"], [[f"`{name}`", sentence] for name, sentence in _core.need_table()], 2)
 
 
@@ -92,7 +92,7 @@ def lockstep_table() -> str:
 
 
 def size_table() -> str:
-    """Tabulate what the firmware of each robot holds."""
+    """Tabulate the sizes of each robot's firmware."""
     body = [
         [
             f"`{robot}`",

@@ -1,4 +1,4 @@
-"""Picture of docs/model.md: plates in a flow to and fro, computed and measured; docs/figures.py takes it in."""
+"""Picture of docs/model.md: plates in a flow to and fro, computed and measured; docs/figures.py includes it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hypertuna.figures import COLORS, SHAPES, TIGHT, WIDTH, styled
 
-ROWS = Path(__file__).parents[1] / "validation/flow/oscillating.json"  # its oscillating.py makes it
+ROWS = Path(__file__).parents[1] / "validation/flow/oscillating.json"  # written by oscillating.py beside it
 
 
 @styled

@@ -1,4 +1,4 @@
-"""Picture of docs/conventions.md: frames and signs; docs/figures.py takes it in."""
+"""Picture of docs/conventions.md: frames and signs; docs/figures.py includes it."""
 
 from __future__ import annotations
 

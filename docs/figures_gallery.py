@@ -9,13 +9,15 @@ from typing import Any
 from matplotlib.figure import Figure
 
 ROOT = Path(__file__).parents[1]
+# A program of the gallery's page, and its picture's file
 ENTRY = re.compile(r"```python\n(.*?)```\n\n!\[.*?\]\((gallery/.*?)\)", re.DOTALL)
 
 
 def _pictures() -> dict[str, Callable[[], Figure]]:
     page = (ROOT / "docs/gallery.md").read_text()
     entries = ENTRY.findall(page)
-    imports = "\n".join(re.findall(r"^import .*", page, re.MULTILINE))  # all that pieces take from those above
+    # A piece of code needs nothing else of the earlier pieces.
+    imports = "\n".join(re.findall(r"^import .*", page, re.MULTILINE))
 
     def run(code: str) -> Figure:
         names: dict[str, Any] = {}

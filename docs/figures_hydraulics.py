@@ -1,11 +1,11 @@
-"""Tables and picture of docs/hydraulics.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/hydraulics.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
 
-from figures_common import FISH, PAPER, rows, told
+from figures_common import FISH, PAPER, paper_value, rows
 from matplotlib.figure import Figure
 
 from hypertuna.actuation.plots import plot_pump
@@ -20,9 +20,9 @@ GAITS = ("unoptimised-max", "optimised-0.5")  # whose power is published
 
 
 def servo_power_table() -> str:
-    """Tabulate the twin's electrical power in the two gaits whose power is published, over what it hangs on."""
-    cost, lake = told("cost-of-transport/minimum"), PAPER["lake"]
-    body = [["published", f"{cost * FISH.body.mass * told('speed/unoptimised-max'):.3g}", "", ""]]
+    """Tabulate the twin's electrical power in the two gaits of published power, with one value of the robot changed."""
+    cost, lake = paper_value("cost-of-transport/minimum"), PAPER["lake"]
+    body = [["published", f"{cost * FISH.body.mass * paper_value('speed/unoptimised-max'):.3g}", "", ""]]
     body[0][2] = f"{lake['energy_wh'] / 0.5:.3g}"  # in 30 minutes
     servo = next(k for k, s in enumerate(FISH.servos) if s.drives == "piston pump")
     cases: dict[str, tuple[str, dict[str, float]]] = {
@@ -53,7 +53,7 @@ def servo_power_table() -> str:
 
 @cache
 def losses() -> list[Losses]:
-    """Where the power goes in the two gaits."""
+    """Return the losses of power in the two gaits."""
     return [twin(FISH, named_gait(FISH, gait), duration=12).losses for gait in GAITS]
 
 

@@ -1,4 +1,4 @@
-"""Tables and picture of docs/joint.md, from what data/twin has stored; docs/figures.py takes them in."""
+"""Tables and picture of docs/joint.md, from results stored in data/twin; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures_common import FISH, rows, told
+from figures_common import FISH, paper_value, rows
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
@@ -24,19 +24,19 @@ from hypertuna.paper.computed import SPEEDS
 ROOT = Path(__file__).parents[1]
 MOMENT, LEVER = "blocked moment of joint I", "lever[I]"
 POWERS = {"power, unoptimised-max": "power/fastest", "power, optimised-0.5": "power/lake"}
-AXES = (2.4, 13, 45, 100, 210)  # N, borders of groups: the film of the sensor ends at 13
-FILLS = (0, 60, 120, 180, 251)  # kPa, borders of groups
+AXES = (2.4, 13, 45, 100, 210)  # N, bounds of the groups of members; the sensor's film alone reaches 13 N
+FILLS = (0, 60, 120, 180, 251)  # kPa, bounds of the groups of members
 
 
 @cache
 def stored(name: str) -> dict[str, Any]:
-    """Read results."""
+    """Return a stored result of data/twin, by the name of its file."""
     content: dict[str, Any] = json.loads((ROOT / f"data/twin/{name}.json").read_text(encoding="utf-8"))
     return content
 
 
 def members() -> list[dict[str, float]]:
-    """Return what is known of each member."""
+    """Return the quantities of each member of the family, by name."""
     return [one["values"] for one in stored("family")["members"]]
 
 
@@ -66,14 +66,14 @@ def fact_table() -> str:
     """Tabulate the facts: where each is published, how it enters, and what it excludes."""
     found, known = stored("family"), members()
     drawn, judged = (Counter(one["excluded"] for one in found[key]) for key in ("drawn", "candidates"))
-    room = sum(count for why, count in drawn.items() if "room" in why)
+    no_room = sum(count for why, count in drawn.items() if "room" in why)
 
     def part(count: int, of: Counter[str], name: str) -> str:
         return f"{100 * count / of.total():.0f} % of the {name}"
 
     suction = f"weighs; {100 * sum(one['lowest'] < 0 for one in known) / len(known):.0f} % of the members fall below 0"
     body = [
-        ["hoses, lines and walls of silicone fit into the sections", "Table II", part(room, drawn, "draws")],
+        ["hoses, lines and walls of silicone fit into the sections", "Table II", part(no_room, drawn, "draws")],
         ["bends of 18.2 and 31.2 deg at 250 kPa, ± 3 %, friction included", "III.A", "all but a thin sheet of designs"],
         ["from 100 to 250 kPa on a straight line: R² of 0.96 and more, ± 0.01", "III.A", "weighs"],
         ["the pumps have the stroke", "II.B", part(judged["stroke of the pump"], judged, "candidates")],
@@ -162,7 +162,7 @@ def ranges() -> dict[str, tuple[str, float, str, str]]:
 
 
 def member_table() -> str:
-    """Tabulate what is drawn, from where and why, and what the members have."""
+    """Tabulate the drawn quantities: their range, its reason, and their values in the family."""
     body = []
     for key, (name, factor, drawn, reason) in ranges().items():
         body.append([name, drawn, percentiles((one[key] for one in members()), factor), reason])
@@ -188,7 +188,7 @@ def fill_table() -> str:
 
 
 def after_table() -> str:
-    """Tabulate what the four speeds say of the quantities."""
+    """Tabulate the quantities before and after the four speeds are used."""
     laws = [stored("posterior")[law]["before_and_after"] for law in ("lumped", "strips")]
     body = [
         [name, span(before), *(span(law[name][1]) for law in laws)]
@@ -199,10 +199,10 @@ def after_table() -> str:
 
 
 def judged_table() -> str:
-    """Tabulate speeds and powers before and after the four speeds count."""
+    """Tabulate speeds and powers before and after the four speeds are used."""
     laws = [stored("posterior")[law]["before_and_after"] for law in ("lumped", "strips")]
-    published = {f"speed, {name}": told(f"speed/{name}") for name in SPEEDS} | {
-        n: told(key) for n, key in POWERS.items()
+    published = {f"speed, {name}": paper_value(f"speed/{name}") for name in SPEEDS} | {
+        n: paper_value(key) for n, key in POWERS.items()
     }
     body = []
     for k, (name, value) in enumerate(published.items()):
@@ -227,7 +227,9 @@ def robot_table() -> str:
         "compression of the axes, I / II [N]": lambda one: " / ".join(number(n) for n in one["axis_n"].values()),
     }
     published = (
-        [f"{told(f'speed/{name}'):g}" for name in SPEEDS] + ["", ""] + [f"{told(p):.1f}" for p in POWERS.values()]
+        [f"{paper_value(f'speed/{name}'):g}" for name in SPEEDS]
+        + ["", ""]
+        + [f"{paper_value(p):.1f}" for p in POWERS.values()]
     )
     body = [
         [name, value, *(line(one) for one in found.values())]
@@ -237,7 +239,7 @@ def robot_table() -> str:
 
 
 def bench_table() -> str:
-    """Tabulate what two cheap measurements would show."""
+    """Tabulate the expected results of two cheap measurements."""
     found, shrinks = stored("posterior"), "shortening of joint I"
     shown = {
         f"force at {found['arm_m']:g} m [N]": (f"{MOMENT} [N m]", force, lambda one: force(one[MOMENT])),
@@ -251,7 +253,7 @@ def bench_table() -> str:
 
 
 def axis_table() -> str:
-    """Tabulate what both measurements would show, over the load at which the axis of joint I buckles."""
+    """Tabulate the expected results of both measurements, over the buckling load of the axis of joint I."""
     body, known = [], members()
     for low, high in pairwise(AXES):
         group = [one for one in known if low <= one["axis_buckling[I]"] < high]
@@ -296,7 +298,7 @@ def draw_family(axes: Axes) -> None:
 
 
 def draw_scale(axes: Axes) -> None:
-    """Plot what a luggage scale would show: the family, and after four speeds."""
+    """Plot the force that a luggage scale would show: of the family, and after four speeds."""
     found, arm = stored("posterior"), stored("posterior")["arm_m"]
     shown = np.array([force(one[MOMENT]) for one in members()])
     bins = np.geomspace(0.95 * shown.min(), 1.05 * shown.max(), 14)
@@ -315,7 +317,7 @@ def draw_scale(axes: Axes) -> None:
 
 @styled
 def plot_joint() -> Figure:
-    """Plot the family, and the measurement that decides."""
+    """Plot the family, and the measurement that would decide between its members."""
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.6, 1))
     draw_family(left)

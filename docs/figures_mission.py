@@ -1,4 +1,4 @@
-"""Tables and picture of docs/missions.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/missions.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from hypertuna.paper.ledger import published
 from hypertuna.paper.seeds import read_seeds
 from hypertuna.paper.studies import LAKE_GAITS
 
+# Unit as it ends a name -> unit as printed.
 SPELLED = {
     "m_s": "m/s",
     "m_s2": "m/s²",
@@ -40,12 +41,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @cache
 def box() -> Flight:
-    """Fly the box."""
+    """Fly the mission `box`."""
     return fly(read_mission("box"), load("hypertuna"))
 
 
 def example() -> str:
-    """Quote the transect."""
+    """Quote the file of the mission `transect`."""
     return f"```toml\n{(ROOT / 'missions/transect.toml').read_text().rstrip()}\n```"
 
 
@@ -101,7 +102,7 @@ def straight_table() -> str:
 
 
 def flown(mission: str) -> list[dict[str, str]]:
-    """Return the stored flights of a mission with scattered currents and gaps."""
+    """Return the stored flights of a mission, with random currents and gaps of the satellite fixes."""
     text = (ROOT / "validation" / "missions" / f"{mission}-seeds.csv").read_text()
     return list(csv.DictReader(text.splitlines()))
 
@@ -133,6 +134,7 @@ def seeds_table() -> str:
     return "\n".join(lines)
 
 
+# Column of a stored flight -> label, and divisor of its values.
 OVER_SEEDS = {
     "duration_s": ("time [min]", 60),
     "distance_m": ("distance, over ground [m]", 1),

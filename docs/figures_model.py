@@ -1,4 +1,4 @@
-"""Tables of docs/model.md; docs/figures.py takes them in."""
+"""Tables of docs/model.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from figures_common import FISH, rows, told
+from figures_common import FISH, paper_value, rows
 
 from hypertuna.description.schema.water import LAWS
 from hypertuna.paper.computed import SPEEDS
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.swim import swim
 
-STUDY = Path(__file__).parents[1] / "validation/hydrodynamics/results.json"  # its study.py makes it
+STUDY = Path(__file__).parents[1] / "validation/hydrodynamics/results.json"  # written by study.py beside it
 
 
 def law_table() -> str:
     """Tabulate the eight speeds by water law [m/s]."""
     body = [
-        [f"`{name}`", f"{told(f'speed/{name}'):g}"]
+        [f"`{name}`", f"{paper_value(f'speed/{name}'):g}"]
         + [f"{swim(FISH.using(water=law), named_gait(FISH, name)).speed:.3f}" for law in LAWS]
         for name in SPEEDS
     ]
@@ -28,8 +28,8 @@ def law_table() -> str:
 
 
 def strip_table() -> str:
-    """Tabulate what becomes of the eight speeds with other coefficients of the strips."""
-    truth, body = np.array([told(f"speed/{name}") for name in SPEEDS]), []
+    """Tabulate the errors of the eight speeds with other coefficients of the strip law."""
+    truth, body = np.array([paper_value(f"speed/{name}") for name in SPEEDS]), []
     for name, result in json.loads(STUDY.read_text())["results"].items():
         errors = 100 * (np.array(result["speeds"]) / truth - 1)
         sizes = [f"{np.sqrt(np.mean(part**2)):.1f}" for part in (errors[:4], errors[4:], errors)]

@@ -1,4 +1,4 @@
-"""Tables and pictures of docs/optimize.md and docs/pareto.md; docs/figures.py takes them in."""
+"""Tables and pictures of docs/optimize.md and docs/pareto.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def front() -> Front:
 
 
 def front_table() -> str:
-    """Tabulate what the paper's gaits cost in the model beside the cheapest gaits that are as fast."""
+    """Tabulate the costs of the paper's gaits in the model beside those of the cheapest gaits as fast."""
     body = []
     for name in SPEEDS:
         done = swum(name, "joint bandwidth")
@@ -51,7 +51,7 @@ def objectives_table() -> str:
 
 @cache
 def optimum(model: str, method: str, **objective: Any) -> Optimum:
-    """Optimize HyperTuna under a reading of its joints."""
+    """Optimize HyperTuna's gait with a model of its joints."""
     return optimize(FISH.using(joints="ideal" if model == "ideal joints" else "bandwidth"), **objective, method=method)
 
 
@@ -86,7 +86,7 @@ def phases_table() -> str:
 
 
 def weights_table() -> str:
-    """Tabulate up to which weight k of Eq. 42 the speed stays as expected."""
+    """Tabulate the largest weight k of Eq. 42 with which the speed stays as expected."""
     body = []
     for speed in (0.2, 0.3, 0.4, 0.5, 0.55, 0.57):
         tracked = [optimum(model, "gradient", speed=speed) for model in MODELS[:2]]

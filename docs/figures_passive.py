@@ -1,4 +1,4 @@
-"""Tables and picture of docs/passive.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/passive.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from hypertuna.reports.html import Table
 
 @cache
 def record() -> Any:
-    """Return what is stored of robots with a passive joint."""
+    """Return the stored results of robots with a passive joint."""
     passive = read_passive(FISH)
     assert passive.record, passive.reason
     return passive.record
 
 
 def _table(make: Callable[[Any], Table], left: int) -> Callable[[], str]:
-    """Return a function that writes a table of the chapter."""
+    """Return a function that writes a table of the ledger's chapter as Markdown."""
 
     def written() -> str:
         table = make(record())

@@ -65,7 +65,7 @@ def other_table() -> str:
 
 
 def summary_table() -> str:
-    """Tabulate what the scores say, today and before the law changed."""
+    """Tabulate statistics of the scores, today and before the law of the fin changed."""
     old: dict[str, list[float]] = {}
     for (name, _, quantity), ratio in before().items():
         if quantity == "speed":
@@ -81,7 +81,7 @@ def summary_table() -> str:
 
 
 def band_table() -> str:
-    """Tabulate how many published speeds the bands hold, and how wide these are."""
+    """Tabulate which part of the published speeds is inside the bands, and how wide the bands are."""
     kinds = {
         "estimates, and excursions that are assumed": False,
         "estimates alone, as `hypertuna swim` prints them": True,
@@ -94,7 +94,7 @@ def band_table() -> str:
 
 
 def laws_table() -> str:
-    """Tabulate the laws that swimmers obey, of the swimmers as predicted and of random fish."""
+    """Tabulate how published and predicted swimmers, and random fish, obey the laws of all swimmers."""
     body = []
     shoals = {f"swimmers, {speed}": board().swum(speed) for speed in ("published", "predicted")}
     for name, shoal in (shoals | {"random fish": board().shoal}).items():

@@ -12,7 +12,7 @@ from functools import partial
 
 from hypertuna.paper.reproduce import Ledger
 
-SENTENCES = (
+SENTENCES = (  # sentences of the pages; {name | model} stands for a number of the paper's ledger
     "90 % of the robots that the paper allows swim {low speed/unoptimised-max | twin} to "
     "{high speed/unoptimised-max | twin} m/s; 0.56 m/s is published",
     "the optimized gait changes the speed by {speed/change-max | joint bandwidth} % with joint bandwidth, and by "
@@ -52,7 +52,7 @@ SENTENCES = (
     "Up to {cost-of-transport/cheapest-hz | twin} Hz it falls, because the idle power",
     "The default robot of the twin has an rms error of {rms | twin} %",
 )
-NUMBER = r"[-+]?\d[\d.]*"
+NUMBER = r"[-+]?\d[\d.]*"  # pattern of a number in a sentence
 
 
 def pattern_of(sentence: str) -> str:
@@ -62,14 +62,14 @@ def pattern_of(sentence: str) -> str:
 
 
 def stated(page: str, ledger: Callable[[], Ledger]) -> str:
-    """Return a page with the numbers in its sentences made anew."""
+    """Return a page with the numbers in its sentences written anew."""
     for sentence in SENTENCES:
         page = re.sub(pattern_of(sentence), partial(_with_numbers, sentence, ledger), page)
     return page
 
 
 def _with_numbers(sentence: str, ledger: Callable[[], Ledger], found: re.Match[str]) -> str:
-    """Return a sentence that was found with the numbers of the ledger."""
+    """Return a sentence found on a page, with the numbers of the ledger."""
     numbers = [*(_told(ledger(), name) for name in re.findall(r"\{(.+?)\}", sentence)), ""]
     return "".join(words + number for words, number in zip(found.groups(), numbers, strict=True))
 

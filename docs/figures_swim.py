@@ -82,4 +82,4 @@ def mujoco_space_table() -> str:
 
 
 TABLES = {"peers": peer_table, "mujoco": mujoco_table, "mujoco in space": mujoco_space_table}
-FILES = {"docs/fish.svg": fish_svg}
+FILES = {"docs/fish.svg": fish_svg}  # functions that draw a file, by its path

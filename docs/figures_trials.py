@@ -1,4 +1,4 @@
-"""Tables of docs/trials.md; docs/figures.py takes them in."""
+"""Tables of docs/trials.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables and picture of docs/turning.md; docs/figures.py takes them in."""
+"""Tables and picture of docs/turning.md; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ from hypertuna.swimming.turn import Turning, point_radius, turn
 FISH = load("hypertuna")
 PAPER = published()
 GAIT = named_gait(FISH, "turning")
-TOLD = PAPER["values"]["turning/radius-bl"]["value"]
-PHASES = np.radians(PAPER["turning"]["phase_deg"])
-HEAD, FIN = 0, len(FISH.links.name) - 1
-FACTORS = (1 / 8, 8.0)  # within which a factor is sought that meets the published radius
+PUBLISHED_RADIUS = PAPER["values"]["turning/radius-bl"]["value"]  # BL
+PHASES = np.radians(PAPER["turning"]["phase_deg"])  # phases of the published turns [rad]
+HEAD, FIN = 0, len(FISH.links.name) - 1  # indices of links
+FACTORS = (1 / 8, 8.0)  # range of the factors tried to meet the published radius
+# Quantity -> keys of its numbers in the robot's file.
 KNOBS: dict[str, tuple[str, ...]] = {
     "drag across the head": (f"water.lumped.drag[{HEAD}]",),
     "friction of the head": (f"water.lumped.friction[{HEAD}]",),
@@ -51,14 +52,14 @@ def beat(stroke: Sequence[float]) -> Gait:
 
 @cache
 def around() -> Turning:
-    """Turn as the paper, at full and at half stroke."""
+    """Turn with the paper's gait over the phases, at full and at half stroke."""
     half = tuple(angle / 2 for angle in GAIT.bias)
     phases = [(0.0, phase) for phase in PHASES]
     return turn(FISH, Gaits.grid(frequency=[2.0], amplitude=[GAIT.amplitude], phase=phases, bias=[GAIT.bias, half]))
 
 
-def told(robot: Robot, gait: Gait) -> list[str]:
-    """Say how a robot turns: radius of the nose and of the center of the head at 200 deg, and the tightest phase."""
+def turn_cells(robot: Robot, gait: Gait) -> list[str]:
+    """Return cells of a turn: radius of the nose and of the center of the head at 200 deg, and the tightest phase."""
     done, length = swim(robot, gait), robot.body.length
     grid = Gaits.grid(
         frequency=[gait.frequency], amplitude=[gait.amplitude], phase=[(0.0, p) for p in PHASES], bias=[gait.bias]
@@ -89,7 +90,7 @@ def stroke_table() -> str:
     body = []
     for name, gait in strokes().items():
         ends = ", ".join(f"{2 * math.degrees(a):.1f}" for a in gait.amplitude)
-        body.append([name, ends, *told(FISH, gait)])
+        body.append([name, ends, *turn_cells(FISH, gait)])
     head = ["one-sided beat", "stroke [deg]", "nose [BL]", "center of the head [BL]", "tightest phase [deg] (BL)"]
     return rows(head, body)
 
@@ -125,14 +126,14 @@ def parse_strip(robot: Robot, **values: float) -> Robot:
 
 
 def knob_table() -> str:
-    """Tabulate the radius with one thing at a time halved, doubled, and sought to meet the published radius."""
+    """Tabulate the radius with one quantity at a time halved and doubled, and the factor for the published radius."""
     body = []
     full = strokes()["to twice the largest bend in air: full stroke of the soft joints"]
     for name, keys in KNOBS.items():
         at = [radius(keys, factor, GAIT) for factor in (0.5, 1.0, 2.0)]
         cells = [f"{value:.3f}" for value in at]
         body.append([name, *cells, needed(keys, GAIT), needed(keys, full)])
-    head = ["times", "½ [BL]", "1 [BL]", "2 [BL]", f"alone meets {TOLD:g} BL", "with the full stroke"]
+    head = ["times", "½ [BL]", "1 [BL]", "2 [BL]", f"alone meets {PUBLISHED_RADIUS:g} BL", "with the full stroke"]
     return rows(head, body)
 
 
@@ -163,27 +164,27 @@ def scaled(robot: Robot, factors: Mapping[str, float]) -> Robot:
 
 
 def needed(keys: Sequence[str], gait: Gait) -> str:
-    """Seek the factor that meets the published radius, the nearest to 1; say the least radius if none does."""
+    """Return as text the factor nearest to 1 that gives the published radius, else the least radius found."""
     logs = np.linspace(*np.log(FACTORS), 25)
-    values = np.array([radius(keys, math.exp(log), gait) for log in logs]) - TOLD
+    values = np.array([radius(keys, math.exp(log), gait) for log in logs]) - PUBLISHED_RADIUS
     crossings = [k for k in range(len(logs) - 1) if values[k] * values[k + 1] < 0]
     if not crossings:
         k = int(np.nanargmin(values))
-        return f"no: at least {values[k] + TOLD:.2f}, at {math.exp(logs[k]):.2g}"
+        return f"no: at least {values[k] + PUBLISHED_RADIUS:.2f}, at {math.exp(logs[k]):.2g}"
     k = min(crossings, key=lambda k: abs(logs[k]))
-    log = brentq(lambda x: radius(keys, math.exp(x), gait) - TOLD, logs[k], logs[k + 1], xtol=1e-3)
+    log = brentq(lambda x: radius(keys, math.exp(x), gait) - PUBLISHED_RADIUS, logs[k], logs[k + 1], xtol=1e-3)
     return f"{math.exp(log):.2f}"
 
 
 def model_table() -> str:
-    """Tabulate the radius under the other choices of model, and at other frequencies."""
+    """Tabulate the radius with other models, and at other frequencies."""
     cases: dict[str, tuple[Robot, Gait]] = {
         "lumped law, joint bandwidth": (FISH, GAIT),
         "lumped law, ideal joints": (FISH.using(joints="ideal"), GAIT),
         "lumped law, areas as printed": (FISH.using(areas="as-printed"), GAIT),
     }
     cases |= {f"at {f:g} Hz": (FISH, replace(GAIT, frequency=f)) for f in (0.5, 1.0, 4.0)}
-    body = [[name, *told(robot, gait)] for name, (robot, gait) in cases.items()]
+    body = [[name, *turn_cells(robot, gait)] for name, (robot, gait) in cases.items()]
     return rows(["model", "nose [BL]", "center of the head [BL]", "tightest phase [deg] (BL)"], body)
 
 
@@ -195,6 +196,6 @@ TABLES: dict[str, Callable[[], str]] = {
 }
 PICTURES: dict[str, Callable[[], Figure]] = {
     "docs/turning.svg": lambda: plot_turn(
-        around(), published=(PAPER["values"]["turning/best-phase"]["value"], float(TOLD))
+        around(), published=(PAPER["values"]["turning/best-phase"]["value"], float(PUBLISHED_RADIUS))
     )
 }

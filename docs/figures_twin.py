@@ -1,4 +1,4 @@
-"""Tables of docs/twin.md, from what validation/twin has stored; docs/figures.py takes them in."""
+"""Tables of docs/twin.md, from results stored in validation/twin; docs/figures.py includes them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from figures_common import FISH, rows, told
+from figures_common import FISH, paper_value, rows
 from matplotlib.figure import Figure
 
 from hypertuna.description.schema.base import Spread
@@ -25,7 +25,7 @@ BANDWIDTH = FISH.joints[0].bandwidth or math.nan
 
 @cache
 def stored(name: str) -> dict[str, Any]:
-    """Read results."""
+    """Return a stored result of validation/twin, by the name of its file."""
     content: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
     return content
 
@@ -60,7 +60,7 @@ def gait_table(law: str) -> str:
     for name, run in stored("study")[law]["gaits"].items():
         pressure, lowest, speed, power, limits = run_cells(run)
         bends = pair(run["swing_deg"])
-        body.append([name, f"{told(f'speed/{name}'):g}", speed, bends, pressure, lowest, power, limits])
+        body.append([name, f"{paper_value(f'speed/{name}'):g}", speed, bends, pressure, lowest, power, limits])
     heads = ["published [m/s]", "twin [m/s]", "I / II [deg]", "cylinder I / II [kPa]", "lowest [kPa]", "W", "limits"]
     return rows(["gait", *heads], body)
 
@@ -72,13 +72,13 @@ def row_cells(row: dict[str, Any]) -> list[str]:
 
 
 def published_cells() -> list[str]:
-    """Write what is published of a row."""
-    speeds = [f"{told(f'speed/{name}'):g}" for name in SPEEDS]
-    return [*speeds, *(f"{told(name):.1f}" for name in POWERS.values())]
+    """Write the published numbers of a row: eight speeds and two powers."""
+    speeds = [f"{paper_value(f'speed/{name}'):g}" for name in SPEEDS]
+    return [*speeds, *(f"{paper_value(name):.1f}" for name in POWERS.values())]
 
 
 def row_table(law: str) -> str:
-    """Tabulate speeds and powers with one thing changed."""
+    """Tabulate speeds and powers with one change of the robot at a time."""
     found = stored("study")[law]["rows"]
     body = [[label, *row_cells(row), f"{row['rms_percent']:.1f} %"] for label, row in found.items()]
     body.append(["**published**", *published_cells(), ""])
@@ -87,7 +87,7 @@ def row_table(law: str) -> str:
 
 
 def bore_table() -> str:
-    """Tabulate the pressure that the angle of Fig. 8 takes."""
+    """Tabulate the pressure needed for the angle of Fig. 8, over the bore of the lines."""
     body = []
     for row in stored("study")["bores"]:
         cells = []
@@ -98,7 +98,7 @@ def bore_table() -> str:
 
 
 def ends(spread: Spread) -> str:
-    """Write the range of an estimate; of the limit that the spread has along with it, its pressures."""
+    """Write the range of an estimate; for the working limit, the range of its pressure."""
     low, high = spread.low, spread.high
     if spread.along:
         work = FISH.controller.works_at or math.nan if FISH.controller else math.nan
@@ -146,6 +146,7 @@ def interval_table(law: str) -> str:
     return rows(["gait", *(heads[2:] if law == "lumped" else heads)], body)
 
 
+# Tables that exist for each water law.
 OF_A_LAW = {
     "twin reach": amplitude_table,
     "twin gaits": gait_table,

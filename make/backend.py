@@ -1,4 +1,4 @@
-"""The build backend of pyproject.toml: scikit-build-core's, which first looks for what pip cannot bring."""
+"""The build backend of pyproject.toml: scikit-build-core's, after a check for what pip cannot install."""
 
 import os
 import shutil
@@ -7,15 +7,15 @@ import sysconfig
 from scikit_build_core import build
 from scikit_build_core.build import *  # noqa: F403
 
-COMPILERS = ("c++", "g++", "clang++")  # of which make/environment.sh takes the first, too
+COMPILERS = ("c++", "g++", "clang++")  # the first on PATH is taken, as in make/environment.sh
 
-# scikit-build-core takes the compiler that built Python, which need not be on this machine.
+# By default scikit-build-core takes the compiler that built Python, which may be missing on this machine.
 if "CXX" not in os.environ and os.name == "posix":
     os.environ["CXX"] = next(filter(shutil.which, COMPILERS), "")
 
 
 def check_machine():
-    """End with one sentence for each missing thing, before pip fetches what the package needs."""
+    """End with a sentence for each missing part, before pip fetches the package's requirements."""
     missing, packages = [], []
     if not os.environ.get("CXX", "anything"):
         missing.append(f"A C++ compiler is missing: none of {', '.join(COMPILERS)} is on PATH, and CXX names no other.")
@@ -31,12 +31,12 @@ def check_machine():
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    """Return what a wheel is built with."""
+    """Return the requirements for building a wheel."""
     check_machine()
     return build.get_requires_for_build_wheel(config_settings)
 
 
 def get_requires_for_build_editable(config_settings=None):
-    """Return what an editable installation is built with."""
+    """Return the requirements for building an editable installation."""
     check_machine()
     return build.get_requires_for_build_editable(config_settings)

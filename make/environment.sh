@@ -1,11 +1,11 @@
 #!/bin/sh
-# Check what a build needs, all of it before anything is built, and make the virtual environment unless it is sound.
+# Check all requirements of a build before anything is built, and make the virtual environment unless it is sound.
 # Usage: environment.sh FOLDER [PYTHON]. The stamp FOLDER/.python changes only when the environment was made.
 set -u
 venv=$1
 asked=${2:-}
 
-# What a Python tells of itself: version, whether new enough, with venv, with headers, and its path.
+# A program that prints facts of a Python: version, whether it is new enough, has venv, has headers, and its path.
 probe='import os, sys, sysconfig
 try:
     import ensurepip, venv
@@ -56,7 +56,7 @@ check_machine() {
     return 1
 }
 
-# Without a compiler, ziglang from PyPI is one: as the programs that CMake looks for, and for any processor of this kind.
+# Without a compiler, write programs for CMake that call Zig's (ziglang from PyPI), for any processor of this kind.
 write_compiler() { # PREFIX
     echo "make: no C++ compiler is installed: Zig's, from PyPI (ziglang), compiles instead" >&2
     zig="ZIG_GLOBAL_CACHE_DIR='$PWD/build/zig' ZIG_LOCAL_CACHE_DIR='$PWD/build/zig' exec '$1/bin/python' -m ziglang"
@@ -66,7 +66,7 @@ write_compiler() { # PREFIX
     done
 }
 
-# Python and folder of the environment, if it runs: what the stamp says, since an environment cannot be moved.
+# Print Python and folder of the environment, if it runs. The stamp holds this line, as an environment cannot be moved.
 state() {
     "$venv/bin/python" -c 'import sys, pip
 print("%d.%d" % sys.version_info[:2], sys.prefix)' 2>/dev/null

@@ -1,6 +1,6 @@
-"""Write what the studio knows of the core: `python make/interface.py > studio/interface.ts`.
+"""Write the studio's part of the core's interface: `python make/interface.py > studio/interface.ts`.
 
-It is read from `hosts/hypertuna.h`, whose functions are bound or excluded here, and from lists of the core.
+It is made from `hosts/hypertuna.h`, whose functions are bound or excluded here, and from lists of the core.
 """
 
 import re
@@ -10,6 +10,7 @@ from typing import Any
 
 TOP = Path(__file__).resolve().parents[1]
 HEADER = (TOP / "hosts/hypertuna.h").read_text(encoding="utf-8")
+# Functions that the studio does not call, with the reason.
 EXCLUDED = {
     "ht_robot_models": "the text lists them",
     "ht_robot_missions": "the text lists them",
@@ -18,14 +19,14 @@ EXCLUDED = {
     "ht_twin_save": "no view goes back in time",
     "ht_twin_restore": "no view goes back in time",
 }
-CORE = TOP / "core/include/hypertuna"
+CORE = TOP / "core/include/hypertuna"  # folder of the core's headers
 LISTS = {
     "FaultKind": "simulation/sensors.hpp",
     "BeatStatus": "host/beat_status.hpp",
     "Better": "swimming/quantities.hpp",
-}  # by enumeration
-NUMBERS = {"beat_steps": "host/beat_status.hpp", "nearly_straight": "swimming/quantities.hpp"}
-SIZES = {"char": 1, "int": 4, "uint32_t": 4, "double": 8, "uint64_t": 8}  # in WebAssembly
+}  # enumeration -> header that declares it
+NUMBERS = {"beat_steps": "host/beat_status.hpp", "nearly_straight": "swimming/quantities.hpp"}  # number -> its header
+SIZES = {"char": 1, "int": 4, "uint32_t": 4, "double": 8, "uint64_t": 8}  # bytes of a type in WebAssembly
 
 
 def functions() -> dict[str, str]:
@@ -39,7 +40,7 @@ def functions() -> dict[str, str]:
 
 
 def layout(struct: str) -> dict[str, int]:
-    """Return the place of each field of a struct of hosts/, and its size [bytes]."""
+    """Return the offset of each field of a struct of hosts/, and the size of the struct [bytes]."""
     text = HEADER + (TOP / "hosts/image.hpp").read_text(encoding="utf-8")
     (fields,) = re.findall(rf"struct {struct} \{{([^}}]*)\}}", text)
     places, end = {}, 0
@@ -51,7 +52,7 @@ def layout(struct: str) -> dict[str, int]:
 
 
 def members(kind: str) -> dict[str, int]:
-    """Return the members of an enumeration of the core."""
+    """Return the members of an enumeration of the core, by name, with their numbers."""
     (found,) = re.findall(rf"enum class {kind}\b[^{{]*\{{([^}}]*)\}}", (CORE / LISTS[kind]).read_text(encoding="utf-8"))
     names = [name.strip() for name in found.split(",")]
     return {name: k for k, name in enumerate(names) if name != "count"}
@@ -64,7 +65,7 @@ def numbers() -> dict[str, float]:
 
 
 def written() -> str:
-    """Return the file."""
+    """Return the text of studio/interface.ts."""
     bound = [f"  {line}" for name, line in functions().items() if name not in EXCLUDED]
     tables: dict[str, dict[str, Any]] = {"START": layout("ht_start"), "IMAGE": layout("ImageHeader"), "CORE": numbers()}
     tables |= {kind: members(kind) for kind in LISTS}

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 
-EXTRAS = ("test", "lint", "docs", "fe", "radio", "studio")  # that .ci/run installs
+EXTRAS = ("test", "lint", "docs", "fe", "radio", "studio")  # extras that .ci/run installs
 PIP = (sys.executable, "-m", "pip", "install", "--quiet", "--dry-run", "--ignore-installed", "--report", "-")
 
 

@@ -8,18 +8,18 @@ import subprocess
 import sys
 import time
 
-STEPS = (  # what a line of pip or ninja means
+STEPS = (  # pattern of a line of pip or ninja -> text of the progress
     (re.compile(r"^\s*\[(\d+)/(\d+)\] (?:Building|Linking) "), "compiled {0} of {1}"),
     (re.compile(r"^Collecting ([\w.-]+)"), "package {0}"),
     (re.compile(r"^Installing collected packages"), "installing packages"),
 )
-COMPILER = re.compile(r"^\s*-- (compiled by .+)")  # of CMakeLists.txt
-EVERY = 5.0  # seconds between lines where they do not replace one another
-TAIL = 100  # lines shown of a failure
+COMPILER = re.compile(r"^\s*-- (compiled by .+)")  # a line that CMakeLists.txt prints
+EVERY = 5.0  # seconds between lines of progress if stderr is no terminal
+TAIL = 100  # last lines of output, shown after a failure
 
 
 def step(line):
-    """Return what a line tells of the progress, or None."""
+    """Return the text of the progress that a line of output means; None for other lines."""
     return next((text.format(*found.groups()) for form, text in STEPS if (found := form.match(line))), None)
 
 

@@ -1,4 +1,4 @@
-"""What every peer needs: the robot's constants, the gaits and the speed out of a trajectory.
+"""Shared by all peers: the robot's constants, the gaits, and the speed from a trajectory.
 
 The peers share nothing with hypertuna but the robot file, so that agreement means something.
 
@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
-STEPS = 128  # RK4 steps per beat, for everybody
+STEPS = 128  # RK4 steps per beat, of hypertuna and of all peers
 ROBOT = Path(__file__).resolve().parents[2] / "robots" / "hypertuna.toml"
 
 
@@ -71,7 +71,7 @@ class Gaits:
 
 
 def load(path: Path = ROBOT) -> Fish:
-    """Read a robot file for the lumped law, areas read consistently, ideal joints."""
+    """Read a robot file for the lumped law with consistent areas and ideal joints."""
     with path.open("rb") as file:
         robot = tomllib.load(file)
     links, water = robot["links"], robot["water"]
@@ -95,7 +95,7 @@ def load(path: Path = ROBOT) -> Fish:
 
 
 def gaits_from_degrees(frequency: object, amplitude: object, phase: object) -> Gaits:
-    """Gaits from Hz and degrees; shapes [K], [K, g], [K, g]."""
+    """Return gaits from Hz and degrees, of the shapes [K], [K, g], [K, g]."""
     return Gaits(
         np.atleast_1d(np.asarray(frequency, float)),
         np.radians(np.atleast_2d(np.asarray(amplitude, float))),
@@ -104,7 +104,7 @@ def gaits_from_degrees(frequency: object, amplitude: object, phase: object) -> G
 
 
 def grid(frequencies: int = 6, phases: int = 10) -> Gaits:
-    """The benchmark's sweep: 6 frequencies x 10 phases x the paper's 3 amplitude levels = 180 gaits."""
+    """Return the benchmark's grid: 6 frequencies x 10 phases x the paper's 3 amplitude levels = 180 gaits."""
     levels = np.array([(8.0, 15.0), (12.0, 20.0), (16.0, 25.0)])  # small, medium, large
     f, p, a = np.meshgrid(np.linspace(1, 6, frequencies), np.linspace(0, 180, phases), np.arange(3), indexing="ij")
     phase = np.stack([np.zeros(p.size), p.ravel()], axis=1)
@@ -112,13 +112,13 @@ def grid(frequencies: int = 6, phases: int = 10) -> Gaits:
 
 
 def clock(steps: int = STEPS) -> Array:
-    """Sine and cosine of the beat's phase at every RK4 node and half node, [2 steps, 2]."""
+    """Return sine and cosine of the beat's phase at every RK4 node and half node, [2 steps, 2]."""
     angle = np.pi * np.arange(2 * steps) / steps
     return np.stack([np.sin(angle), np.cos(angle)], axis=1)
 
 
 def shape(fish: Fish, gaits: Gaits, sin_cos: Array) -> tuple[Array, Array]:
-    """Everything of the moving shape that the equations of motion need, tabulated.
+    """Tabulate the quantities of the moving shape that the equations of motion need.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def shape(fish: Fish, gaits: Gaits, sin_cos: Array) -> tuple[Array, Array]:
     c, s = np.cos(theta), np.sin(theta)
 
     def to_com(front: Array, along: Array) -> Array:
-        """Sum of the links before, plus the way to this link's center of mass."""
+        """Return the sum over the links before, plus the part to this link's center of mass."""
         before = np.cumsum(front, axis=-1) - front
         return before + along
 
@@ -160,7 +160,7 @@ def shape(fish: Fish, gaits: Gaits, sin_cos: Array) -> tuple[Array, Array]:
 
 
 def twist(fish: Fish, momentum: Array, body: Array) -> Array:
-    """Twist (u, v, r) of the head, M xi = P - b, from momentum (p_x, p_y, h), both [..., 3], and body [..., 6]."""
+    """Return the head's twist (u, v, r), from M xi = P - b, for momentum (p_x, p_y, h) [..., 3] and body [..., 6]."""
     gx, gy, mobility = body[..., 0], body[..., 1], body[..., 2]
     px, py, h = np.moveaxis(momentum - body[..., 3:], -1, 0)
     r = mobility * (h - gx * py + gy * px)
@@ -169,7 +169,7 @@ def twist(fish: Fish, momentum: Array, body: Array) -> Array:
 
 
 def beat_speed(twists: Array, frequency: Array) -> Array:
-    """Mean speed [K] over one beat, m/s, from the head's twists [S + 1, 3, K] at equal time steps.
+    """Return the mean speed [K] over one beat, m/s, from the head's twists [S + 1, 3, K] at equal time steps.
 
     Heading and path are integrated with cubic splines: fourth order, as RK4.
     """

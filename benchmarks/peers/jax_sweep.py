@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false --xla_cpu_enable_fast_math=true"  # before JAX comes
+os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false --xla_cpu_enable_fast_math=true"  # before JAX is imported
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +31,7 @@ Sweep = Callable[[], Array]
 
 
 def rk4(rate: Callable[..., Any], y: Any, start: Any, middle: Any, end: Any, dt: Any) -> Any:
-    """One step; rate(y, node) with the node at the step's start, middle and end."""
+    """Return y after one step; rate(y, node) is called with the nodes at the step's start, middle and end."""
 
     def ahead(h: Any, k: Any) -> Any:
         return jax.tree.map(lambda a, b: a + h * b, y, k)
@@ -44,14 +44,14 @@ def rk4(rate: Callable[..., Any], y: Any, start: Any, middle: Any, end: Any, dt:
 
 
 def beats_of(step: Callable[..., Any], twist: Callable[..., Any], start: Any, beats: int) -> Array:
-    """Twists [STEPS, 3, ...] of the last of `beats` beats; step(y, k) and twist(y, k) at step k of a beat."""
+    """Return the twists [STEPS, 3, ...] of the last of `beats` beats; step(y, k), twist(y, k): at step k of a beat."""
     y = lax.fori_loop(0, (beats - 1) * STEPS, lambda i, y: step(y, i % STEPS), start)
     twists = lax.scan(lambda y, k: (step(y, k), twist(y, k)), y, jnp.arange(STEPS))[1]
     return twists  # type: ignore[no-any-return]
 
 
 def direct(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Program and arguments: the paper's equations, solved for the acceleration."""
+    """Return program and arguments: the paper's equations, solved for the acceleration."""
     angles, m, total_inertia = np.cumsum(fish.share, axis=0), fish.moving_mass, fish.inertia.sum()
 
     def along(front: Any) -> Any:
@@ -92,7 +92,7 @@ def direct(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tu
 
 
 def _momentum_rate(fish: Fish, total: Callable[..., Any], spread: Callable[..., Any]) -> tuple[Any, Any]:
-    """Twist and momentum rate from rows of the table: link [6][..., n], body [6][...]."""
+    """Return functions for twist and momentum rate from rows of the table: link [6][..., n], body [6][...]."""
     per_mass = 1 / fish.moving_mass.sum()
 
     def twist(P: Any, body: Any) -> Any:
@@ -114,7 +114,7 @@ def _momentum_rate(fish: Fish, total: Callable[..., Any], spread: Callable[..., 
 
 
 def _swim_table(twist: Any, rate: Any, link: Any, body: Any, dt: Any, beats: int) -> Any:
-    """Swim from rest through tables: sequences of 6 arrays [2 STEPS, ...]."""
+    """Swim from rest with tables link and body, each 6 arrays [2 STEPS, ...]; return the twists of the last beat."""
 
     def row(q: Any) -> Any:
         q = q % (2 * STEPS)
@@ -128,7 +128,7 @@ def _swim_table(twist: Any, rate: Any, link: Any, body: Any, dt: Any, beats: int
 
 
 def tabled(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Program and arguments: momentum and a table of the shape."""
+    """Return program and arguments: momentum as the state, and a table of the shape."""
     twists, rate = _momentum_rate(fish, lambda *sums: tuple(x.sum() for x in sums), lambda x: x)
     one = lambda link, body, dt: _swim_table(twists, rate, link, body, dt, beats)  # noqa: E731
     link, body, dt = _columns(fish, gaits)
@@ -137,7 +137,7 @@ def tabled(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tu
 
 
 def fused(fish: Fish, gaits: Gaits, beats: int) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Program and arguments: the same, arranged so that XLA computes nothing twice."""
+    """Return program and arguments: `tabled`, arranged so that XLA computes nothing twice."""
 
     def total(*sums: Any) -> Any:
         return lax.reduce(sums, (0.0,) * 3, lambda x, y: tuple(a + b for a, b in zip(x, y, strict=True)), (1,))
@@ -151,11 +151,11 @@ def _columns(fish: Fish, gaits: Gaits) -> tuple[Any, ...]:
     return link, body, 1 / (gaits.frequency * STEPS)
 
 
-PROGRAMS = {"direct": direct, "tabled": tabled, "fused": fused}
+PROGRAMS = {"direct": direct, "tabled": tabled, "fused": fused}  # ways to compute a swim, by name
 
 
 def compile_sweep(program: str, fish: Fish, gaits: Gaits, beats: int) -> Sweep:
-    """Compile a program; what comes back swims all gaits and returns their speeds [K], m/s."""
+    """Compile a program; return a function that swims all gaits and returns their speeds [K], m/s."""
     function, arguments = PROGRAMS[program](fish, gaits, beats)
     compiled = jax.jit(function).lower(*arguments).compile()
     on_device = jax.device_put(arguments)

@@ -6,7 +6,7 @@
   MuJoCo's own solver finds the motion of the free base. That spares a constraint solver and inverse dynamics.
 - Drag goes through `xfrc_applied` between `mj_step1` and `mj_step2`, by a compiled (numba) function: NumPy on so small
   arrays would take longer than MuJoCo itself.
-- MuJoCo's default integrator (semi-implicit Euler, first order), as many steps per beat as everybody. Its RK4 would
+- MuJoCo's default integrator (semi-implicit Euler, first order), as many steps per beat as all peers. Its RK4 would
   call the drag four times a step.
 """
 
@@ -18,11 +18,11 @@ import numpy as np
 
 from peers.fish import STEPS, Array, Fish, Gaits, clock
 
-ROTOR = 1e6  # kg m^2
+ROTOR = 1e6  # inertia of a joint's rotor [kg m^2]
 
 
 def mjcf(fish: Fish, dt: float) -> str:
-    """The chain in MuJoCo's language: nose at the origin, tail along +x."""
+    """Return the chain in MuJoCo's format MJCF: nose at the origin, tail along +x."""
     head = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint axis="0 0 1"/>'
     driven = fish.share.max(axis=1) > 0
     xml = ""
@@ -38,7 +38,7 @@ def mjcf(fish: Fish, dt: float) -> str:
 
 @numba.njit(fastmath=True)
 def apply_drag(k_t, k_n, axes, com, origin, velocity, force):  # type: ignore[no-untyped-def]
-    """Drag on each body at its center of mass, from MuJoCo's xmat, xipos, subtree_com, cvel into xfrc_applied."""
+    """Write the drag on each body to MuJoCo's xfrc_applied, from its xmat, xipos, subtree_com and cvel."""
     for i in range(len(k_t)):
         b = i + 1  # body 0 is the world
         c, s, w = axes[b, 0], axes[b, 3], velocity[b, 2]
@@ -50,7 +50,7 @@ def apply_drag(k_t, k_n, axes, com, origin, velocity, force):  # type: ignore[no
 
 
 class Swimmer:
-    """One gait in MuJoCo, at rest at first."""
+    """One gait in MuJoCo, which starts at rest."""
 
     def __init__(self, fish: Fish, gait: Gaits, steps: int = STEPS) -> None:
         omega = 2 * np.pi * gait.frequency[0]
@@ -77,12 +77,12 @@ class Swimmer:
             mujoco.mj_step2(model, data)
 
     def position(self) -> Array:
-        """Position [2] of the nose, m."""
+        """Return the position [2] of the nose, m."""
         return np.array(self.data.qpos[:2])
 
 
 def swim(swimmer: Swimmer, beats: int) -> float:
-    """Speed over the last of `beats` further beats, m/s."""
+    """Return the speed over the last of `beats` further beats, m/s."""
     for _ in range(beats - 1):
         swimmer.beat()
     before = swimmer.position()

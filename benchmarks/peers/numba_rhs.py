@@ -14,9 +14,9 @@ import numpy as np
 
 from peers.fish import STEPS, Array, Fish, Gaits, beat_speed, clock, shape, twist
 
-Rate = Callable[[Array, Array, Array, Array], None]
-Beats = Callable[[Array, Array, Array, int], None]
-compiled = numba.njit(fastmath=True, error_model="numpy")
+Rate = Callable[[Array, Array, Array, Array], None]  # writes the state's rate of change
+Beats = Callable[[Array, Array, Array, int], None]  # advances the state by beats
+compiled = numba.njit(fastmath=True, error_model="numpy")  # decorator that compiles a function
 
 
 def compile_rate(fish: Fish) -> Rate:
@@ -116,7 +116,7 @@ def compile_beats(fish: Fish, lanes: int) -> Beats:
 
 
 def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:
-    """State [3, K] at rest, table [2 STEPS, 6 n + 6, K] and time step [K] of K gaits."""
+    """Return the state at rest [3, K], the table [2 STEPS, 6 n + 6, K] and the time step [K] of K gaits."""
     link, body = shape(fish, gaits, clock())
     rows = np.concatenate([link.reshape(*link.shape[:2], -1), body], axis=-1)
     table = np.ascontiguousarray(rows.transpose(0, 2, 1))
@@ -124,7 +124,7 @@ def prepare(fish: Fish, gaits: Gaits) -> tuple[Array, Array, Array]:
 
 
 def swim(fish: Fish, gaits: Gaits, beats: int) -> Array:
-    """Speed [K] over the last of `beats` beats from rest, m/s."""
+    """Return the speed [K] over the last of `beats` beats from rest, m/s."""
     advance = compile_beats(fish, len(gaits))
     state, table, dt = prepare(fish, gaits)
     advance(state, table, dt, (beats - 1) * STEPS)

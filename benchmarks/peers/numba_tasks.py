@@ -14,9 +14,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from peers.fish import STEPS, Array, Fish, Gaits
 
-compiled = numba.njit(fastmath=True, error_model="numpy")
-SETTLED = 1e-9  # change of speed from beat to beat, relative: finite differences need no less
-MAX_BEATS = 600
+compiled = numba.njit(fastmath=True, error_model="numpy")  # decorator that compiles a function
+SETTLED = 1e-9  # relative change of speed per beat, small enough for finite differences
+MAX_BEATS = 600  # after which a swim counts as not settled
 
 
 @compiled
@@ -49,7 +49,7 @@ def _tabulate(length, com, mass, inertia, share, amplitude, phase, omega, table)
 
 @compiled
 def _rate(state, t, k_t, k_n, total, out):  # type: ignore[no-untyped-def]
-    """Rate of momentum and pose, state [6]: p_x, p_y, h, x, y, heading."""
+    """Write the rate of momentum and pose to `out`; state [6]: p_x, p_y, h, x, y, heading."""
     n = len(k_t)
     body = 6 * n
     x, y, h = state[0], state[1], state[2]
@@ -72,7 +72,7 @@ def _rate(state, t, k_t, k_n, total, out):  # type: ignore[no-untyped-def]
 
 @compiled
 def _swim(length, com, mass, inertia, k_t, k_n, share, frequency, amplitude, phase):  # type: ignore[no-untyped-def]
-    """Settled speed [K] of K gaits, from rest."""
+    """Return the settled speed [K] of K gaits, from rest."""
     total, n = mass.sum(), len(length)
     speed = np.empty(len(frequency))
     table = np.empty((2 * STEPS, 6 * n + 6))
@@ -106,13 +106,13 @@ def _swim(length, com, mass, inertia, k_t, k_n, share, frequency, amplitude, pha
 
 
 def swim(fish: Fish, gaits: Gaits) -> Array:
-    """Settled speed [K], m/s."""
+    """Return the settled speed [K], m/s."""
     constants = (fish.length, fish.com, fish.moving_mass, fish.inertia, fish.k_t, fish.k_n, fish.share)
     return np.asarray(_swim(*constants, gaits.frequency, gaits.amplitude, gaits.phase))
 
 
 def particle_swarm(fish: Fish, lower: Array, upper: Array, *, particles: int, iterations: int, seed: int) -> float:
-    """Largest speed that a swarm finds over frequency, two amplitudes and the phase of the second group."""
+    """Return the largest speed that a swarm finds over frequency, two amplitudes and the phase of the second group."""
 
     def fitness(x: Array) -> Array:
         return swim(fish, Gaits(x[:, 0].copy(), x[:, 1:3].copy(), np.column_stack([np.zeros(len(x)), x[:, 3]])))
@@ -133,7 +133,7 @@ def particle_swarm(fish: Fish, lower: Array, upper: Array, *, particles: int, it
 
 
 def fit(refit: Callable[[Array], Fish], gaits: Gaits, measured: Array, start: Array, upper: Array) -> OptimizeResult:
-    """Least squares of relative speed errors; the Jacobian by SciPy's forward differences."""
+    """Fit by least squares of relative speed errors, with SciPy's forward differences as the Jacobian."""
 
     def residuals(values: Array) -> Array:
         return swim(refit(values), gaits) / measured - 1

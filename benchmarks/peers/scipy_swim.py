@@ -15,7 +15,7 @@ Complex = NDArray[np.complex128]
 
 
 def make_rate(fish: Fish, gait: Gaits) -> tuple[Callable[[float, Array], Array], Callable[[float, Array], Array]]:
-    """Right-hand side `rate(t, P)` and `twist(t, P)` of one gait; P = (p_x, p_y, h)."""
+    """Return the right-hand side `rate(t, P)` and `twist(t, P)` of one gait; P = (p_x, p_y, h)."""
     n, m, total = fish.links, fish.moving_mass, fish.moving_mass.sum()
     angles = np.cumsum(fish.share, axis=0)
     reach = np.tril(np.tile(fish.length, (n, 1)), -1) + np.diag(fish.com)  # link axes -> centers of mass
@@ -51,7 +51,7 @@ def make_rate(fish: Fish, gait: Gaits) -> tuple[Callable[[float, Array], Array],
 
 
 def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> float:
-    """Speed over the last of `beats` beats from rest, m/s."""
+    """Return the speed over the last of `beats` beats from rest, m/s."""
     rate, twist = make_rate(fish, gait)
     last = (beats - 1 + np.arange(STEPS + 1) / STEPS) / gait.frequency[0]
     found = solve_ivp(rate, (0, last[-1]), np.zeros(3), method=method, rtol=rtol, atol=1e-2 * rtol, t_eval=last)
@@ -60,7 +60,7 @@ def swim(fish: Fish, gait: Gaits, beats: int, *, method: str, rtol: float) -> fl
 
 
 def matched_rtol(fish: Fish, gait: Gaits, beats: int, *, method: str, error: float) -> float:
-    """The largest relative tolerance, in half decades, from which on the speed is as good as `error` (relative)."""
+    """Return the largest relative tolerance, in half decades, that keeps the speed's relative error below `error`."""
     exact = swim(fish, gait, beats, method="DOP853", rtol=1e-12)
     best = 1e-11
     for rtol in 10.0 ** np.arange(-10.5, -2, 0.5):

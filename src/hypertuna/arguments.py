@@ -14,9 +14,9 @@ from hypertuna.errors import PLAIN, InputError, did_you_mean, shown, with_articl
 if TYPE_CHECKING:
     import xarray as xr
 
-LISTS = ("Sequence", "tuple", "Iterable", "list")
-NAMED = ("a Robot", "a Gait", "a MissionFile")  # kinds that a name stands for
-FIXES = {  # by kind: where values of it come from
+LISTS = ("Sequence", "tuple", "Iterable", "list")  # annotations of collections
+NAMED = ("a Robot", "a Gait", "a MissionFile")  # types whose values may also be given by name
+FIXES = {  # type or parameter -> how to get a value of it
     "Robot": 'give a name such as "hypertuna", the path of a file, or what hypertuna.load returns',
     "Gaits": "make them by hypertuna.Gaits.grid_degrees, or give a list of gaits",
     "Executor": "give concurrent.futures.ProcessPoolExecutor(), for example, or a function that makes one",
@@ -52,7 +52,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def checked_arguments(function: Callable[..., Any], *args: Any, **kwargs: Any) -> dict[str, Any]:
-    """Check the types of arguments of a function, and return all of them by name, defaults too."""
+    """Check the types of a function's arguments, and return all arguments by name, with defaults."""
     name, kinds, signature = function.__qualname__, _kinds(inspect.unwrap(function)), inspect.signature(function)
     try:
         bound = signature.bind(*args, **kwargs)
@@ -77,14 +77,14 @@ def check_made_by(maker: str, data: xr.Dataset, key: str, names: Sequence[str]) 
 
 
 def _value_text(value: Any) -> str:
-    """Return a value and its type as text of an error."""
+    """Return a value, with its type, as an error shows it."""
     text = f"{value}" if isinstance(value, bool) else shown(value)
     with_type = isinstance(value, PLAIN) and value is not None and not text.startswith("a ")
     return f"{text} ({type(value).__name__})" if with_type else text
 
 
 def _fix_text(value: Any, kind: ast.expr, key: str) -> str | None:
-    """Return what to write instead of a value of an argument that is not of its kind."""
+    """Return what to write instead of an argument's value of the wrong type; None if nothing is known."""
     parts = _choices(kind)
     names = [_name(part) for part in parts]
     if isinstance(value, str) and {"float", "int", "Array", "ArrayLike"} & {*names} and _is_number_text(value):
@@ -113,7 +113,7 @@ def _is_number_text(text: str) -> bool:
 
 @functools.cache
 def _kinds(function: Callable[..., Any]) -> dict[str, ast.expr]:
-    """Return the annotations of the parameters as syntax trees."""
+    """Return the annotations of a function's parameters as syntax trees, by name."""
     names = _Aliases(function.__globals__)
     parameters = inspect.signature(function).parameters.values()
     return {
@@ -142,7 +142,7 @@ class _Aliases(ast.NodeTransformer):
 
 
 def _fits(value: Any, kind: ast.expr) -> bool:
-    """Return whether a value is of a kind."""
+    """Return whether a value has the type of an annotation."""
     match kind:
         case ast.BinOp(left=left, right=right):
             return _fits(value, left) or _fits(value, right)
@@ -155,7 +155,7 @@ def _fits(value: Any, kind: ast.expr) -> bool:
 
 
 def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
-    """Return whether a value is a collection of values of a kind."""
+    """Return whether a value is a collection of type `outer` whose values have the type `inner`."""
     parts = inner.elts if isinstance(inner, ast.Tuple) else [inner]
     if outer == "Mapping":
         return isinstance(value, Mapping) and all(
@@ -165,7 +165,7 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
         if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__iter__"):
             return False
         if outer == "Iterable" and not hasattr(value, "__len__"):
-            return True  # it can be gone through only once
+            return True  # an iterator: reading it would use it up
         if outer == "tuple":
             items = list(value)
             return len(items) == len(parts) and all(map(_fits, items, parts))
@@ -174,7 +174,7 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
 
 
 def _words(kind: ast.expr) -> str:
-    """Return the words for a kind: "a number", "a Swim, a Fit or a list of them"."""
+    """Return the words for an annotation: "a number", "a Swim, a Fit or a list of them"."""
     words: list[str] = []
     for part in _choices(kind):
         word = _words_of_one(part)
@@ -193,14 +193,14 @@ def _joined(words: list[str]) -> str:
 
 
 def _choices(kind: ast.expr) -> list[ast.expr]:
-    """Return the alternatives of a union of kinds, without None."""
+    """Return the alternatives of a union of types, without None."""
     if isinstance(kind, ast.BinOp):
         return [*_choices(kind.left), *_choices(kind.right)]
     return [] if isinstance(kind, ast.Constant) else [kind]
 
 
 def _words_of_one(kind: ast.expr) -> str:
-    """Return the words for a kind without alternatives."""
+    """Return the words for an annotation that is no union."""
     if isinstance(kind, ast.Subscript):
         inner = kind.slice.elts if isinstance(kind.slice, ast.Tuple) else [kind.slice]
         outer = _name(kind.value)
@@ -218,7 +218,7 @@ def _words_of_one(kind: ast.expr) -> str:
 
 
 def _name(kind: ast.expr) -> str:
-    """Return the name of a type, without its module; empty where a kind is no name."""
+    """Return the name of a type without its module; empty if the annotation is no name."""
     return kind.attr if isinstance(kind, ast.Attribute) else kind.id if isinstance(kind, ast.Name) else ""
 
 
@@ -256,6 +256,7 @@ def _is_bool(value: Any) -> bool:
     return isinstance(value, bool) or type(value).__name__ == "bool"
 
 
+# Type -> its words, and the test whether a value has it.
 SIMPLE: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "float": ("a number", _is_number),
     "int": ("a whole number", _is_whole),

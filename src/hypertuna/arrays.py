@@ -1,9 +1,9 @@
 """Arrays of real numbers, and numbers rounded so that every processor has the same.
 
-BLAS, NumPy's functions and the kernels differ by rounding errors from one instruction set to the next. What is computed
-with them for the core (tables of a robot, pilot, image, firmware), or steers a search, is rounded to digits without
-such errors: then the same file and seed give the same run everywhere. (A search by pymoo or pycma may still end
-elsewhere: NumPy sorts equal values in an order that depends on the processor.)
+BLAS, NumPy's functions and the kernels differ by rounding errors from one instruction set to the next. So the
+numbers that they compute for the core (tables of a robot, pilot, image, firmware) or that steer a search are rounded to
+the digits without such errors: the same file and seed give the same run everywhere. (A search by pymoo or pycma may
+still end elsewhere: NumPy sorts equal values in an order that depends on the processor.)
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-BITS = 33  # of a rounded number, 10 digits: rounding errors of what is computed here are below 1e-13
+BITS = 33  # kept in a rounded number: 10 digits; rounding errors are below 1e-13
 
 
 def rounded(values: Array) -> Array:
@@ -26,10 +26,10 @@ def rounded_number(value: float) -> float:
 
 
 def rounded_parts(values: Array) -> Array:
-    """Return numbers of magnitude 1, rounded to multiples of 2^-`BITS`: sums that cancel become 0."""
+    """Return numbers of magnitude 1 rounded to multiples of 2^-`BITS`: a sum that cancels becomes exactly 0."""
     return np.asarray(np.rint(values * 2.0**BITS) / 2.0**BITS, dtype=np.float64)
 
 
 def without_last_bit(value: float) -> float:
-    """Return a value of a function of the C library, at most 1, without the last bit, in which processors differ."""
+    """Return a C library function's value, at most 1, rounded to 15 digits: processors differ in its last bit."""
     return round(value, 15)

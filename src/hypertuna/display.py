@@ -29,14 +29,14 @@ P = ParamSpec("P")
 R = TypeVar("R")
 V = TypeVar("V")
 
-LINES, COLUMNS = 5, 100  # of a text
-OPEN = 8  # rows of a table that are not folded
+LINES, COLUMNS = 5, 100  # largest size of a card in a shell
+OPEN_ROWS = 8  # rows of a table in a notebook that are not folded away
 FAST = 0.5  # s: a shorter call shows no progress
-REFRESH = 0.1  # s between two pictures of a progress bar
-WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
+REFRESH = 0.1  # s between two updates of a progress bar
+WIDTHS = Range(min=2, max=40, unit="inch")  # width of a figure
 SCREEN = 144  # dots per inch of a figure in a notebook
 
-# The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
+# Text and lines have the notebook's color; the body has a color that is visible in light and dark themes.
 STYLE = """
 .ht-card{max-width:52rem;font-size:.92rem;line-height:1.45;margin:.3rem 0;color:inherit}
 .ht-card .ht-title{font-weight:600;font-size:1.02rem;margin:0 0 .3rem}
@@ -93,8 +93,8 @@ class Facts:
 class Table:
     """Rows below heads of one or two lines; a cell is text, or text with its style on a terminal.
 
-    Columns are set right but those in `left`, counted from 0. Where the terminal is narrow, the column `fold`
-    alone gives way, or all but the column `whole`, whose words are names.
+    Columns are aligned right, except those in `left`, counted from 0. On a narrow terminal the column `fold` alone
+    is wrapped; without `fold` all columns are, except the column `whole`, which holds names.
     """
 
     heads: Sequence[str]
@@ -102,11 +102,11 @@ class Table:
     left: Sequence[int] = (0,)
     fold: int = -1
     whole: int = -1
-    tight: bool = False  # between columns
+    tight: bool = False  # little space between columns
 
     @property
     def plain(self) -> tuple[list[str], list[list[str]]]:
-        """The heads in a line each, and the rows without styles."""
+        """Return the heads, each in one line, and the rows without styles."""
         return [head.replace("\n", " ").strip() for head in self.heads], [[*map(_cell, row)] for row in self.rows]
 
     def width(self) -> int:
@@ -114,7 +114,7 @@ class Table:
         return sum(max(len(_cell(cell)) for cell in column) + 2 for column in zip(self.heads, *self.rows, strict=True))
 
 
-Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a sentence, a sentence with its style on a terminal
+Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a tuple is a sentence and its style on a terminal
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Card:
 
     title: str
     parts: Sequence[Part] = ()
-    picture: Callable[[], str] | None = None  # makes <svg> elements; pages alone call it
+    picture: Callable[[], str] | None = None  # makes SVG elements, for HTML only
 
     def lines(self) -> list[Part]:
         """Return title and parts, as a terminal prints them."""
@@ -131,9 +131,9 @@ class Card:
 
 
 class Functions(dict[type, Callable[..., Any]]):
-    """Functions that show results, by the class of the result; modules of its room are imported at the first use.
+    """Functions that show results, by the class of the result.
 
-    Their names begin with `modules`.
+    A class's first use imports the modules of its room whose names begin with `modules`: they register functions.
     """
 
     def __init__(self, modules: str) -> None:
@@ -141,7 +141,7 @@ class Functions(dict[type, Callable[..., Any]]):
         self.modules = modules
 
     def of(self, kind: type[R]) -> Callable[[Callable[Concatenate[R, P], V]], Callable[Concatenate[R, P], V]]:
-        """Return a decorator that keeps a function as that of a class of results."""
+        """Return a decorator that registers a function for a class of results."""
 
         def keep(function: Callable[Concatenate[R, P], V]) -> Callable[Concatenate[R, P], V]:
             self[kind] = function
@@ -157,7 +157,7 @@ class Functions(dict[type, Callable[..., Any]]):
         return dict(self)[kind]
 
 
-cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots")
+cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots")  # by the type of a result
 
 
 class Displayed:
@@ -165,7 +165,7 @@ class Displayed:
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        cls.__repr__ = Displayed.__repr__  # type: ignore[method-assign]  # else a dataclass writes its own
+        cls.__repr__ = Displayed.__repr__  # type: ignore[method-assign]  # else @dataclass would write its own
 
     def __repr__(self) -> str:
         return card_text(card_of(self))
@@ -197,7 +197,7 @@ class Plotted(Displayed):
 
 
 class Tabular:
-    """A result that is a table: its class or its function of `tables` returns a dataset, columns or rows of it."""
+    """A result with a table: `data` of its class, or its function in `tables`, returns a dataset, columns or rows."""
 
     _data: ClassVar[Callable[[Any], Any] | None] = None
 
@@ -253,7 +253,7 @@ def to_pandas(data: Any) -> pd.DataFrame:
 
 
 def in_notebooks(figure: Figure) -> Figure:
-    """Make a notebook show a figure that pyplot does not know."""
+    """Return the figure with a method by which notebooks show it, as pyplot does not manage it."""
 
     def png() -> bytes:
         content = io.BytesIO()
@@ -265,7 +265,7 @@ def in_notebooks(figure: Figure) -> Figure:
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Return a number as text of three digits, with its unit; a dash for NaN."""
+    """Return a number as text of `digits` significant digits, with its unit; a dash for NaN."""
     if value is None or math.isnan(value):
         return "–"
     size = abs(value)
@@ -285,14 +285,14 @@ def card_text(card: Card) -> str:
         lines.append(text)
     table = next((part for part in card.parts if isinstance(part, Table)), Table((), ()))
     rows = [", ".join(filter(None, map(_cell, row))) for row in table.rows]
-    room = LINES - len(lines)
-    if len(rows) > room:
-        rows = [*rows[: room - 1], f"... and {len(rows) - room + 1} more"] if room > 1 else []
+    rows_left = LINES - len(lines)
+    if len(rows) > rows_left:
+        rows = [*rows[: rows_left - 1], f"... and {len(rows) - rows_left + 1} more"] if rows_left > 1 else []
     return "\n".join(textwrap.shorten(line, COLUMNS, placeholder=" ...") for line in [*lines, *rows])
 
 
 def _sentence(part: Part) -> str:
-    """Return the sentence of a part, nothing for one in faint letters."""
+    """Return the sentence of a part; empty for facts, tables and sentences of the style dim."""
     return part if isinstance(part, str) else part[0] if isinstance(part, tuple) and part[1] != "dim" else ""
 
 
@@ -307,9 +307,9 @@ def card_html(card: Card) -> str:
 def _part_html(part: Part) -> str:
     """Return a part of a card as HTML."""
     if isinstance(part, Table):
-        rest = Table(part.heads, part.rows[OPEN:])
+        rest = Table(part.heads, part.rows[OPEN_ROWS:])
         details = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
-        return (_table(Table(part.heads, part.rows[:OPEN])) if part.rows else "") + details
+        return (_table(Table(part.heads, part.rows[:OPEN_ROWS])) if part.rows else "") + details
     if isinstance(part, Facts):
         facts = (f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in part.pairs())
         return f'<div class="ht-facts">{"".join(facts)}</div>' if part.values else ""
@@ -322,7 +322,7 @@ def _cell(cell: str | tuple[str, str]) -> str:
 
 
 def _table(part: Table) -> str:
-    """Return a table as HTML; columns of text are set left."""
+    """Return a table as HTML; columns of text are aligned left."""
     columns, rows = part.plain
     is_left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
     classes = ['class="ht-left"' if aligned else "" for aligned in is_left]
@@ -347,7 +347,7 @@ def safe(text: str) -> str:
 
 @checked
 def progress_bar(what: str = "done") -> Callable[[int, int], None]:
-    """Show the progress of a long call in a notebook, where it vanishes at the end, or on a terminal.
+    """Return a callback that shows the progress of a long call, in a notebook (removed at the end) or on a terminal.
 
     Parameters
     ----------

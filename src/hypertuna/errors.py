@@ -7,10 +7,10 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
-CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
-LISTED = 15  # mistakes of a file that are listed
-LONGEST = 300  # characters of a name in an error
-PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # written out in an error
+CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode categories that move the cursor, reverse or end the line
+LISTED = 15  # number of a file's mistakes that an error lists
+LONGEST = 300  # longest name or value in an error, in characters
+PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # types that errors write out
 
 
 class InputError(ValueError):
@@ -56,11 +56,14 @@ class InputError(ValueError):
 
 
 class DamageWarning(UserWarning):
-    """A damaged part of a file, which the work goes on without."""
+    """Part of a file is damaged, and the work goes on without that part."""
 
 
 class InputErrors(InputError):
-    """Several errors of one file, and what to paste, or the `whole` file; key, rule, value and fix are of the first."""
+    """Several errors of one file, and text to `paste` into it, or instead of it if `whole`.
+
+    Key, rule, value and fix are those of the first error.
+    """
 
     def __init__(self, errors: Sequence[InputError], paste: str = "", whole: bool = False) -> None:
         first = errors[0]
@@ -99,10 +102,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def escaped(text: str, keep: str = "") -> str:
-    """Return text with control characters escaped as in JSON, but those in `keep`: a terminal would obey them."""
+    """Return text with control characters escaped as in JSON, except those in `keep`, as a terminal would obey them."""
     if text.isprintable():
         return text
-    if "\n" in keep:  # line by line: most are printable as they are
+    if "\n" in keep:  # line by line: most lines need no escapes
         return "\n".join(escaped(line, keep.replace("\n", "")) for line in text.split("\n"))
     return "".join(c if c in keep or unicodedata.category(c) not in CONTROL else _code(c) for c in text)
 
@@ -114,7 +117,7 @@ def _code(character: str) -> str:
 
 
 def _short(text: str) -> str:
-    """Return a name or a value on one line, without its middle where it is longer than of use."""
+    """Return a name or a value on one line; of one longer than LONGEST the middle is left out."""
     return escaped(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}")
 
 
@@ -129,7 +132,7 @@ def with_article(kind: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as text of an error: plain ones on one line of 60 characters, others by their kind."""
+    """Return a value as an error shows it: plain values on a line of 60 characters at most, others by their type."""
     if isinstance(value, list | tuple | set) and not all(map(_plain, value)):
         kinds = dict.fromkeys(type(part).__name__ for part in value)
         return f"a {type(value).__name__} of {', '.join(kinds)}"

@@ -15,16 +15,16 @@ from matplotlib.text import Text
 from hypertuna.display import in_notebooks
 from hypertuna.io.files import write_atomically
 
-# Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
+# Colors of Okabe and Ito, distinct for every kind of color vision; markers and dashes repeat the distinction.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-SHAPES = ("o", "s", "^", "D", "v", "P")
-LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
-INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
+SHAPES = ("o", "s", "^", "D", "v", "P")  # of markers
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))  # styles of lines, for curves that share a color
+INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"  # of text; of bodies and their outlines
 
 P = ParamSpec("P")
 
-WIDTH = 7.2  # of a figure, inches: two columns of a journal
-FAINT, GRID = "#6B7780", "#D5DCE1"
+WIDTH = 7.2  # width of a figure [inch]: two columns of a journal
+FAINT, GRID = "#6B7780", "#D5DCE1"  # of axes; of grid lines
 
 # Colors of rising lightness, distinct in gray and for every kind of color vision.
 SEQUENCE = LinearSegmentedColormap.from_list("depth", ["#4059A8", "#1F80BF", "#22A39B", "#7FB24A", "#E3A63C"])
@@ -61,6 +61,7 @@ STYLE: Any = {
 }
 
 
+# Options of drawn points, and of a compact legend.
 POINTS: dict[str, Any] = {"ms": 4.2, "mec": "white", "mew": 0.5}
 TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspacing": 1.2, "handlelength": 1.6}
 
@@ -92,18 +93,18 @@ def _flatten_rounding(figure: Figure) -> None:
 
 
 def sequence(count: int) -> list[Any]:
-    """Return `count` colors from first to last of the sequence; a single one is blue."""
+    """Return `count` colors from the first to the last of SEQUENCE; a single color is blue."""
     return [SEQUENCE(fraction) for fraction in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
 
 
 def line_style(k: int, first: int = 0) -> dict[str, Any]:
-    """Return color and dashes of the k-th line of a plot, from a first color on: none is like another."""
+    """Return color and dashes of the k-th line of a plot, counted from the color `first`; no two lines look alike."""
     return {"color": COLORS[(first + k) % len(COLORS)], "ls": LINES[k // len(COLORS) % len(LINES)]}
 
 
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure as .svg, .png or .pdf, whole or not at all."""
-    take_texts_as_they_are(figure)
+    disable_formulas(figure)
     kind = Path(path).suffix.removeprefix(".").lower()
     content = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "hypertuna"}):
@@ -111,8 +112,8 @@ def save(figure: Figure, path: str | Path) -> None:
     write_atomically(path, content.getvalue())
 
 
-def take_texts_as_they_are(figure: Figure) -> None:
-    """Show dollar signs of names as such: only the tick labels of logarithmic axes are formulas."""
+def disable_formulas(figure: Figure) -> None:
+    """Show dollar signs in names as characters: only tick labels of logarithmic axes are formulas."""
     for text in figure.findobj(Text):
         if isinstance(text, Text) and "$" in text.get_text() and "mathdefault" not in text.get_text():
             text.set_parse_math(False)

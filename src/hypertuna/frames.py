@@ -27,7 +27,7 @@ from hypertuna.ranges import check_name
 
 Frame = Literal["ned", "enu"]
 
-# theirs = A ours + b, with A orthogonal.
+# A and b of the map theirs = A ours + b, with A orthogonal.
 _POSE: dict[str, tuple[Array, Array]] = {
     "enu": (np.eye(3), np.array([0.0, 0.0, np.pi])),  # yaw = theta + pi
     "ned": (np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]), np.array([0.0, 0.0, -np.pi / 2])),  # psi = -pi/2 - theta
@@ -119,7 +119,7 @@ def angles_of(attitude: ArrayLike) -> Array:
     roll = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
     pitch = -np.arcsin(np.clip(rotation[..., 2, 0], -1.0, 1.0))
     heading = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0]) % (2 * np.pi)
-    return np.stack([roll, pitch, heading], axis=-1) + 0.0  # no minus before a zero
+    return np.stack([roll, pitch, heading], axis=-1) + 0.0  # turns -0.0 into 0.0
 
 
 def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:

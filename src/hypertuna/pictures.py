@@ -8,10 +8,10 @@ from itertools import chain
 
 from hypertuna.display import number, safe
 
-LOOP = 10.0  # s: the longest film of a track
-NARROW = 120  # width of a curve below which its ends share a label
-BARS = 10  # in a picture
-BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # of a film of a track, to the right
+LOOP = 10.0  # s: longest animation of a track
+NARROW = 120  # px: on a narrower curve one label shows both ends of x
+BARS = 10  # drawn in a picture, at most
+BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # path of the animated body, its head to the right
 
 
 def captioned(svg: str, text: str) -> str:
@@ -38,7 +38,7 @@ def curve_svg(
 ) -> str:
     """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map.
 
-    With `loop` [s] a body moves along it, again and again. Dashed lines of points are drawn below it.
+    With `loop` [s] a body moves along it in that time, again and again. Dashed lines of points are drawn below it.
     """
     points = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(a) and math.isfinite(b)]
     if len(points) < (1 if dots else 2):

@@ -11,7 +11,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """Finite numbers within limits; `above` and `below` exclude the limit itself, `unit` stands in the rule."""
+    """Finite numbers within limits; `above` and `below` exclude the limit itself, `unit` is part of the rule."""
 
     min: float | None = None
     max: float | None = None

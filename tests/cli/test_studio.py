@@ -237,7 +237,7 @@ def test_a_connection_ends_that_lasts_too_long() -> None:
 
 
 def test_idle_connections_do_not_keep_a_browser_out() -> None:
-    with server(CONNECTIONS=5, PATIENCE=100) as port, contextlib.ExitStack() as opened:
+    with server(MAX_CONNECTIONS=5, PATIENCE=100) as port, contextlib.ExitStack() as opened:
         before = threading.active_count()
         for _ in range(50):
             idle = [opened.enter_context(socket.create_connection(("127.0.0.1", port), timeout=5))]

@@ -26,14 +26,14 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 
 FISH = ht.load("hypertuna")
-TOP, ARM = 250e3, 0.08  # Pa, m
-ANGLE, FORCE = np.radians(0.2), 0.05  # noise [rad], and relative
-HEAD = "joint,side,pressure_kpa,angle_deg,angle_sd_deg,force_n,arm_mm"
-BENDS = np.radians([2, 60])  # of actuators that are taken
+TOP, ARM = 250e3, 0.08  # highest pressure [Pa]; from the joint to where its force is measured [m]
+ANGLE, FORCE = np.radians(0.2), 0.05  # noise of measured angles [rad], and relative noise of forces
+HEAD = "joint,side,pressure_kpa,angle_deg,angle_sd_deg,force_n,arm_mm"  # columns of a bench file
+BENDS = np.radians([2, 60])  # least and largest bend at the highest pressure; other draws are dropped
 
 
 def drawn(rng: np.random.Generator, bench: Bench) -> Robot | None:
-    """Draw an actuator as the family's prior has it; None where it has no room, or hardly bends."""
+    """Draw an actuator from the family's prior; None where its parts do not fit, or it bends too little or too much."""
     space = designs(FISH, bench, model_error=0.0)
     values = space.values(rng.random(len(space.free)))
     try:
@@ -45,14 +45,14 @@ def drawn(rng: np.random.Generator, bench: Bench) -> Robot | None:
 
 
 def measured(folder: Path, *rows: str) -> Bench:
-    """Read a bench of these rows."""
+    """Write these rows to a bench file, and read it."""
     path = folder / "bench.csv"
     path.write_text("\n".join([HEAD, *rows]) + "\n", encoding="utf-8")
     return read_bench(path, FISH)
 
 
 def repeat(seed: int, members: int, folder: Path) -> tuple[Robot, Family, Family] | None:
-    """Draw an actuator, and the families of its bend, and of its bend and blocked force."""
+    """Draw an actuator; return it, the family of its measured bend, and that of its bend and blocked force."""
     rng = np.random.default_rng(seed)
     any_row = measured(folder, "I,left,250,10,0.2,,")
     fish = drawn(rng, any_row)
@@ -66,7 +66,7 @@ def repeat(seed: int, members: int, folder: Path) -> tuple[Robot, Family, Family
 
 
 def quantities(found: Family) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield what the bend alone leaves open, of every member."""
+    """Yield the name and every member's value of the quantities that a measured bend leaves open."""
     bench = replace(found.space.bench, moment=np.full_like(found.space.bench.moment, np.nan))
     for one in open_quantities(FISH, bench):
         yield one.text.partition(" of joint")[0], np.array([one.of(member.robot) for member in found.members])

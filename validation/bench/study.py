@@ -15,7 +15,7 @@ from hypertuna.characterization.problem import computed
 from hypertuna.characterization.unknowns import Unknown, unknowns, with_unknowns
 
 FISH = ht.load("hypertuna")
-PRESSURES = np.linspace(50e3, 250e3, 5)
+PRESSURES = np.linspace(50e3, 250e3, 5)  # Pa, of the loops
 
 
 def empty(
@@ -33,7 +33,7 @@ def empty(
 
 
 def drawn(rng: np.random.Generator, frees: tuple[Unknown, ...]) -> np.ndarray:
-    """Draw an actuator that is as likely as the description and the bounds say."""
+    """Draw an actuator's unknowns by the standard deviations of the description, within the bounds."""
     values = []
     for one in frees:
         while True:
@@ -48,7 +48,7 @@ def drawn(rng: np.random.Generator, frees: tuple[Unknown, ...]) -> np.ndarray:
 
 
 def repeat(seed: int, sd: float) -> tuple[BenchFit, np.ndarray] | None:
-    """Fit the bench of a drawn actuator; None where it would tear itself apart."""
+    """Fit the bench of a drawn actuator; None where its bends have no solution, or are below 3 or above 60 deg."""
     rng = np.random.default_rng(seed)
     bench = empty()
     frees = unknowns(FISH, (0, 1), both_sides=(0, 1))

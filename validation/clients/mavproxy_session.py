@@ -8,8 +8,8 @@ import tempfile
 import time
 from pathlib import Path
 
-PATIENCE = 120.0  # s
-MODULES = "param,wp,fence,arm,mode,misc,cmdlong,message,log"
+PATIENCE = 120.0  # s, that an answer may take
+MODULES = "param,wp,fence,arm,mode,misc,cmdlong,message,log"  # modules of MAVProxy that are loaded
 
 # A place, a speed, a place 11 m to the north, as a file of waypoints; a square around them.
 WAYPOINTS = """QGC WPL 110
@@ -17,11 +17,12 @@ WAYPOINTS = """QGC WPL 110
 1\t0\t2\t178\t1\t0.3\t-1\t0\t0\t0\t0\t1
 2\t0\t3\t16\t0\t3\t0\t0\t{north:.7f}\t{lon:.7f}\t-1.0\t1
 """
+# Corners of the fence, by their sides
 CORNERS = (("south", "west"), ("south", "east"), ("north", "east"), ("north", "west"))
-FENCE = "QGC WPL 110\n" + "".join(
+FENCE = "QGC WPL 110\n" + "".join(  # file of the fence
     f"{k}\t0\t0\t5001\t4\t0\t0\t0\t{{{n}_far:.7f}}\t{{{e}_far:.7f}}\t0\t1\n" for k, (n, e) in enumerate(CORNERS)
 )
-# What is typed, and what must be printed before the next is.
+# Each line that is typed, and what must be printed before the next one is.
 SCRIPT = (
     ("", "online system 1"),
     ("param set LINK_RATE 115200", ""),

@@ -14,12 +14,12 @@ from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FixType, Telemetry
 
-PATIENCE = 60.0  # s
-WIRE = 115200.0  # bit/s
+PATIENCE = 60.0  # s, that an answer may take
+WIRE = 115200.0  # bit/s of the serial line
 
 
 def ask(request: Callable[[], Any]) -> Any:
-    """Ask until it is accepted: the client gives up after a few seconds, in which a busy machine may not answer."""
+    """Repeat a request until it is accepted: the client gives up sooner than a busy machine may answer."""
     end = time.monotonic() + PATIENCE
     while True:
         try:
@@ -40,7 +40,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 
 def refused(request: Callable[[], Any], what: str) -> None:
-    """Ask for what the robot must refuse."""
+    """Make a request that the robot must refuse."""
     end = time.monotonic() + PATIENCE
     result = "TIMEOUT"
     while result == "TIMEOUT" and time.monotonic() < end:

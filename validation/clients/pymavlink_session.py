@@ -10,15 +10,16 @@ from typing import Any
 os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 
-PATIENCE = 60.0  # s
-WIRE = 115200.0  # bit/s
+PATIENCE = 60.0  # s, that an answer may take
+WIRE = 115200.0  # bit/s of the serial line
 BASE = 100  # custom mode of the state `disarmed`
-MISSION, FENCE = 0, 1
+MISSION, FENCE = 0, 1  # kinds of lists of points, as MAVLink numbers them
+# Robot's states, in the order of their custom modes
 STATES = ("disarmed", "rest", "manual", "gait", "mission", "paused", "home", "surface", "held")
 
 
 class Session:
-    """A robot, and what is said."""
+    """Connection to a robot, which prints what it asks for and what it gets."""
 
     def __init__(self, address: str) -> None:
         kind, _, place = address.partition(":")
@@ -92,7 +93,7 @@ class Session:
         return items
 
     def round_trip(self, name: str, kind: int, items: list[tuple[Any, ...]]) -> None:
-        """Upload a list and compare what comes back."""
+        """Upload a list, download it, and compare."""
         assert self.upload(kind, items) == 0
         found = self.download(kind)
         for a, b in zip(items, found, strict=True):

@@ -16,9 +16,9 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 CLIENTS, BOARDS = ("mavsdk", "mavproxy", "pymavlink", "node"), ("pc", "qemu")
-PATIENCE = 300.0  # s, on a busy machine
-NODE = ("node-mavlink", "npm ci --prefix validation/clients")
-PACKAGES = {"mavsdk": "mavsdk", "mavproxy": "MAVProxy", "pymavlink": "pymavlink"}
+PATIENCE = 300.0  # s, that a session may take on a busy machine
+NODE = ("node-mavlink", "npm ci --prefix validation/clients")  # npm package, and the command that installs it
+PACKAGES = {"mavsdk": "mavsdk", "mavproxy": "MAVProxy", "pymavlink": "pymavlink"}  # Python package of each client
 NOISE = re.compile(
     r"(Debug|Info |Warn )\]|^\s*$|Log Directory|Telemetry log|t=\w+ \w+ +\d+|Saved .* to |/tmp/"
 )  # times and folders

@@ -8,6 +8,7 @@ from sessions import BOARDS, CLIENTS, absent, session
 
 from radio_bench import free_port, in_the_loop
 
+# What a complete transcript of each client contains
 LAST = {"mavsdk": "cleared", "mavproxy": "TYPE_FENCE: ACCEPTED", "pymavlink": "cleared", "node": "cleared"}
 
 

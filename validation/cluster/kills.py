@@ -21,15 +21,15 @@ import hypertuna as ht
 from hypertuna.io.files import version
 from hypertuna.parallel.executors import cluster
 
-RUNS = 20
-KILLS = 4  # of a run
+RUNS = 20  # sweeps with killed workers
+KILLS = 4  # workers killed in a run
 GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 128), amplitude=[(a, 20) for a in (8, 10, 12, 16)], phase=[(0.0, k) for k in range(64)]
 )
 
 
 def building(process: int) -> bool:
-    """Whether a process is building the extension, as one that imports an editable install does at first."""
+    """Return whether a process is building the extension: the first import of an editable install does."""
     try:
         children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
         return any(Path(f"/proc/{child}/comm").read_text().strip() in ("cmake", "ninja") for child in children)
@@ -38,7 +38,7 @@ def building(process: int) -> bool:
 
 
 def killer(local: LocalCluster, seed: int, killed: list[int]) -> Callable[[int, int], None]:
-    """Return a report of progress that kills a worker at random after random numbers of shards."""
+    """Return a function for the sweep's progress that kills a random worker after random numbers of shards."""
     chance = random.Random(seed)
     times = chance.sample(range(4, 60), KILLS)
 

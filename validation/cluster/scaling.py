@@ -24,16 +24,17 @@ from hypertuna.parallel.shards import Shards, _ShardTask
 from hypertuna.swimming.batch import batch
 from hypertuna.swimming.shards import _swim
 
-SIZE = 16_384
-LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]
+SIZE = 16_384  # gaits of a shard
+LAGS = [(0.0, lag) for lag in np.linspace(0, 80, 64)]  # deg, phases of both joints
 GRID = ht.Gaits.grid_degrees(
     frequency=np.linspace(1, 6, 64), amplitude=[(a, 20) for a in np.linspace(8, 16, 32)], phase=LAGS
 )
+# Options of the sweep
 HOW: dict[str, Any] = {"threads": 1, "steps": 128, "method": "newton", "beats": 50, "check_rest": False}
 
 
 def seconds(processes: int, folder: Path) -> tuple[float, float]:
-    """Wall time of the whole grid with processes that have started, and processor time with their start."""
+    """Return the grid's wall time [s] in processes that run already, and the processor time [s] with their start."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
         list(map_shards(ht.load, ["hypertuna"] * 4 * processes, pool))
@@ -45,7 +46,7 @@ def seconds(processes: int, folder: Path) -> tuple[float, float]:
 
 
 def tasks_per_second(count: int) -> float:
-    """Tasks that do nothing, a second, through a scheduler and two workers of one process."""
+    """Return how many empty tasks a second pass through a scheduler and two workers in one process."""
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as local,
         cluster(local.scheduler_address) as executor,

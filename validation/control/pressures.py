@@ -31,26 +31,28 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
 HERE = Path(__file__).parent
-HOUSE = HERE.parents[1]
+HOUSE = HERE.parents[1]  # the repository
 DEFAULT = ht.load("hypertuna")
 TABLE, RECORD = HOUSE / "build" / f"pressures-{DEFAULT.hash[:12]}.csv", HERE / "pressures.json"
 FAMILY = HOUSE / "data" / "twin" / "family.json"
-OWN = 30  # robots by `robot new`
+OWN = 30  # number of robots that `robot new` writes
 ROBOTS = {"hypertuna": 0.25, "low": 0.15, "family": 0.2, "own": 0.4}  # share of the runs
-LOW = {"work": 200e3, "soft": 250e3, "hard": 300e3}  # Pa: limits that healthy beats of HyperTuna pass by far
-BOUND = 1.05  # of the hard limit
-STIFFNESS = {"modulus_100_pa", "modulus_fe_pa", "tensile_pa"}  # of a silicone, by any set
-SECONDS, BEATS, LONGEST, TICK = 6.0, 1.5, 24.0, 0.01  # of a run at least, in beats, at most, and of control [s]
-SLOWEST, FASTEST = 0.05, 8.0  # Hz
+LOW = {"work": 200e3, "soft": 250e3, "hard": 300e3}  # Pa: limits far below the pressures of HyperTuna's healthy beats
+BOUND = 1.05  # pressure over the hard limit beyond which a run is counted and explained
+STIFFNESS = {"modulus_100_pa", "modulus_fe_pa", "tensile_pa"}  # keys of a silicone's stiffness, whatever its law
+# A run takes at least SECONDS [s] and BEATS, at most LONGEST [s]; the control period [s]
+SECONDS, BEATS, LONGEST, TICK = 6.0, 1.5, 24.0, 0.01
+SLOWEST, FASTEST = 0.05, 8.0  # Hz, of the beats
+# 0 C in kelvins; temperature [K] at which the stiffness of the robot's file holds
 KELVIN, SILICONE_AT = 273.15, 293.15
 # Of oil and silicone [C]: from the oil's pour point to 60.
 TEMPERATURES = (-9.0, *np.arange(-5.0, 61.0, 5.0).tolist())
-SUPPLIES = (1.0, 0.92, 0.84, 0.76, 0.68)  # of the converter's voltage
-SENSORS = {"pressure": 0.7, "bend": 0.16, "current": 0.07, "battery": 0.07}  # share of the faults
-WRONG = 30e3  # Pa: a reading this far from the truth must be told
-TOLD, TOLD_BEAT = 2.0, 0.1  # s, or a part of a beat where that is longer
-KEPT = 2 / 3  # of the swing that a fault without a word must leave
-COLUMNS = (
+SUPPLIES = (1.0, 0.92, 0.84, 0.76, 0.68)  # servos' voltage over the converter's rated one
+SENSORS = {"pressure": 0.7, "bend": 0.16, "current": 0.07, "battery": 0.07}  # how probable a fault is, by sensor
+WRONG = 30e3  # Pa: a reading this far from the truth must be reported
+TOLD, TOLD_BEAT = 2.0, 0.1  # a report may take so many seconds, or so many beats where that is longer
+KEPT = 2 / 3  # an unreported fault must leave at least this share of the healthy swing
+COLUMNS = (  # of the table
     *("seed", "robot", "temperature_c", "medium", "supply", "commands", "faults", "hard_kpa", "peak_kpa", "unit_kpa"),
     *("time_s", "circuit", "frequency_hz", "hard_stop_s", "flags", "wrong", "late", "blamed", "harm", "false"),
     "status",
@@ -58,7 +60,7 @@ COLUMNS = (
 
 
 class Order(NamedTuple):
-    """A command from a time on [s, Hz, rad]."""
+    """A command of the controller, from a time on [s, Hz, rad]."""
 
     since: float
     frequency: float
@@ -69,7 +71,7 @@ class Order(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """A run."""
+    """Robot, conditions, commands and faults of a run."""
 
     robot: str  # "hypertuna", "low", "family N" or "own N"
     temperature: float  # C
@@ -77,7 +79,7 @@ class Sample(NamedTuple):
     supply: float  # part of the servos' voltage
     orders: tuple[Order, ...]
     faults: tuple[str, ...]
-    seconds: float
+    seconds: float  # duration
 
 
 def sample(seed: int) -> Sample:
@@ -164,7 +166,7 @@ def family() -> list[dict[str, Any]]:
 
 @cache
 def robot_of(name: str) -> Robot:
-    """Return HyperTuna, also with low limits, a member of its family, or one of the robots that `robot new` writes."""
+    """Return the robot of a name: HyperTuna, with its own or low limits, of its family, or written by `robot new`."""
     kind, _, number = name.partition(" ")
     if kind == "hypertuna":
         return DEFAULT
@@ -195,7 +197,7 @@ def robot_at(name: str, temperature: float, supply: float) -> Robot:
 
 
 def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
-    """Run a sample; return its record, and whether it went to its end.
+    """Run a sample; return its record, and whether it ran to its end without diverging.
 
     The controller is that of the robot's own description: it knows neither temperature nor supply.
     """
@@ -217,16 +219,16 @@ def run_of(seed: int, run: Sample) -> tuple[dict[str, np.ndarray], bool]:
 
 
 class Told(NamedTuple):
-    """What a run says of its pressure sensors."""
+    """Which faults of pressure sensors a run reported, and which it did not."""
 
-    wrong: tuple[str, ...]  # circuits whose readings were wrong for longer than it may take to tell
-    late: tuple[str, ...]  # those that were told too late, or never
-    blamed: tuple[str, ...]  # those of which another circuit of the joint was told
-    false: bool  # a fault that is told of a circuit without one
+    wrong: tuple[str, ...]  # circuits whose readings were wrong for longer than a report may take
+    late: tuple[str, ...]  # those of them reported too late, or never
+    blamed: tuple[str, ...]  # those for which the joint's other circuit was reported instead
+    false: bool  # whether a circuit without a fault was reported
 
 
 def told(run: Sample, record: dict[str, np.ndarray]) -> Told:
-    """Judge what was told of each circuit's pressure sensor."""
+    """Compare the reported faults of pressure sensors with the true ones."""
     robot, wrong, late, blamed, false = robot_of(run.robot), [], [], [], False
     places = record["status_at"][:, CONDITIONS.index("pressure_fault")].astype(np.int64)
     sensor = sensor_of(robot, "pressure")
@@ -253,7 +255,7 @@ def told(run: Sample, record: dict[str, np.ndarray]) -> Told:
 
 
 def harmed(seed: int, run: Sample, record: dict[str, np.ndarray]) -> bool:
-    """Return whether a fault without a word passed the hard limit, or took more of the swing than `KEPT` leaves."""
+    """Return whether an unreported fault led beyond the hard limit, or left less of the swing than `KEPT`."""
     control = robot_of(run.robot).controller
     assert control is not None
     if np.maximum(record["pump_pressure_high"], record["unit_pressure_high"]).max() > (control.pressure_hard or 0):
@@ -267,7 +269,7 @@ CONDITIONS = [name for name, _, _ in _core.condition_table()]
 
 
 def row(seed: int) -> dict[str, Any]:
-    """Run a seed and return its line."""
+    """Run a seed; return its line of the table."""
     run = sample(seed)
     record, whole = run_of(seed, run)
     robot = robot_of(run.robot)
@@ -291,7 +293,7 @@ def row(seed: int) -> dict[str, Any]:
 
 
 def cause(line: dict[str, str]) -> str:
-    """Return medium, temperature of the oil, and which sensors were faulty before the peak."""
+    """Describe what a peak of pressure goes with: medium, temperature of the oil, and sensors at fault before it."""
     temperature, peak = float(line["temperature_c"]), float(line["time_s"])
     faults = [fault.split("@") for fault in line["faults"].split()]
     parts = {name.split("-")[0].split(":")[0] for name, time in faults if float(time.split("-")[0]) <= peak}
@@ -321,7 +323,7 @@ def compute(seeds: list[int], jobs: int) -> None:
 
 
 def over(line: dict[str, str]) -> float:
-    """Return the largest pressure of a run over its hard limit."""
+    """Return a run's largest pressure, divided by its hard limit."""
     return max(float(line["peak_kpa"]), float(line["unit_kpa"])) / float(line["hard_kpa"])
 
 

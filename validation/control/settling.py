@@ -26,10 +26,10 @@ from hypertuna.simulation.posture import CLOSE, fitted_peaks, hold, peak_bends
 STORED = Path(__file__).with_name("settling.json")
 ROBOT = "hypertuna"
 SEEDS = range(32)
-WITHIN = 4.0  # s, section III.C
-FACTS = published()["posture"]
-ANGLE, SECONDS = math.radians(FACTS["angle_deg"]), FACTS["duration_s"]
-METERS = {  # by which a beat's peak bends are known, with their name in the table
+WITHIN = 4.0  # s in which the paper's joints settle, section III.C
+FACTS = published()["posture"]  # published numbers of the posture test
+ANGLE, SECONDS = math.radians(FACTS["angle_deg"]), FACTS["duration_s"]  # commanded amplitude [rad]; duration of a run
+METERS = {  # ways to know a beat's peak bends: the key of a record, and its name in the table
     "bend": "true bend",
     "fit": "sensor",  # harmonics fitted to each beat
     "readings": "single readings",  # the sensor's largest of each beat

@@ -36,14 +36,14 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
 from hidden_fish import Tank, hidden, synthetic_unknowns, unseen
 
-FIRST_SEED = 1000  # lower ones were used while the method was made
-LINEAR = (0.06, 0.17)  # share of the drag at 0.3 m/s
+FIRST_SEED = 1000  # lower ones were used during development
+LINEAR = (0.06, 0.17)  # drag linear in the speed, which the fitted model lacks, over all drag at 0.3 m/s
 AFTER = {
     "grid": (4, 8, 12, 24),
     "wide grid": (4, 8, 12, 24),
     "design": (4, 8, 12),
 }  # runs after which the prediction is judged
-SIZES = (0.0,)  # of the discrepancy, of a fit that trusts its model
+SIZES = (0.0,)  # assumed sizes of the model's discrepancy: 0 trusts the model
 
 
 def fish() -> ht.Robot:
@@ -69,7 +69,7 @@ def grids(robot: ht.Robot, rng: np.random.Generator) -> dict[str, list[TankRun]]
 
 
 def repeat(unknowns: Unknowns, how: str, seed: int, linear: bool, runs: int | None = None) -> dict[str, Any]:
-    """Make one series of runs, and judge its predictions."""
+    """Simulate one series of runs of a hidden robot, fit after some of them, and compare predictions with the truth."""
     rng, robot = np.random.default_rng(seed), unknowns.robot
     tank = Tank(hidden(unknowns, rng, rng.uniform(*LINEAR) if linear else 0.0), rng)
     rows = unseen(robot, rng)
@@ -110,7 +110,7 @@ def _judged(unknowns: Unknowns, results: Sequence[Measurement], rows: Sequence[R
 
 
 def summary(records: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Medians of error and width over the draws, and the mean coverage, by case and number of runs."""
+    """Return medians of error and width over the draws, and mean coverage, by case and number of runs."""
     made = []
     for linear, how in product((False, True), AFTER):
         own = [one for one in records if (one["linear"], one["how"]) == (linear, how)]
@@ -125,7 +125,7 @@ def summary(records: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Run the study, or go on with it."""
+    """Run the study, or continue one that was interrupted."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("draws", nargs="?", type=int, default=20)
     parser.add_argument(

@@ -23,7 +23,7 @@ from hypertuna.design.unknowns import Unknowns
 from hypertuna.optimization.design_space import gait_bounds
 
 RESULT = Path(__file__).parent / "ways.json"
-RUNS = {"greedy": 12, "exchange": 12, "120 targets": 12, "grid": 24}
+RUNS = {"greedy": 12, "exchange": 12, "120 targets": 12, "grid": 24}  # number of runs of each way to choose them
 
 
 def greedy(plan: Design, made: int) -> TankRun:
@@ -32,7 +32,7 @@ def greedy(plan: Design, made: int) -> TankRun:
 
 
 def exchanged(plan: Design, made: int) -> TankRun:
-    """Return the first of all runs to come, each exchanged for a better one beside the others until none is."""
+    """Return the first of all runs to come, which are exchanged one by one until no exchange improves the whole."""
     chosen: list[TankRun] = []
     now = plan
     for k in range(made, RUNS["exchange"]):

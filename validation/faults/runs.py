@@ -15,27 +15,28 @@ ROBOT = ht.load("hypertuna")
 THREADS = 2
 SECONDS = 10.0  # duration of a run [s]; the fault starts between 1 and 6 s
 CONTROL = ROBOT.controller
-HARD = 1.05 * (CONTROL.pressure_hard if CONTROL and CONTROL.pressure_hard else np.inf)  # Pa: the hard limit and 5 %
+HARD = 1.05 * (CONTROL.pressure_hard if CONTROL and CONTROL.pressure_hard else np.inf)  # Pa, 5 % above the hard limit
+# Condition that must report a fault, by the faulty sensor
 CONDITIONS = {"bend": "bend_fault", "pressure": "pressure_fault", "current": "current_fault", "imu": "imu_fault"} | {
     "battery": "battery_fault"
 }
-PLAIN = ("stuck", "open", "spike", "nan")  # kinds that any channel tells; validation/control has those by degrees
+PLAIN = ("stuck", "open", "spike", "nan")  # kinds that every channel must report; validation/control has gradual ones
 SWING_MIN = 0.5  # minimum swing of each joint, relative to the healthy run
 
 
 class Result(NamedTuple):
-    """Measures of a run."""
+    """What is judged of a run."""
 
     peak: float  # maximum pressure of any cylinder or drive unit [Pa]
     finite: bool
-    pulses: bool  # whether all pulses are within clamp and slew
-    swing: np.ndarray  # half of peak to peak in the last beats [rad]
+    pulses: bool  # whether all servo pulses keep within range and rate limit
+    swing: np.ndarray  # each joint's amplitude in the last beats, half of peak to peak [rad]
     conditions: frozenset[str]
     limits: tuple[str, ...]
 
 
 def measure(run: TwinRun) -> Result:
-    """Measure a run."""
+    """Return what is judged of a run."""
     control = run.robot.controller
     assert control is not None
     pulse, step = run.data["pulse"], control.slew * run.tick * control.pulse_per_rad

@@ -25,14 +25,14 @@ from hypertuna.fe.bend import fe_bend
 from hypertuna.fe.mesh import MESHES, MeshSize, mesh_size
 from hypertuna.fe.model import FeOptions
 
-PAPER = {
+PAPER = {  # meshes with the paper's numbers of elements
     "I": MeshSize(0.27, largest=1.75, grading=0.32, order=2, pieces=29.0),
     "II": MeshSize(0.325, largest=2.6, grading=0.55, order=2, pieces=19.0),
 }
 ROBOT = "hypertuna"
 STORE = Path(__file__).with_suffix(".json")
-PRESSURE = (50e3, 100e3, 250e3)
-KEYS = ("joint", "mesh", "order", "poisson")  # of a row
+PRESSURE = (50e3, 100e3, 250e3)  # Pa, of stored bends
+KEYS = ("joint", "mesh", "order", "poisson")  # by which a row is known
 
 
 def row(joint: str, mesh: str, order: int | None = None, poisson: float = 0.475, to: float = 250.0) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def row(joint: str, mesh: str, order: int | None = None, poisson: float = 0.475,
 
 
 def store(new: dict[str, Any]) -> None:
-    """Put a row in the place of that of the same joint, mesh, order and Poisson's ratio."""
+    """Store a row; it replaces one of the same joint, mesh, order and Poisson's ratio."""
     rows = json.loads(STORE.read_text()) if STORE.exists() else []  # now: other rows may have come meanwhile
     rows = [kept for kept in rows if [kept[key] for key in KEYS] != [new[key] for key in KEYS]] + [new]
     rows.sort(key=lambda kept: (kept["joint"], kept["poisson"], kept["elements"], kept["order"]))

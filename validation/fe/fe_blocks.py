@@ -14,7 +14,7 @@ SIDE = 0.01  # m, of the cube; width and height of the beam
 SLENDER = 15.0  # length of the beam over its height
 SAG = 0.01  # of the beam's end over its length: small, so that linear theory holds
 
-# Strains that a cube is given: which entries of grad u, and the faces that it leaves in their planes.
+# Strains of a cube: entries of grad u that are prescribed, and faces that stay in their planes.
 STRAINS = {
     "uniaxial": (((0, 0),), {"dirichletx": "x.*", "dirichlety": "y0", "dirichletz": "z0"}),
     "biaxial": (((0, 0), (1, 1)), {"dirichletx": "x.*", "dirichlety": "y.*", "dirichletz": "z0"}),
@@ -23,7 +23,7 @@ STRAINS = {
 
 
 def cube_stress(solid: Solid, strain: str, amount: float) -> tuple[float, Equilibrium]:
-    """Strain a cube, its other faces free, and measure its nominal stress along x: P_xx, or P_xy in shear.
+    """Strain a cube whose other faces are free; return its nominal stress P_xx, or P_xy in shear, and the solution.
 
     Returns the stress [Pa].
     """
@@ -43,7 +43,7 @@ def cube_stress(solid: Solid, strain: str, amount: float) -> tuple[float, Equili
 
 
 def closed_form(solid: Solid, strain: str, amount: float) -> float:
-    """Nominal stress of a cube: hyperelastic ones incompressible, the linear one with its Poisson's ratio.
+    """Return the theory's nominal stress: hyperelastic laws incompressible, the linear law with its Poisson's ratio.
 
     Returns the stress [Pa].
     """
@@ -88,7 +88,7 @@ def cantilever(solid: Solid, *, order: int, size: float = 1.0) -> tuple[float, f
 
 
 def timoshenko(solid: Solid, force: float) -> float:
-    """Displacement of a clamped beam's end: F L^3 / (3 E I) + F L / (k G A), k by Cowper (1966) for a rectangle.
+    """Return a clamped beam's end displacement: F L^3 / (3 E I) + F L / (k G A), k by Cowper (1966) for a rectangle.
 
     `force` [N]; returns [m].
     """

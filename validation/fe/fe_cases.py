@@ -39,13 +39,13 @@ __all__ = [
 ANGLES = (25.0, 35.0, 45.0, 60.0)  # deg, of the braid at rest
 PRESSURE = 250e3  # Pa
 INEXTENSIBLE = 1e8  # N/m, of the braid: theory takes it as infinite
-SLACK = 1e-3  # of shortened fibers, over taut ones: all that keeps a braid alone in shape before pressure tightens it
+SLACK = 1e-3  # stiffness of slack fibers over taut ones: it alone keeps a braid in shape before pressure tightens it
 CARRIED = 1e-3  # m, thickness of the solid that carries a wall
-SLEEVE = 1e-3  # m
+SLEEVE = 1e-3  # m, thickness of the sleeve of matrix
 POISSON = (0.475, 0.499)  # the paper's, and nearly incompressible
 INCOMPRESSIBLE = 0.4999  # Poisson's ratio that stands for 1/2, where theory has it
-HALF, FREE = "contraction at half force", "free contraction"
-STRAIN = 0.5
+HALF, FREE = "contraction at half force", "free contraction"  # names of cases
+STRAIN = 0.5  # of the cubes
 LINEAR = 0.3  # Poisson's ratio for the linear law: in biaxial tension it has no solution near 1/2
 
 
@@ -53,24 +53,24 @@ LINEAR = 0.3  # Poisson's ratio for the linear law: in biaxial tension it has no
 class Case:
     """A number that theory knows."""
 
-    group: str  # what was computed
+    group: str  # heading below which it is printed
     name: str  # what was computed
     computed: float  # in the unit of the case
     theory: float  # in the unit of the case
     unit: str
     tolerance: float  # largest relative difference of the two that passes [1]
-    # whether the elements are known to lock: then a difference beyond the tolerance is what must be
+    # whether the elements are known to lock: the case then passes only if the tolerance is exceeded
     locks: bool = False
     text: str = ""  # how the computation failed, empty if it did not
 
     @property
     def difference(self) -> float:
-        """Computed less theory, over theory [1]."""
+        """Return (computed - theory) / theory [1]."""
         return self.computed / self.theory - 1
 
     @property
     def passed(self) -> bool:
-        """Whether the two agree as well as they must."""
+        """Return whether the two agree within the tolerance, or differ by more where elements lock."""
         return not self.text and (abs(self.difference) <= self.tolerance) != self.locks
 
 
@@ -122,7 +122,7 @@ def sleeve_cases(robot: Robot) -> Iterator[Case]:
 
 
 def hose_cases(robot: Robot) -> Iterator[Case]:
-    """Compare a muscle whose hose is solid elements with core muscle.hpp, and with the wall's energy per outer area."""
+    """Compare a muscle whose hose is solid elements with core muscle.hpp and with the wall's energy per outer area."""
     wall = _wall(robot, drive_unit(robot).braid_angle)
     sleeve = Solid("mooney_rivlin", mooney(robot, drive_unit(robot).matrix), POISSON[1])
     blocked = ideal_pull(PRESSURE, wall.outer, wall.braid_angle)
@@ -190,7 +190,7 @@ def joint_cases(robot: Robot, *, pressure: float = 50e3) -> Iterator[Case]:
 
 
 def _wall(robot: Robot, angle: float) -> Wall:
-    """Hose and braid of a robot at an angle [rad], inextensible."""
+    """Return a robot's hose and braid with another braid angle [rad] and fibers that do not stretch."""
     unit = drive_unit(robot)
     hose = mooney(robot, unit.hose)
     return Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, angle, INEXTENSIBLE, SLACK)
@@ -210,7 +210,7 @@ def _unit(wall: Wall, sleeve: Solid, thickness: float) -> _core.DriveUnit:
 
 
 def _stretch(unit: _core.DriveUnit, force: float, bar: tuple[Mooney, float] | None = None) -> float:
-    """Stretch at which a muscle pulls with a force [N]; `bar`: constants and area of a sleeve that stretches too."""
+    """Return the stretch at which a muscle pulls with a force [N]; `bar`: constants and area of a sleeve beside it."""
     from scipy.optimize import brentq  # here, because it takes longer to import than most commands take
 
     def excess(stretch: float) -> float:

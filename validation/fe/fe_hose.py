@@ -19,7 +19,7 @@ __all__ = ["resolved_hose"]
 
 
 def resolved_hose(wall: Wall, sleeve: Solid, *, thickness: float, poisson: float) -> Tube:
-    """Make a muscle with a solid hose, at rest. `thickness` of the sleeve [m], `poisson` of the hose."""
+    """Return a muscle at rest, with a hose of solid elements. `thickness` of the sleeve [m], `poisson` of the hose."""
     need_fe()
     import ngsolve as ngs
 

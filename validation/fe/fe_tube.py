@@ -19,17 +19,17 @@ from hypertuna.fe.newton import Equilibrium, Problem, lead
 
 __all__ = ["CARRIER", "Tube", "gradients", "ideal_pull", "ideal_stretch", "load", "pull", "sleeve_pull", "tube"]
 
-ORDER = 3  # of displacements and curved elements: enough for a tube, which stretches evenly
-LENGTH = 2.0  # of the tube over its outer radius: the state is even, so a short one does
-QUARTERS = 4
+ORDER = 3  # of displacements and curved elements: enough for a tube, which stretches uniformly
+LENGTH = 2.0  # of the tube over its outer radius: a short one is enough, as its state is uniform
+QUARTERS = 4  # of the tube, of which symmetry leaves one to compute
 
-# A wall alone has nothing that elements could fill: a solid of 5 Pa carries it, without resisting a change of volume.
+# Elements need a volume, which a wall alone lacks: a solid of 5 Pa carries it, free to change its volume.
 CARRIER = Solid("neo_hookean", Mooney(2.5, 0.0), 0.0)
 
 
 @dataclass(frozen=True)
 class Tube:
-    """A tube with its present state, which `load` changes."""
+    """Tube with its present state, which `load` changes."""
 
     wall: Wall
     sleeve: Solid
@@ -39,17 +39,17 @@ class Tube:
 
     @property
     def displacement(self) -> Any:
-        """Present displacement w [m], an ngsolve.GridFunction."""
+        """Return the present displacement w [m], an ngsolve.GridFunction."""
         return self.problem.state if self.held else self.problem.state.components[0]
 
     @property
     def stretch(self) -> float:
-        """Present length over that at rest [1]."""
+        """Return the present length over that at rest [1]."""
         return 1.0 if self.held else 1.0 + float(self.problem.state.components[1].vec[0])
 
 
 def tube(wall: Wall, sleeve: Solid = CARRIER, *, thickness: float, held: bool = False) -> Tube:
-    """Make a tube, at rest. `thickness` [m]."""
+    """Return a tube at rest. `thickness` [m]."""
     need_fe()
     import ngsolve as ngs
 
@@ -75,12 +75,12 @@ def tube(wall: Wall, sleeve: Solid = CARRIER, *, thickness: float, held: bool = 
 
 
 def load(tube: Tube, pressure: float, apart: float = 0.0) -> Equilibrium:
-    """Lead a tube from its present loads and state to other loads. `pressure` [Pa], `apart` [N]."""
+    """Change a tube's loads in steps from the present ones. `pressure` [Pa], `apart` [N]."""
     return lead(tube.problem, (pressure, apart))
 
 
 def pull(tube: Tube) -> float:
-    """Force of a held tube on its ends, toward each other: virtual work of a displacement x / L. Returns [N]."""
+    """Return the force [N] by which a held tube pulls its ends together, from the virtual work of x / L."""
     import ngsolve as ngs
 
     state = tube.problem.state
@@ -91,7 +91,7 @@ def pull(tube: Tube) -> float:
 
 
 def sleeve_pull(tube: Tube) -> float:
-    """Part of a tube's pull that is the sleeve's: what a carrier adds that theory does not know. Returns [N]."""
+    """Return the sleeve's part of a tube's pull [N]: what a carrying solid adds to theory."""
     import ngsolve as ngs
 
     _, F = gradients(tube.displacement, ngs.CF(tube.stretch - 1))
@@ -100,7 +100,7 @@ def sleeve_pull(tube: Tube) -> float:
 
 
 def ideal_pull(pressure: float, radius: float, angle: float, stretch: float = 1.0) -> float:
-    """Pull of a braid alone, P pi D0^2 / (4 sin^2 theta0) (3 cos^2 theta - 1) with cos theta = lambda cos theta0.
+    """Return a braid's pull P pi D0^2 / (4 sin^2 theta0) (3 cos^2 theta - 1) with cos theta = lambda cos theta0.
 
     After Gaylord (1958); Chou and Hannaford (1996) write it with the diameter at 90 degrees, D0 / sin theta0.
 
@@ -110,7 +110,7 @@ def ideal_pull(pressure: float, radius: float, angle: float, stretch: float = 1.
 
 
 def ideal_stretch(angle: float, part: float = 0.0) -> float:
-    """Stretch at which a braid alone pulls a part of what it pulls at rest: `ideal_pull` solved for lambda.
+    """Return the stretch at which a braid pulls a given part of its pull at rest: `ideal_pull` solved for lambda.
 
     `angle` [rad], `part` [1]; returns [1].
     """
@@ -118,7 +118,7 @@ def ideal_stretch(angle: float, part: float = 0.0) -> float:
 
 
 def gradients(w: Any, strain: Any) -> tuple[Any, Any]:
-    """Gradient of the whole displacement along a wall, and the deformation gradient of the sleeve."""
+    """Return the displacement's gradient along a wall, and the sleeve's deformation gradient."""
     import ngsolve as ngs
 
     axis = ngs.CF((1.0, 0.0, 0.0))

@@ -27,8 +27,8 @@ from hypertuna.paper.chapters.finite_elements import ROBOT, command, joint_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STORE = ROOT / "data" / "fe"
-WORK = ROOT / "build" / "fe"
-CLOSE = 1e-3  # of the largest bend: what another machine or version may differ by
+WORK = ROOT / "build" / "fe"  # folder for pictures and states
+CLOSE = 1e-3  # largest difference on another machine or version, over the largest bend
 MAPS = {  # options of `hypertuna fe map`, for the maps of each joint: both sides as the twin has them, up to its limit
     "I": ["--pressure 130,250,440 --moment 0", "--pressure 250 --moment -0.4"],
     "II": ["--pressure 130,180,220,320,440 --moment 0", "--pressure 250,440 --moment -0.1,0.1"],
@@ -36,7 +36,7 @@ MAPS = {  # options of `hypertuna fe map`, for the maps of each joint: both side
 
 
 def computed(line: list[str], joint: str, *extra: str) -> dict[str, Any]:
-    """Run a command; return what it printed, with what it took and what it is of."""
+    """Run a command; return the JSON that it printed, with the command, its memory and the joint's hash."""
     process = subprocess.Popen([sys.executable, "-m", "hypertuna", *line, *extra], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     said = process.stdout.read()
@@ -49,7 +49,7 @@ def computed(line: list[str], joint: str, *extra: str) -> dict[str, Any]:
 
 
 def rounded(value: Any) -> Any:
-    """Round all numbers to six digits: the file stays readable, and says no more than it knows."""
+    """Round all numbers to six digits, so that the file is readable and not falsely precise."""
     if isinstance(value, float):
         return float(f"{value:.6g}")
     if isinstance(value, dict):
@@ -58,7 +58,7 @@ def rounded(value: Any) -> Any:
 
 
 def apart(record: dict[str, Any], path: Path) -> float:
-    """Largest difference of the bends from the stored ones, over the largest of those."""
+    """Return the largest difference of bends from the stored ones, over the largest stored bend."""
     bends = [[step["bend_deg"] for step in one["steps"]] for one in (record, json.loads(path.read_text()))]
     return float(np.abs(np.subtract(*bends)).max() / np.max(bends[1]))
 

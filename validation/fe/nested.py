@@ -33,13 +33,13 @@ from hypertuna.fe.newton import CLOSE, lead
 from hypertuna.paper.chapters.finite_elements import ROBOT, joint_hash
 
 STORE = FOLDER / "nested.json"
-MESH = "coarse"
-FIRST = 50e3  # Pa, on the way to the pressure of the study
-SAFETY = 1.25  # of the index, with three levels
+MESH = "coarse"  # mesh of the coarsest level
+FIRST = 50e3  # Pa: first step on the way to the pressure of the study
+SAFETY = 1.25  # safety factor of the grid convergence index, with three levels
 
 
 def convergence(unknowns: list[int], values: list[float]) -> dict[str, float] | None:
-    """Return observed order, limit and index of the last of three values; None where they do not close in on a limit.
+    """Return observed order, limit and convergence index of the last three values; None where they do not converge.
 
     As Celik et al. 2008 for element sizes N^(-1/3): value = limit + c h^order, index = 1.25 |last - limit| / |last|.
     """
@@ -83,7 +83,7 @@ def finer(base: FeModel, order: int, bisections: int) -> FeModel:
 
 
 def take_over(model: FeModel, last: FeModel) -> None:
-    """Set a model's loads and displacements to those of the coarser level."""
+    """Start a model from the loads and displacements of the coarser level."""
     for one in (model, last):
         one.mesh.UnsetDeformation()
     model.displacement.Set(last.displacement)

@@ -24,7 +24,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import load
 from hypertuna.errors import InputError
 
-HEADS = ("computed", "theory", "unit", "difference\n[%]", "allowed\n[%]", "")
+HEADS = ("computed", "theory", "unit", "difference\n[%]", "allowed\n[%]", "")  # of the table's columns
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

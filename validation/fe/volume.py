@@ -9,8 +9,8 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.fe.model import FeModel
 
-KEPT = 0.02  # difference of J from 1 within which a volume counts as kept
-LEAST = 1e-3  # smallest part of the volume of which `volume_kept` tells the ratio
+KEPT = 0.02  # a volume counts as unchanged where J differs from 1 by less
+LEAST = 1e-3  # part of the volume below "low" and above "high" of `volume_kept`
 
 
 def volume_ratios(model: FeModel) -> tuple[Array, Array, Array]:
@@ -29,7 +29,7 @@ def volume_ratios(model: FeModel) -> tuple[Array, Array, Array]:
 
 
 def volume_kept(model: FeModel) -> dict[str, Any]:
-    """Tell extremes of J away from the plates, what a thousandth of the volume is beyond, the part not kept.
+    """Return extremes and 0.1 % quantiles of J away from the plates, and which part of the volume changed.
 
     `at_hose` is the distance of the largest difference from the nearest channel's axis, over the radius [1].
     """

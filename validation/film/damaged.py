@@ -19,9 +19,10 @@ from pathlib import Path
 import av
 import numpy as np
 
-SECONDS, MEMORY = 10.0, 1e9  # s, bytes
+SECONDS, MEMORY = 10.0, 1e9  # most that reading a film may take [s], [bytes]
+# Codec by the film's name
 FORMS = {"a.mp4": "libx264", "b.mov": "libx265", "c.mkv": "libx264", "d.avi": "mpeg4"}
-# what a box of MP4 says of sizes, counts and times: name, and the bytes after it at which such a number stands
+# Where boxes of MP4 and chunks of AVI keep sizes, counts and times: name, and offsets in bytes behind it
 LIES = {
     **dict.fromkeys((b"mvhd", b"mdhd"), (16, 20)),
     **dict.fromkeys((b"stsz", b"stco", b"stss"), (8, 12)),
@@ -33,7 +34,7 @@ LIES = {
 
 @cache
 def whole(name):
-    """A film in which a bar moves."""
+    """Return the content of an undamaged film, in which a bar moves."""
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / name)
         with av.open(path, "w") as out:
@@ -50,7 +51,7 @@ def whole(name):
 
 
 def damaged(seed):
-    """Name and content of a damaged film."""
+    """Return the name and content of a damaged film."""
     chance = random.Random(seed)
     name = chance.choice(list(FORMS))
     content, kind = bytearray(whole(name)), chance.choice(("bits", "cut", "hole", "lie", "lie", "head"))
@@ -78,7 +79,7 @@ def damaged(seed):
 
 
 def read(path):
-    """Read all that is read of a film."""
+    """Read a film's samples and all of its frames, in gray and in color; return their number."""
     from hypertuna.film.source import open_film
 
     film = open_film(path)
@@ -88,13 +89,13 @@ def read(path):
 
 
 def peak():
-    """Largest memory of this program; `getrusage` would count that of the process that started it, too."""
+    """Return this program's largest memory [bytes]; `getrusage` would count its parent's, too."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
 
 def work(first, count):
-    """Read damaged films, and print what comes of each."""
+    """Read damaged films, and print each one's outcome."""
     from hypertuna.errors import InputError
 
     with tempfile.TemporaryDirectory() as folder:
@@ -113,7 +114,7 @@ def work(first, count):
 
 
 def judged(count, first=0):
-    """Return how often each outcome came, and what is wrong, by seed; the readers run in a process that may die."""
+    """Return how often each outcome came, and what is wrong by seed; films are read in a process that may crash."""
     outcomes, wrong, seed = Counter(), {}, first
     while seed < first + count:
         command = [sys.executable, __file__, "work", str(seed), str(first + count - seed)]

@@ -30,18 +30,18 @@ from hypertuna.film.pace import pace_doubts  # noqa: E402
 from hypertuna.film.run import track_film  # noqa: E402
 
 RESULT = Path(__file__).parent / "hostile.json"
-COUNT, RATE = 60, 60
-RIGHT = (1.5, 0.01)  # deg rms of each joint; lengths of the head
+COUNT, RATE = 60, 60  # frames of a film; frames per second
+RIGHT = (1.5, 0.01)  # rms errors below which a result is right: of joints [deg], of the head [body lengths]
 
 
 @cache
 def plain():
-    """Frames of the fish in calm water."""
+    """Return frames of the fish in calm water."""
     return tuple(_drawn())
 
 
 def drawn(*args, **scene):
-    """Frames of a scene, to be drawn upon."""
+    """Return frames of a scene as a list, for more to be drawn onto them."""
     return _drawn(*args, **scene) if args or scene else [picture.copy() for picture in plain()]
 
 
@@ -51,14 +51,14 @@ def _drawn(motion=beating, count=COUNT, shape=None, **scene):
 
 
 def shifted(offset, count=COUNT, **scene):
-    """Frames of the fish, moved by an offset (3,) [m, m, rad]."""
+    """Return frames of the fish, moved by an offset (3,) [m, m, rad]."""
     return drawn(lambda t: (beating(t)[0] + offset, beating(t)[1]), count, **scene)
 
 
 def phone(
     path, pictures, codec="libx265", pix_fmt="yuv420p", rate=RATE, first=0, turn=None, options=(), tags=(), kept=None
 ):
-    """Write a film as phones do."""
+    """Write a film as phones do: variable times of frames, a rotation, tags of the maker."""
     container = {"avoid_negative_ts": "disabled", "movflags": "use_metadata_tags"}
     with av.open(str(path), "w", options=container) as out:
         out.metadata.update(dict(tags))
@@ -81,7 +81,7 @@ def damaged(path):
 
 
 def joined(path):
-    """Two takes in one film: the fish jumps."""
+    """Write a film joined from two takes, between which the fish jumps."""
     write_film(path, [*drawn()[:30], *shifted([0.06, -0.08, 0.0], 60)[30:]])
 
 
@@ -102,7 +102,7 @@ def finless(path):
 
 
 def stamped(path):
-    """A clock and a logo, drawn into the picture as surveillance cameras do."""
+    """Write a film with a clock and a logo in the picture, as surveillance cameras do."""
     pictures = drawn()
     for k, picture in enumerate(pictures):
         cv2.putText(picture, f"12:30:{k / 60:05.2f}", (8, 22), cv2.FONT_HERSHEY_SIMPLEX, 0.7, 20, 2)
@@ -111,7 +111,7 @@ def stamped(path):
 
 
 def overlaid(path):
-    """A logo where the fish swims."""
+    """Write a film with a logo where the fish swims."""
     pictures = drawn()
     for picture in pictures:
         cv2.rectangle(picture, (150, 110), (230, 150), 60, -1)
@@ -119,13 +119,13 @@ def overlaid(path):
 
 
 def flickering(path):
-    """Lamps at 50 Hz under a camera of 60 Hz: 10 % of the light."""
+    """Write a film in which lamps at 50 Hz modulate the light by 10 % at 60 frames per second."""
     light = 1 + 0.1 * np.sin(2 * np.pi * 100 * np.arange(COUNT) / 60)
     write_film(path, [np.clip(p * b, 0, 255).astype(np.uint8) for p, b in zip(drawn(), light, strict=True)])
 
 
 def swaying(path):
-    """A camera that is touched: 6 px, and back."""
+    """Write a film whose camera is moved by 6 px, and back."""
     steps = [np.rint(6 * np.sin(2 * np.pi * k / 80)) for k in range(COUNT)]
     moves = [np.float32([[1, 0, s], [0, 1, 0.5 * s]]) for s in steps]
     write_film(path, [cv2.warpAffine(p, m, p.shape[::-1], borderMode=cv2.BORDER_REPLICATE)
@@ -133,7 +133,7 @@ def swaying(path):
 
 
 def hand(path):
-    """A hand that reaches in for a third of the film, dark as the fish."""
+    """Write a film in which a hand as dark as the fish reaches in for a third of the time."""
     pictures = drawn()
     for k in range(20, 40):
         deep = int(110 * np.sin(np.pi * (k - 20) / 20))
@@ -144,7 +144,7 @@ def hand(path):
 
 
 def touching(path):
-    """Another fish that swims so near that both are one dark part for half of the film."""
+    """Write a film in which a second fish is so near that both are one dark area for half of the time."""
     both = zip(drawn(noise=0.0), shifted([0.02, -0.05, 0.25], noise=0.0), strict=True)
     write_film(path, [np.minimum(a, b) for a, b in both])
 
@@ -158,7 +158,7 @@ def large(path):
     write_film(path, [cv2.resize(p, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC) for p in drawn()[:48]])
 
 
-SLOW = {"com.android.capture.fps": "240.0"}
+SLOW = {"com.android.capture.fps": "240.0"}  # tag of a film in slow motion: true frames per second
 # name: what writes the film; whether it is a mirror image, a portrait, of 4K, upside down; options of `track_film`
 FILMS: dict[str, tuple[Callable[[Path], None], dict]] = {
     "cable over the fish": (lambda path: write_film(path, drawn(cable=True)), {}),
@@ -196,7 +196,7 @@ FILMS: dict[str, tuple[Callable[[Path], None], dict]] = {
 
 
 def seen_by(scene):
-    """The camera of a film."""
+    """Return the camera of a film."""
     eye = EYE
     if scene.get("down"):
         eye = replace(eye, place=(-eye.place[0], -eye.place[1], eye.place[2]))
@@ -208,7 +208,7 @@ def seen_by(scene):
 
 
 def truth_at(time, scene):
-    """Head's center (x, y) and joint angles of a film at its times [s]."""
+    """Return the true head's center (x, y) and joint angles of a film at times [s]."""
     rows = []
     for t in time / scene.get("slow", 1) + scene.get("begin", 0) / RATE:
         (x, y, heading), angle = beating(t)
@@ -259,7 +259,7 @@ def outcome(name):
 
 
 def main(names):
-    """Run films and add what came of each to the file."""
+    """Track films, and store each one's outcome in the file."""
     known = {one["name"]: one for one in json.loads(RESULT.read_text())} if RESULT.exists() else {}
     for name in names or FILMS:
         known[name] = outcome(name)

@@ -23,13 +23,13 @@ from film.rendered import Eye, Scene, frames, moved, swim_motion, write_film  # 
 from film.small import DEPTH, camera, fish, sections  # noqa: E402
 from hypertuna.film.run import track_film  # noqa: E402
 
-EYE = Eye(size=(1120, 480), focal=1100.0, k1=-0.12, place=(0.0, 0.0, 1.6))
-RATE, SECONDS, RIPPLE = 60, 2.5, 0.7
+EYE = Eye(size=(1120, 480), focal=1100.0, k1=-0.12, place=(0.0, 0.0, 1.6))  # the camera
+RATE, SECONDS, RIPPLE = 60, 2.5, 0.7  # frames per second; length of a film [s]; ripples [px rms]
 RESULT = Path(__file__).parent / "seeds.json"
 
 
 def shown(seed, keep=None, ripple=RIPPLE, crf=26, **scene):
-    """Render and track a film; return run, truth of frames and the processor time of tracking [s]."""
+    """Render and track a film; return the tracked run, each frame's truth and the processor time of tracking [s]."""
     robot, draw = ht.load(ROOT / "examples/minnow.toml"), np.random.default_rng(seed)
     turn = draw.uniform(-0.15, 0.15) + (np.pi if seed % 2 else 0.0)
     offset = (draw.uniform(0.4, 0.45) if seed % 2 == 0 else draw.uniform(-0.45, -0.4), draw.uniform(-0.06, 0.06))
@@ -49,7 +49,7 @@ def shown(seed, keep=None, ripple=RIPPLE, crf=26, **scene):
 
 
 def errors(run, truth):
-    """Errors and coverage of intervals of a run."""
+    """Return errors of a tracked run, and how often its intervals hold the truth."""
     own = np.concatenate(run.stretches)
     half, length = run.body.length[0] / 2, run.body.length.sum()
     x, y, heading = truth[:, :3].T

@@ -26,18 +26,19 @@ from hypertuna.trials.marker_import import write_recording
 from hypertuna.trials.pose_import import manifest_text
 
 HIDDEN = {"drag_tangential": 2.0, "drag_normal": 0.667, "added_mass_normal": 1.25}  # factors on the file's values
+# Runs that are filmed: frequency [Hz], bias [deg], duration [s]
 FILMED = {"cruise": (2.5, 0.0, 3.0), "slow": (1.5, 0.0, 5.0), "fast": (4.0, 0.0, 2.0), "turn": (2.5, 8.0, 3.0)}
-# Frequency [Hz], factors on amplitudes and phase lags: at one shape of the gait all speeds go with the frequency.
+# Frequency [Hz], factors on amplitudes and phase lags, which vary as the frequency alone only scales the speed.
 UNSEEN = ((2.0, 1.0, 1.0), (2.0, 0.6, 1.0), (3.0, 1.0, 0.5), (1.5, 0.8, 1.5), (3.5, 0.5, 0.7))
 ANGLE_NOISE, HEAD_NOISE, MEMORY = (
     np.radians([1.6, 1.8, 1.5]),
     np.array([9e-4, 9e-4, np.radians(0.85)]),
     0.125,
-)  # m, rad, s
+)  # of joints [rad]; of the head [m, m, rad]; correlation time of both [s]
 
 
 def hidden(robot):
-    """The robot that is filmed."""
+    """Return the robot that is filmed."""
     document = robot.document()
     for key, factor in HIDDEN.items():
         document["water"]["strip"][key] = [factor * value for value in document["water"]["strip"][key]]
@@ -45,21 +46,21 @@ def hidden(robot):
 
 
 def gait(robot, frequency, bias=0.0, swing=1.0, lag=1.0):
-    """The gait of the cruise at another frequency, bent by `bias` [deg], with factors on its amplitudes and phases."""
+    """Return the gait "cruise" at another frequency, with a bias [deg] and factors on its amplitudes and phases."""
     cruise = ht.named_gait(robot, "cruise")
     amplitude, phase = swing * np.array(cruise.amplitude), lag * np.array(cruise.phase)
     return ht.Gait(frequency, tuple(amplitude), tuple(phase), (np.radians(bias),) * len(amplitude))
 
 
 def swum(name, robot, truth):
-    """Motion of the hidden robot, and the times of the frames [s]."""
+    """Return the hidden robot's motion in a run, and the times of the frames [s]."""
     frequency, bias, seconds = FILMED[name]
     motion = moved(swim_motion(ht.swim(truth, gait(robot, frequency, bias))), (0.42, -0.05), 0.1)
     return motion, np.arange(round(seconds * RATE)) / RATE
 
 
 def disturbed(folder, name, robot, truth, seed):
-    """Write what a tracker would have found of the hidden robot; return the manifest."""
+    """Write the hidden robot's true motion with a tracker's noise; return the entry for the manifest."""
     motion, times = swum(name, robot, truth)
     draw, kept = np.random.default_rng(seed), np.exp(-1 / (RATE * MEMORY))
     noise = draw.standard_normal((len(times), 6))
@@ -82,7 +83,7 @@ def disturbed(folder, name, robot, truth, seed):
 
 
 def filmed(folder, name, robot, truth, seed):
-    """Film the hidden robot, and track it; return the manifest."""
+    """Film the hidden robot, and track it; return the entry for the manifest."""
     motion, times = swum(name, robot, truth)
     scene = Scene(EYE, fish(), depth=DEPTH, rate=RATE, ripple=RIPPLE, caustics=0.06, seed=seed)
     film, manifest = folder / f"{name}.mp4", folder / f"{name}.toml"

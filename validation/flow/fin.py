@@ -14,16 +14,16 @@ from typing import NamedTuple
 import numpy as np
 
 FAR = 1e4  # chords behind the plate, where the wake ends
-ACROSS = (8, 16)  # panels along the chord of the two lattices
+ACROSS = (8, 16)  # panels along the chord, of two lattices from which results are extrapolated
 # DNV-RP-C205 (2010), table D-2: added mass of a rectangular plate over rho pi/4 c^2 b, by b/c
 MEASURED = {1.0: 0.579, 2.0: 0.757, 4.0: 0.872, 5.0: 0.897, 10.0: 0.947}
 
 
 class Plate(NamedTuple):
-    """A rectangular plate."""
+    """Coefficients of a rectangular plate."""
 
-    aspect: float
-    added_mass: float  # over rho pi/4 c^2 b: over that of a strip
+    aspect: float  # span over chord
+    added_mass: float  # over rho pi/4 c^2 b, that of a strip
     lift_slope: float  # 1/rad, on the area
     added_inertia: float  # about mid-chord, over M/12, that of a strip with the plate's added mass M
     side_suction: (
@@ -58,7 +58,7 @@ def rings(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def lattice(aspect: float, across: int) -> tuple[float, float, float]:
-    """Return added mass, lift slope and added inertia of a plate of chord 1 by the number of panels along it."""
+    """Return added mass, lift slope and added inertia of a plate of chord 1, with `across` panels along it."""
     count = max(across, round(aspect * across))
     x, y = np.linspace(0, 1, across + 1), np.linspace(-aspect / 2, aspect / 2, count + 1)
     panel, area = rings(x, y), aspect / (across * count)

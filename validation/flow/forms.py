@@ -35,17 +35,18 @@ import numpy as np
 HERE = Path(__file__).parent
 WAKE = runpy.run_path(str(HERE / "wake.py"))
 FIN, deficiency = WAKE["FIN"], WAKE["deficiency"]
-STREAM = (0.2, 0.6, 1.2)  # reduced frequencies
-ASPECTS = (2.43, 5.0)
-SIZES = {True: ((4, 8, 32), (6, 12, 48)), False: ((8, 1, 32), (16, 1, 64))}  # finite span or not: panels, steps a beat
+STREAM = (0.2, 0.6, 1.2)  # reduced frequencies of beats in a stream
+ASPECTS = (2.43, 5.0)  # aspect ratios of plates
+# By whether the span is finite: panels along chord and span, steps a beat
+SIZES = {True: ((4, 8, 32), (6, 12, 48)), False: ((8, 1, 32), (16, 1, 64))}
 PITCHES, INCIDENCES = (15.0, 30.0), (10.0, 20.0, 40.0, 60.0)  # deg, in still water and in steady flow
-FORMS = ("before", "S", "P", "quarter")
-AMPLITUDE = 0.1  # of heave at the leading edge over the chord, and of pitch
+FORMS = ("before", "S", "P", "quarter")  # described in README.md
+AMPLITUDE = 0.1  # of heave, over the chord, and of pitch [rad]
 MOTIONS = ("pitch about the leading edge", "pitch about a hinge a chord ahead", "heave", "heave, half feathered")
 
 
 def motion(name: str, k: float) -> tuple[complex, complex]:
-    """Return the amplitudes of heave and pitch; feathered by half, the plate turns by half of its path's angle."""
+    """Return the amplitudes of heave and pitch; half feathered, the plate turns by half of its path's angle."""
     feathered = 0, -1j * k * AMPLITUDE
     pitches = dict(zip(MOTIONS, (AMPLITUDE, AMPLITUDE, *feathered), strict=True))
     return (0 if name == MOTIONS[0] else AMPLITUDE), pitches[name]
@@ -56,7 +57,7 @@ class Plate(NamedTuple):
 
     mass: float  # added mass
     lift: float  # half of the lift slope
-    inertia: float  # added moment of inertia about mid-chord; no effect on mean values
+    inertia: float  # added moment of inertia about mid-chord; it changes no mean value
 
     @property
     def lever(self) -> float:
@@ -65,7 +66,7 @@ class Plate(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Amplitudes of the normal force and the moment about the leading edge, mean axial force of the form."""
+    """Amplitudes of normal force and moment about the leading edge, and a form's mean axial force."""
 
     force: complex
     moment: complex
@@ -122,7 +123,7 @@ def lattice(aspect: float, k: float, pitch: bool) -> Response:
 
 
 def still(aspect: float, degrees: float, mass: float) -> list[list[float]]:
-    """Return the thrust of a plate that pitches about its leading edge in still water: normal force, and all of it.
+    """Return the thrust of a plate that pitches about its leading edge in still water: normal force's, and total.
 
     Each by two lattices with a free wake, second beat, over Lighthill's M/2 times the mean square of v(1).
     """

@@ -47,7 +47,7 @@ def strip(joints: str = "bandwidth", **changes: Any) -> ht.Robot:
 
 
 def travel(robot: ht.Robot, gait: str) -> np.ndarray:
-    """Return the Keulegan-Carpenter numbers (2, links) of links' middles across them: head held still, and swimming."""
+    """Return the links' Keulegan-Carpenter numbers (2, links), at their middles: with the head held, and swimming."""
     motion = ht.swim(robot, named_gait(robot, gait)).trajectory
     time, joints = motion["time"].values, motion["joint_angle"].values
     height = np.array(robot.links.lateral_area) / robot.links.length
@@ -64,7 +64,7 @@ def travel(robot: ht.Robot, gait: str) -> np.ndarray:
 
 
 def computed() -> tuple[np.ndarray, np.ndarray]:
-    """Return KC (n,) and C_n and C_m (n, 2) of the ellipse 0.61 by table.py's finest meshes."""
+    """Return KC (n,), and C_n and C_m (n, 2), of the ellipse 0.61 on the finest meshes of table.py."""
     rows = [row for row in runpy.run_path(str(HERE / "table.py"))["finest"]() if row["section"] == "0.61"]
     return np.array([row["kc"] for row in rows]), np.array(
         [(row["drag_normal"], row["added_mass_normal"]) for row in rows]
@@ -78,14 +78,14 @@ def errors(robot: ht.Robot) -> list[float]:
 
 
 def column(values: Any, place: slice, new: Any) -> list[float]:
-    """Return a column with other values in some places."""
+    """Return a column of the strip law with other values at some links."""
     result = np.array(values, dtype=float)
     result[place] = new
     return [float(each) for each in result]
 
 
 def variants(travels: np.ndarray) -> dict[str, Mapping[str, Any]]:
-    """Return what differs from the file, by name; travels (gaits, links) while swimming."""
+    """Return changes of the robot's file by name of the variant, for travels (gaits, links) while swimming."""
     law = FISH.water.strip
     assert law is not None
     kc, found = computed()

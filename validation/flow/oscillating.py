@@ -28,16 +28,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FILE = Path(__file__).with_name("oscillating.json")
-RADIUS = 15.0  # of the water
+RADIUS = 15.0  # of the region of water, over the section's height
 THICKNESS = 0.05  # of the plate
-MESHES = {"coarse": 0.20, "medium": 0.14, "fine": 0.10}  # elements in the wake
-EDGE, EDGE_MAX, STEP = 0.0125, 0.05, 0.044  # elements at the edges, times KC; at most; step, times them
+MESHES = {"coarse": 0.20, "medium": 0.14, "fine": 0.10}  # size of elements in the wake
+EDGE, EDGE_MAX, STEP = 0.0125, 0.05, 0.044  # size of elements at edges over KC, and at most; time step over that size
 WAKE = 1.5  # the wake's mesh, beyond the travel of the body
 DISCARDED = 2  # cycles after the start from rest
 
 
 class Flow(NamedTuple):
-    """Force on a body over time."""
+    """Force on a heaving section over time."""
 
     time: np.ndarray
     force: np.ndarray
@@ -45,12 +45,12 @@ class Flow(NamedTuple):
 
 
 def speed(time: Any, kc: float) -> Any:
-    """Return the speed of the body."""
+    """Return the speed of the section."""
     return np.sin(2 * np.pi * time / kc)
 
 
 def water(section: str, mesh: str, kc: float, *, edge: float = EDGE_MAX, half: bool = False) -> Any:
-    """Mesh the water around a section, or above its axis: fine at its edges, less so where its wake goes."""
+    """Mesh the water around a section, or half of it: fine at the section's edges, coarser in its wake."""
     import ngsolve as ng
     from netgen import occ
 
@@ -79,7 +79,7 @@ def water(section: str, mesh: str, kc: float, *, edge: float = EDGE_MAX, half: b
 def flow(
     section: str, kc: float, *, mesh: str, edge: float, step: float, reynolds: float, cycles: int, half: bool = False
 ) -> Flow:
-    """Let a section heave from rest."""
+    """Return the force on a section that heaves from rest."""
     import ngsolve as ng
 
     domain, count = water(section, mesh, kc, edge=edge, half=half), math.ceil(cycles * kc / step)
@@ -152,7 +152,7 @@ def row(section: str, kc: float, **choices: Any) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Compute a row, and keep it in place of the one for the same choices."""
+    """Compute a row, and store it; it replaces one of the same choices."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("section")
     parser.add_argument("kc", type=float)

@@ -17,7 +17,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 FORMS = runpy.run_path(str(HERE / "forms.py"))
-LAWS = ("without H", "with H, the law", "form S")
+LAWS = ("without H", "with H, the law", "form S")  # what `law` returns
 
 
 def stored() -> list[dict[str, Any]]:
@@ -46,6 +46,7 @@ def dickinson(degrees: float, _: float) -> float:
     return lift * math.cos(math.radians(degrees)) + drag * math.sin(math.radians(degrees))
 
 
+# Fits to measurements, by name
 FITS: dict[str, Callable[[float, float], float]] = {"hoerner": hoerner, "dickinson": dickinson}
 
 
@@ -59,7 +60,7 @@ def law(part: Any, drag: float, degrees: float) -> tuple[float, float, float]:
 
 
 def rows() -> list[tuple[dict[str, Any], float, float, tuple[float, float, float]]]:
-    """Return series, incidence, measured C_N and the laws' for every point."""
+    """Return every measured point: its series, incidence, measured C_N and the C_N of each law."""
     found = []
     for series in stored():
         part = FORMS["Plate"](math.pi / 4 * series["added_mass"], series["lift_slope"] / 2, 0.0)

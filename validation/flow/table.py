@@ -47,12 +47,12 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def section(name: str) -> str:
-    """Name a section."""
+    """Return a section's name in the tables."""
     return name if name == "plate" else f"ellipse, b/a = {name}"
 
 
 def spread(values: Sequence[float]) -> str:
-    """Write the lowest and highest of the cycles."""
+    """Return the lowest and highest of the cycles' values as text."""
     return f"{min(values):.2f} to {max(values):.2f}"
 
 
@@ -87,7 +87,7 @@ def ellipses() -> str:
 
 
 def convergence() -> str:
-    """Tabulate all runs by mesh, elements at the edges and step; without "half", the whole water."""
+    """Tabulate all runs by mesh, elements at edges and time step; rows not marked "half" mesh all of the water."""
     head = ["section", "KC", "mesh", "at the edges", "step", "unknowns", "C_n", "of cycles", "C_m", "of cycles"]
     rows = []
     for row in sorted(
@@ -264,7 +264,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def written(text: str) -> str:
-    """Return a page with its tables computed."""
+    """Return a page's text with its tables filled in."""
     pattern = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
     return pattern.sub(lambda match: f"{match[1]}\n{TABLES[match[2]]()}\n{match[3]}", text)
 

@@ -18,16 +18,16 @@ TABLE = runpy.run_path(str(HERE / "table.py"))
 WAKE = runpy.run_path(str(HERE / "wake.py"))
 FINEST = TABLE["finest"]()
 PLATES = [row for row in FINEST if row["section"] == "plate"]
-MEASURED = [row for row in PLATES if row["kc"] >= 1.7]  # of the fits
+MEASURED = [row for row in PLATES if row["kc"] >= 1.7]  # the range that fits to measurements cover
 
 
 def named(row: dict[str, Any]) -> str:
-    """Name a row."""
+    """Return a row's name, for the test's."""
     return f"KC {row['kc']:g}"
 
 
 def mark(row: dict[str, Any]) -> tuple[float, float]:
-    """Return C_n and C_m over those of measured plates: the middle of two fits, 25 % apart, and the only fit."""
+    """Return C_n and C_m over those of measured plates: of C_n the mean of two fits 25 % apart, of C_m the only fit."""
     kc = row["kc"]
     drag, mass = TABLE["luhar"](kc)
     return row["drag_normal"] / ((TABLE["graham"](kc) + drag) / 2), row["added_mass_normal"] / mass

@@ -13,13 +13,13 @@ HERE = Path(__file__).parent
 FORMS = runpy.run_path(str(HERE / "forms.py"))
 TABLE = runpy.run_path(str(HERE / "table.py"))
 STEEP = runpy.run_path(str(HERE / "steep.py"))
-COMPARED = TABLE["compared"]()
-FINITE = [row for row in COMPARED if row[0] < 1e3]
+COMPARED = TABLE["compared"]()  # lattice, theory and forms; see `compared` in table.py
+FINITE = [row for row in COMPARED if row[0] < 1e3]  # rows of plates of finite span
 PITCHING = [row for row in FINITE if row[2].startswith("pitch")]
 
 
 def axial_force(depth: Any, s: float, time: float) -> tuple[float, float]:
-    """Return Lighthill's axial force per length of a straight link that moves anyhow, and what the depth alone gives.
+    """Return Lighthill's axial force per length on a moving straight link, and the part that the depth's slope makes.
 
     Central differences of the momentum along the axes at rest, and of what a plane across the link passes on.
     """
@@ -128,7 +128,7 @@ def test_the_wake_of_form_quarter_takes_a_sum_of_squares() -> None:
 
 
 def test_lift_that_fades_takes_energy_unless_munk_s_moment_fades_with_it() -> None:
-    """With the moment, the wake gets H times what it gets without fading; without it, less than nothing at times."""
+    """With the moment, the wake's energy is H times that without fading; without it, at times negative."""
     random = np.random.default_rng(1)
     row = next(row for row in TABLE["stored"]("forms")["plates"] if row["aspect"] == 5)
     mass, lift_slope = row["mass"], row["lift"]

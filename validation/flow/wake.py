@@ -33,19 +33,19 @@ from scipy.special import hankel2
 HERE = Path(__file__).parent
 FIN = runpy.run_path(str(HERE / "fin.py"))
 segment, rings = FIN["segment"], FIN["rings"]
-CORE = 0.1  # radius of vortices where they move a free wake
+CORE = 0.1  # radius, in chords, within which a vortex's velocity fades, where it moves a free wake
 Motion = Callable[[float], np.ndarray]  # time -> x, z of the leading edge, angle
 
 
 class Wake(NamedTuple):
-    """Motion of a plate and the force on it."""
+    """Record of a plate's motion and of the force on it."""
 
     time: np.ndarray
     speed: np.ndarray  # (n, 3): of the leading edge along x and z of the plate, angular
-    force: np.ndarray  # (n, 2): along x and z of the plate, on its area times density
+    force: np.ndarray  # (n, 2): along x and z of the plate, over its area times density
     angle: np.ndarray
-    impulse: np.ndarray  # (n, 2): of all rings, along the axes at rest, on area times density
-    moment: np.ndarray  # (n,): of the force about the leading edge, as the angle turns, on area times density
+    impulse: np.ndarray  # (n, 2): of all rings, along the axes at rest, over area times density
+    moment: np.ndarray  # (n,): of the force about the leading edge, as the angle turns, over area times density
 
     def at_rest(self) -> np.ndarray:
         """Return the force (n, 2) along the axes at rest."""
@@ -59,7 +59,7 @@ def turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def placed(points: np.ndarray, pose: np.ndarray, *, back: bool = False) -> np.ndarray:
-    """Take points (..., 3) from the plate's axes to those at rest, or back."""
+    """Transform points (..., 3) from the plate's axes to those at rest, or back."""
     plane = points[..., ::2] - pose[:2] if back else points[..., ::2]
     plane = turned(plane, -pose[2] if back else pose[2]) + (0 if back else pose[:2])
     return np.stack([plane[..., 0], points[..., 1], plane[..., 1]], axis=-1)
@@ -71,18 +71,18 @@ def induced(points: np.ndarray, corners: np.ndarray, core: float = 0.0) -> np.nd
 
 
 def between(lines: np.ndarray) -> np.ndarray:
-    """Return the corners (m, 4, 3) of the rings between lines (rows, strips + 1, 3) from the plate backward."""
+    """Return the corners (m, 4, 3) of the wake's rings between lines (rows, strips + 1, 3), from the plate backward."""
     front, rear = lines[:-1], lines[1:]
     return np.stack([front[:, :-1], rear[:, :-1], rear[:, 1:], front[:, 1:]], axis=2).reshape(-1, 4, 3)
 
 
 def area(corners: np.ndarray) -> np.ndarray:
-    """Return the vectors (m, 3) of the area of rings."""
+    """Return the area vectors (m, 3) of rings."""
     return np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
 
 
 def velocity(motion: Motion, time: float, step: float) -> np.ndarray:
-    """Return the speeds (3,) of the leading edge along x and z of the plate, and the angular one."""
+    """Return the leading edge's speed along x and z of the plate, and the angular speed (3,)."""
     rate = (motion(time + step) - motion(time - step)) / (2 * step)
     return np.append(turned(rate[:2], -motion(time)[2]), rate[2])
 
@@ -90,7 +90,7 @@ def velocity(motion: Motion, time: float, step: float) -> np.ndarray:
 def flow(
     motion: Motion, duration: float, steps: int, *, aspect: float, across: int, strips: int, free: bool = False
 ) -> Wake:
-    """Let a plate of chord 1 move from rest in still water."""
+    """Move a plate of chord 1 from rest in still water."""
     x, y = np.linspace(0, 1, across + 1), np.linspace(-aspect / 2, aspect / 2, strips + 1)
     # Rings a quarter of a panel behind their panels, flow tangential at three quarters; the last ring ends at the edge.
     middle = rings(x, y).mean(axis=1) + np.array([0.25 / across, 0, 0])
@@ -139,16 +139,16 @@ def flow(
 
 
 class Beat(NamedTuple):
-    """Plate that heaves and pitches at speed 1: heave amplitude over chord, pitch, its lead, axis behind the edge."""
+    """Heaving and pitching of a plate of chord 1 that moves at speed 1."""
 
     reduced: float  # angular frequency times half of the chord over the speed
-    heave: float
-    pitch: float = 0.0  # rad
+    heave: float  # amplitude over the chord
+    pitch: float = 0.0  # amplitude [rad]
     lead: float = 0.0  # rad, of the pitch before the heave
     axis: float = 0.25  # chords behind the leading edge
 
     def motion(self, time: float) -> np.ndarray:
-        """Return the pose; positive angles raise the trailing edge."""
+        """Return x, z and angle of the leading edge; positive angles raise the trailing edge."""
         phase = 2 * self.reduced * time
         angle = self.pitch * math.cos(phase + self.lead)
         height = self.heave * math.cos(phase) - self.axis * math.sin(angle)
@@ -156,7 +156,7 @@ class Beat(NamedTuple):
 
     @property
     def period(self) -> float:
-        """Time of a beat."""
+        """Return the duration of a beat."""
         return math.pi / self.reduced
 
 
@@ -179,12 +179,12 @@ def theory(beat: Beat) -> tuple[complex, float, float]:
 
 
 def last_beat(found: Wake, period: float) -> np.ndarray:
-    """Return which steps are of the last beat."""
+    """Return a mask of the steps of the last beat."""
     return found.time > found.time[-1] - period * (1 - 1e-9)
 
 
 def beating(beat: Beat, beats: int, steps: int, **choices: Any) -> tuple[complex, float, float]:
-    """Return what theory() does, of the last beat of a lattice."""
+    """Return the quantities of `theory` from a lattice's last beat."""
     found = flow(beat.motion, beats * beat.period, beats * steps, **choices)
     last = last_beat(found, beat.period)
     force = found.at_rest()[last]
@@ -216,17 +216,17 @@ def fin_motion(swim: Any, chord: float) -> tuple[Motion, float]:
     return motion, period
 
 
-ASPECT, CHORD = 5.0, 0.032  # of the fin; m
-MASS = 0.897  # of the fin over rho pi/4 c^2 b: edge_added_mass in robots/hypertuna.toml
+ASPECT, CHORD = 5.0, 0.032  # of HyperTuna's fin: span over chord; chord [m]
+MASS = 0.897  # the fin's added mass over rho pi/4 c^2 b: edge_added_mass in robots/hypertuna.toml
 
 
 def edge_terms(
     speed: np.ndarray, aspect: float, lift: float, suction: float, *, fade: bool = True, mass: float = MASS
 ) -> np.ndarray:
-    """Return the strip law's force (n, 2) on a fin along x and z of the plate, beside Kirchhoff's (docs/model.md).
+    """Return the force (n, 2) that the strip law adds to Kirchhoff's at an edge, along x and z of the plate.
 
     `speed` (n, 3) as in Wake; `mass` is the added mass over rho pi/4 c^2 b, `lift` and `suction` are edge_lift and
-    edge_suction of a robot file.
+    edge_suction of a robot file (docs/model.md).
     """
     along, turn = np.abs(speed[:, 0]), speed[:, 2]
     middle = speed[:, 1] + turn / 2
@@ -245,7 +245,7 @@ def reaction(found: Wake) -> np.ndarray:
     return -math.pi / 4 * np.gradient(across, found.time)
 
 
-BEATS = (
+BEATS = (  # beats of a plate of infinite span that are compared with theory
     Beat(0.25, 0.05),
     Beat(0.5, 0.05),
     Beat(1.0, 0.05),
@@ -313,7 +313,7 @@ def fin(swim: Any, name: str, scale: float, size: tuple[int, int, int], *, free:
 
 
 def main() -> None:
-    """Compute the tables, and store them."""
+    """Compute the numbers for the tables, and store them."""
     import hypertuna as ht
     from hypertuna.description.provenance import provenance
     from hypertuna.paper.computed import SPEEDS

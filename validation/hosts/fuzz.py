@@ -12,7 +12,7 @@ import hypertuna as ht
 from hypertuna.mission.image import robot_image
 
 TOP = Path(__file__).parents[2]
-PROGRAM = TOP / "build/hosts/fuzz_image"
+PROGRAM = TOP / "build/hosts/fuzz_image"  # reader of images, built with sanitizers
 ROBOTS = ("hypertuna", "examples/servofish.toml", "rexeel", "examples/minnow.toml")
 
 

@@ -33,10 +33,10 @@ from hypertuna.trials.trials import Trials
 
 FISH = ht.load("hypertuna")
 TRUTH = np.array([published_value(f"speed/{name}") for name in SPEEDS])
-FOUR = SPEEDS[:4]  # the unoptimized gaits, which alone are fitted
-FREE = ("water.blunt_area[0]", "joints.bandwidth")
-FIN = len(FISH.links.name) - 1
-SWIM = 20.0  # s, of the twin
+FOUR = SPEEDS[:4]  # the unoptimized gaits, the only ones that are fitted
+FREE = ("water.blunt_area[0]", "joints.bandwidth")  # what is fitted: form drag of the head, bandwidth of the joints
+FIN = len(FISH.links.name) - 1  # index of the last link
+SWIM = 20.0  # s, duration of a run of the twin
 
 # Robots of the study, by what differs from the file; a list's last entry is the fin's.
 VARIANTS: dict[str, Mapping[str, float]] = {
@@ -67,6 +67,7 @@ PLAIN = {
     "edge_lift": 1.0,
     "edge_suction": 1.0,
 }
+# Changes of the robot's file, and the model of the joints, for rows without a fit
 UNFITTED: dict[str, tuple[Mapping[str, float], str]] = {
     "plain edge, no shedding, no form drag": (PLAIN | {"blunt_area_m2": 0.0, "tail_shedding": 0.0}, "bandwidth"),
     "plain edge, all of the suction, no form drag": (PLAIN | {"blunt_area_m2": 0.0}, "bandwidth"),
@@ -78,7 +79,7 @@ UNFITTED: dict[str, tuple[Mapping[str, float], str]] = {
 
 @dataclass(frozen=True)
 class Result:
-    """What a robot does in the paper's tests."""
+    """A robot's results in the paper's tests."""
 
     blunt_area: float  # m^2
     bandwidth: float | None  # Hz; None for ideal joints
@@ -159,7 +160,7 @@ def rms(errors: Any) -> float:
 
 
 def line(name: str, result: Result) -> str:
-    """Write a row of the table of speeds and costs."""
+    """Return a row of the table of speeds and costs."""
     errors = 100 * (np.array(result.speeds) / TRUTH - 1)
     fit = f"{1e4 * result.blunt_area:.0f} | {'' if result.bandwidth is None else f'{result.bandwidth:.2f}'}"
     each = ", ".join(f"{error:+.0f}" for error in errors)
@@ -168,7 +169,7 @@ def line(name: str, result: Result) -> str:
 
 
 def turn_line(name: str, radii: tuple[float, ...]) -> str:
-    """Write a row of the table of turns: at the published phase, tightest of all, tightest head first."""
+    """Return a row of the table of turns: radius at the published phase, tightest of all, tightest head first."""
     phases = published()["turning"]["phase_deg"]
     at = radii[phases.index(published_value("turning/best-phase"))]
     size, ahead = np.abs(radii), np.where(np.array(radii) > 0, radii, np.inf)

@@ -29,21 +29,22 @@ from hypertuna.swimming.beat import settle
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials
 
+# Lower seeds were used in development; relative noise of speeds; factor from which the table calls an interval "open"
 FIRST_SEED, NOISE, WIDE = 1000, 0.02, 100.0
-NAMES = ("drag_tangential", "drag_normal", "added_mass_normal")
+NAMES = ("drag_tangential", "drag_normal", "added_mass_normal")  # coefficients, common to all links
 SPREAD = (1.5, 1.2, 1.3)  # of the true factors, one standard deviation of the logarithm
-SWIMS = [(f, a) for f in (0.5, 0.7, 1.0, 1.3, 1.6, 2.0) for a in (0.6, 1.0)]  # over frequency and amplitude of cruise
-MODELS = {
+SWIMS = [(f, a) for f in (0.5, 0.7, 1.0, 1.3, 1.6, 2.0) for a in (0.6, 1.0)]  # over those of "cruise"
+MODELS = {  # key of the strip law that is wrong in the fitted model, and by which factor
     "right": ("edge_lift", 1.0),
     "drag area off by 2": ("blunt_area_m2", 2.0),
     "lift slope off by 1.5": ("edge_lift", 1.5),
 }
-FREE = {"drag along": 1, "drags, added mass": 3, "defaults": 0}  # how many of NAMES, or the default coefficients
-CASES = [(model, free) for free in FREE for model in MODELS]
+FREE = {"drag along": 1, "drags, added mass": 3, "defaults": 0}  # how many of NAMES are fitted; 0: defaults
+CASES = [(model, free) for free in FREE for model in MODELS]  # all pairs of model and free coefficients
 
 
 def fish(seed: int, free: int) -> tuple[dict[str, Any], dict[str, Any], np.ndarray]:
-    """Describe a fish, the same fish with true coefficients, and the factors between them."""
+    """Return documents of a fish as its user describes it and as it is, and the coefficients' factors between them."""
     random = np.random.default_rng(seed)
     links, length = int(random.integers(2, 7)), float(np.exp(random.uniform(np.log(0.1), np.log(1.0))))
     described = new_robot("fish", links=links, length=round(length, 3))
@@ -56,7 +57,7 @@ def fish(seed: int, free: int) -> tuple[dict[str, Any], dict[str, Any], np.ndarr
 
 
 def runs_of(truth: ht.Robot, seed: int) -> Trials:
-    """Return the measured speeds of a fish."""
+    """Return the measured speeds of a fish, with noise."""
     cruise, random = ht.named_gait(truth, "cruise"), np.random.default_rng([seed, 1])
     gaits = [
         ht.Gait(cruise.frequency * f, tuple(a * x for x in cruise.amplitude), cruise.phase, cruise.bias)
@@ -67,7 +68,7 @@ def runs_of(truth: ht.Robot, seed: int) -> Trials:
 
 
 def fitted(model: str, free: str, seed: int) -> dict[str, Any]:
-    """Fit once: errors and half-widths of 90 % intervals, of the logarithm; what they hold and what is said."""
+    """Fit once; return errors and half-widths of 90 % intervals, in logarithms, and which intervals hold the truth."""
     (key, off), count = MODELS[model], FREE[free]
     described, truth, factors = fish(seed, count)
     trials = runs_of(parse(truth, file="truth"), seed)
@@ -97,7 +98,7 @@ def fitted(model: str, free: str, seed: int) -> dict[str, Any]:
 
 
 def table(records: list[dict[str, Any]]) -> str:
-    """Return a Markdown table: of each model and coefficient, what intervals hold and how often they are short."""
+    """Return a Markdown table by model and coefficient: how often intervals hold the truth, or are called short."""
     rows = [
         "| free | model | factor on | 90 % intervals hold | half-width, median | called constrained | of these hold |"
     ]
@@ -115,7 +116,7 @@ def table(records: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run the study; what is done is kept, and taken up again."""
+    """Run the study; finished fits are stored, so that an interrupted study continues."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("repeats", nargs="?", type=int, default=40)
     parser.add_argument("-o", "--output", type=Path, default=Path("coverage.jsonl"))

@@ -33,10 +33,12 @@ from hypertuna.trials.manifest import parse_manifest
 from hypertuna.trials.trials import Trials
 
 FOLDER = Path(os.environ.get("HYPERTUNA_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rexeel"
-EARLY = 2.2  # s: the first second is a ramp, then follows half a beat
+EARLY = 2.2  # s, end of the first part of a swim: one second of ramp, then half a beat
+# Each one coefficient, common to all links
 ALONG, ACROSS, MASS = (f"water.strip.{name}=common" for name in ("drag_tangential", "drag_normal", "added_mass_normal"))
+# Added mass of the last link apart from the others'
 ENDS = ("water.strip.added_mass_normal[0-4]", "water.strip.added_mass_normal[5]")
-SETS: dict[str, tuple[tuple[str, ...], bool]] = {  # free coefficients, and whether with the default priors
+SETS: dict[str, tuple[tuple[str, ...], bool]] = {  # which coefficients are free, and whether with default priors
     "none": ((), False),
     "drag along": ((ALONG,), False),
     "drag along, added mass": ((ALONG, MASS), False),
@@ -48,14 +50,14 @@ SETS: dict[str, tuple[tuple[str, ...], bool]] = {  # free coefficients, and whet
 
 
 def eel(shedding: float) -> ht.Robot:
-    """The eel of theory, with a fraction of shedding."""
+    """Return the eel with coefficients from theory, and a fraction of shedding."""
     document = ht.load("rexeel-theory").document()
     document["water"]["strip"] |= {"tail_shedding": shedding, "cross_flow": False}
     return parse(document, file="eel")
 
 
 def swims(folder: Path, use: str) -> Trials:
-    """The published swims, with measured joint angles or their targets."""
+    """Return the published swims, with measured joint angles or their targets."""
     document = import_folder(folder)
     for recording in document["recordings"]:
         recording["joints"]["use"] = use
@@ -63,12 +65,12 @@ def swims(folder: Path, use: str) -> Trials:
 
 
 def of(trials: Trials, amplitude: str) -> Trials:
-    """The swims at one amplitude."""
+    """Return the swims at one amplitude."""
     return trials.only([run for run in trials.runs if run.startswith(amplitude)])
 
 
 def early(trials: Trials) -> Trials:
-    """The first part of all swims."""
+    """Return the swims up to `EARLY`."""
     cut = [
         replace(
             recording,
@@ -83,7 +85,7 @@ def early(trials: Trials) -> Trials:
 
 
 def fitted(robot: ht.Robot, trials: Trials, names: tuple[str, ...], priors: bool) -> tuple[ht.Robot, list[float]]:
-    """The robot fitted to trials as `identify` does, from one start, and the values."""
+    """Return the robot fitted to trials as by `identify`, from one start, and the fitted values."""
     if not names:
         return robot, []
     frees = free(robot, names, prior=default_priors(robot) if priors else {})
@@ -95,7 +97,7 @@ def fitted(robot: ht.Robot, trials: Trials, names: tuple[str, ...], priors: bool
 
 
 def judged(robot: ht.Robot, trials: Trials) -> tuple[float, list[list[float]]]:
-    """Error over the repeatability, and by recording the rmse of x, y [cm] and yaw [deg]."""
+    """Return the error over the repeatability, and by recording the rmse of x, y [cm] and yaw [deg]."""
     compared = [compare_recording(robot, r, replay_recording(robot, r)) for r in trials.recordings]
     ratio = np.array([c.rmse.to_numpy() / c.repeatability.to_numpy() for c in compared])
     rmse = [(c.rmse.to_numpy() * [100, 100, 180 / np.pi]).tolist() for c in compared]

@@ -32,8 +32,8 @@ from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
 from hypertuna.trials.marker_places import equal_spacing
 from hypertuna.trials.trials import Trials, read_trials
 
-NOISE, RATE, BEATS = 0.0015, 60.0, 4  # m of a coordinate, frames per second, beats of a run
-TRAINED, HELD = (0, 2, 3), (1, 4)  # runs of each robot
+NOISE, RATE, BEATS = 0.0015, 60.0, 4  # noise of a marker's coordinate [m]; frames per second; beats of a run
+TRAINED, HELD = (0, 2, 3), (1, 4)  # runs of each robot that are fitted, and that are predicted
 WAVE, TAPER = 0.8, (0.6, 1.2)  # waves on the body; amplitude of the first and the last joint over the mean one
 COVERED = range(1000, 1020)  # seeds of the coverage; others were used during development
 WITHOUT = range(1000, 1006)  # seeds of fits without priors
@@ -68,7 +68,7 @@ SHAPES: dict[str, tuple[Any, Any, Any, list[tuple[float, float]]]] = {
 
 
 def handbook(links: int, **more: Any) -> dict[str, Any]:
-    """A strip law of potential flow, plates across the flow and a turbulent boundary layer, with other values."""
+    """Return a strip law by potential flow, plates across the flow and turbulent boundary layers, changed by `more`."""
     table = {
         "added_mass_normal": [1.0] * links,
         "added_mass_tangential": [0.0] * links,
@@ -79,7 +79,7 @@ def handbook(links: int, **more: Any) -> dict[str, Any]:
     return table | more
 
 
-LAWS: dict[str, Any] = {
+LAWS: dict[str, Any] = {  # true strip law of `n` links, by name
     "same law": lambda n: handbook(n, added_mass_normal=[1.4] * n, drag_normal=[1.4] * n, drag_tangential=[0.04] * n),
     "sheds at its tail": lambda n: handbook(
         n,
@@ -98,7 +98,7 @@ LAWS: dict[str, Any] = {
 
 
 def described(shape: str, water: dict[str, Any], law: str = "strip") -> ht.Robot:
-    """A robot of elliptical links of the density of water."""
+    """Return a robot with elliptical links, as dense as water."""
     length, height, width, _ = SHAPES[shape]
     a, b = height / 2, width / 2
     girth = np.pi * (3 * (a + b) - np.sqrt((3 * a + b) * (a + 3 * b)))  # Ramanujan
@@ -122,13 +122,13 @@ def described(shape: str, water: dict[str, Any], law: str = "strip") -> ht.Robot
 
 
 def truth_of(shape: str, law: str) -> ht.Robot:
-    """The robot that swims."""
+    """Return the robot that swims, with true coefficients."""
     water = LAWS[law](len(SHAPES[shape][0]))
     return described(shape, water, "elongated" if law == "elongated body" else "strip")
 
 
 def gait_of(robot: ht.Robot, frequency: float, amplitude: float) -> ht.Gait:
-    """The wave of a run."""
+    """Return the gait of a run: a wave along the body."""
     groups = len(robot.joints)
     phase = 360 * WAVE / groups * np.arange(groups)
     size = amplitude * np.linspace(*TAPER, groups)
@@ -157,7 +157,7 @@ def tracked(truth: ht.Robot, gait: ht.Gait, begin: str, random: Any, file: Path)
 
 
 def seen(robot: ht.Robot, truth: ht.Robot, shape: str, begin: str, runs: Sequence[int], seed: int) -> list[Trials]:
-    """Trials of runs of a robot, each by itself, from their markers."""
+    """Return trials of a robot's runs, one for each, from simulated markers."""
     trials = []
     with tempfile.TemporaryDirectory() as folder:
         for k in runs:
@@ -169,7 +169,7 @@ def seen(robot: ht.Robot, truth: ht.Robot, shape: str, begin: str, runs: Sequenc
 
 
 def held_out(shape: str, law: str, begin: str, shedding: float = 1.0) -> dict[str, Any]:
-    """Fit three runs, predict two: errors [%] of travel of the replay, and of the speed of the settled gait."""
+    """Fit three runs, predict two; return errors [%] of the replayed travel and of the settled gait's speed."""
     robot = described(shape, handbook(len(SHAPES[shape][0]), tail_shedding=shedding))
     truth = truth_of(shape, law)
     runs = seen(robot, truth, shape, begin, (*TRAINED, *HELD), seed=1)
@@ -193,7 +193,7 @@ def held_out(shape: str, law: str, begin: str, shedding: float = 1.0) -> dict[st
 
 
 def _center(robot: ht.Robot, result: Any, until: float) -> Any:
-    """Displacement (2,) [m] of the center of the head from the start of a replay."""
+    """Return the displacement (2,) [m] of the head's center from the start of a replay."""
     half, heading = robot.links.length[0] / 2, result["heading"].to_numpy()
     x = result["x"].to_numpy() + half * np.cos(heading)
     y = result["y"].to_numpy() + half * np.sin(heading)
@@ -202,7 +202,7 @@ def _center(robot: ht.Robot, result: Any, until: float) -> Any:
 
 
 def covered(shape: str, begin: str, seed: int, priors: bool = True) -> dict[str, Any]:
-    """Fit three runs of the same law: relative errors, and their half-widths of 90 % intervals."""
+    """Fit three runs with the true law; return relative errors, and half-widths of 90 % intervals."""
     robot, truth = described(shape, handbook(len(SHAPES[shape][0]))), truth_of(shape, "same law")
     first, *others = seen(robot, truth, shape, begin, TRAINED, seed)
     trials, own = first + others[0] + others[1], None if priors else {}
@@ -218,7 +218,7 @@ def covered(shape: str, begin: str, seed: int, priors: bool = True) -> dict[str,
 
 
 def main() -> None:
-    """Run the study; what is done is kept, and taken up again."""
+    """Run the study; finished fits are stored, so that an interrupted study continues."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path(__file__).with_suffix(".json"))
     output = parser.parse_args().output

@@ -25,12 +25,12 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
 from synthetic import NINE, steady, tank
 
-NOISE = 0.01
-FIRST_SEED = 1000  # lower ones were used while the method was made
+NOISE = 0.01  # of a measured speed, relative
+FIRST_SEED = 1000  # lower ones were used during development
 
 
 def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed: int) -> dict[str, Any]:
-    """Fit once, and say how far the truth lies from the result along every direction, in standard deviations."""
+    """Fit once; return the truth's distance from the result along every direction, in standard deviations."""
     fit = identify(robot, steady(robot, gaits, noise=NOISE, seed=seed), names, validate=0, starts=1, threads=1)
     truth = np.array([f.start for f in fit.free])
     sure = fit.uncertainty
@@ -51,7 +51,7 @@ def repeat(robot: ht.Robot, gaits: Sequence[ht.Gait], names: Sequence[str], seed
 
 
 def summary(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Coverage of the directions reported as constrained: together, and by rank from the best known."""
+    """Return the coverage of directions reported as constrained: together, and by rank from the best known."""
     off = np.abs([record["off"] for record in records])
     constrained = np.array([record["constrained"] for record in records])
     held = off < np.array([record["quantile"] for record in records])[:, np.newaxis]
@@ -76,7 +76,7 @@ def summary(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run the study; what is done is kept, and taken up again."""
+    """Run the study; finished fits are stored, so that an interrupted study continues."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("repeats", nargs="?", type=int, default=200)
     parser.add_argument("-o", "--output", type=Path, default=Path("study.jsonl"))

@@ -29,18 +29,18 @@ from hypertuna.swimming.gait import named_gait
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).with_name("lockstep.json")
 BUILT = ROOT / "build" / "lockstep"  # the files of the robots that `robot new` writes
-SIZE = ("--sea", "--links", "4", "--length", "0.5", "--force")
+SIZE = ("--sea", "--links", "4", "--length", "0.5", "--force")  # options that two robots share
 ROBOTS: dict[str, tuple[str, ...]] = {  # options of `robot new`; none for HyperTuna
     "hypertuna": (),
     "oil-of-three": ("--actuation", "hydraulic", *SIZE),
     "axles-of-three": ("--actuation", "servo", *SIZE),
 }
 GAITS = {"hypertuna": "unoptimised-0.3"}  # the others': cruise
-PARTS = ("controller", "pilot", "radio", "whole")
+PARTS = ("controller", "pilot", "radio", "whole")  # of a tick, whose instructions are counted
 
 
 def runs(name: str) -> dict[str, tuple[str, int | None]]:
-    """Return scenario and ticks of each run; None until its mission ends."""
+    """Return scenario and ticks of each run; no ticks where it lasts until its mission ends."""
     gait = GAITS.get(name, "cruise")
     on_the_twin = {f"gait `{gait}` on the twin": (f"gait:{gait}", 3000)}
     if name == "hypertuna":
@@ -67,7 +67,7 @@ def built(name: str) -> ht.Robot:
 
 
 def sizes(robot: ht.Robot) -> dict[str, int]:
-    """Return what the firmware holds: numbers, parameters, bytes."""
+    """Return the sizes of the firmware's build: numbers of the robot, parameters, bytes."""
     table = firmware_table(robot)
     printed = subprocess.run(
         ("arm-none-eabi-size", find_firmware(robot.name, "qemu")), capture_output=True, text=True, check=True
@@ -83,7 +83,7 @@ def sizes(robot: ht.Robot) -> dict[str, int]:
 
 
 def row(run: FirmwareRun) -> dict[str, Any]:
-    """Return what a run shows."""
+    """Return a run's row of the table."""
     return {
         "ticks": run.ticks,
         "differ": len(run.mismatches) if run.compared else None,
@@ -93,7 +93,7 @@ def row(run: FirmwareRun) -> dict[str, Any]:
 
 
 def session(robot: ht.Robot) -> dict[str, Any]:
-    """A client at the serial port: parameters and a mission are stored, a gait is swum, the robot is disarmed."""
+    """Run a session at the serial port: store parameters and a mission, swim a gait, disarm."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]

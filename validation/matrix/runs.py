@@ -30,7 +30,7 @@ def run(*arguments: str) -> tuple[int, str, str]:
 
 
 def count(cases: list[Case], folder: Path) -> Counter[str]:
-    """Count results, sentences and faults of cases; print each fault."""
+    """Count how many cases end in a result, an error sentence or a fault; print each fault."""
     found: Counter[str] = Counter()
     for case in cases:
         try:

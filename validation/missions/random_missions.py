@@ -28,11 +28,11 @@ from hypertuna.control.mission import Mission, Point, Waypoint, cross, fence_dis
 from hypertuna.mission.record import MissionRecord, names_of
 from hypertuna.mission.run import MissionRun, fly_parts, joined_parts, mission_start
 
-SENSORS = ("imu", "field", "depth", "battery")
-KINDS = ("nan", "stuck")
-FINS = ("fin-port:stuck", "fin-starboard:down", "fins:up", "fins:down")
-SIGMAS = 3.0  # uncertainties of the position that an excursion, or a claim, may be off
-DEPTH = 0.3  # m beyond the limit of depth
+SENSORS = ("imu", "field", "depth", "battery")  # that fail in a mission
+KINDS = ("nan", "stuck")  # of sensors' failures
+FINS = ("fin-port:stuck", "fin-starboard:down", "fins:up", "fins:down")  # failures of fins
+SIGMAS = 3.0  # an excursion or a claimed place may be off by so many standard deviations
+DEPTH = 0.3  # m, allowed beyond the limit of depth
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ def measure(run: MissionRun, one: Sample) -> dict[str, Any]:
 
 
 def claims(run: MissionRun) -> list[list[float]]:
-    """Return true distance, radius, uncertainty and depth error [m] at every waypoint that counts as reached."""
+    """Return true distance, radius, uncertainty and depth error [m] at every waypoint reported as reached."""
     leg, mission = run.data["leg"].astype(int), run.start.mission
     rows = np.flatnonzero(np.diff(run.data["reached"])) + 1
     return [
@@ -200,7 +200,7 @@ def complaints(row: dict[str, Any]) -> Iterator[str]:
 
 
 def table(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """Lay out the flights that went wrong, and the counts."""
+    """Yield the lines of a table of flights that went wrong, and the counts."""
     wrong = {row["seed"]: list(complaints(row)) for row in rows}
     for row in rows:
         if wrong[row["seed"]]:
@@ -220,7 +220,7 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def main() -> None:
-    """Fly those that the file lacks, and print the table."""
+    """Fly the missions that the file lacks, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-n", type=int, default=118, help="missions, of seeds 1 to N")
     parser.add_argument("-j", type=int, default=1, help="processes")

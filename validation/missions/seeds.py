@@ -35,7 +35,7 @@ def done(flights: list[dict[str, str]]) -> int:
 
 
 def fly_and_store(mission: str) -> None:
-    """Fly a mission by the command, which prints why and at which waypoint flights failed; store its flights."""
+    """Fly a mission with all seeds by `hypertuna`, which prints why and where flights failed; store the flights."""
     journal = Path("build") / f"{mission}.journal"
     (ROOT / journal.parent).mkdir(exist_ok=True)
     command = ["mission", mission, "--seeds", f"{SEEDS.start}:{SEEDS.stop}", "--checkpoint", str(journal)]

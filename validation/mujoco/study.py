@@ -24,17 +24,17 @@ from hypertuna.swimming.model import core_model
 
 BEATS = 80  # from rest: the slowest gait approaches its settled beat by 13 % a beat
 STEPS = 256  # per beat, of the reference in space
-SECONDS, DEPTH = 8.0, 10.0
-FINS = (-0.3, 0.0, 0.15)  # rad, both
+SECONDS, DEPTH = 8.0, 10.0  # swims in space: duration [s], depth at the start [m]
+FINS = (-0.3, 0.0, 0.15)  # rad, deflections of both fins
 
 
 def gaits(robot: ht.Robot) -> list[str]:
-    """The published gaits."""
+    """Return the names of the published gaits."""
     return [name for name in robot.gaits if name != "turning"]
 
 
 def play(m: mujoco.MjModel, gait: str, seconds: float, fins: float | None = None) -> Array:
-    """Time and place of the nose (steps, 4) from rest."""
+    """Return time and position of the nose (steps, 4) from rest."""
     d = mujoco.MjData(m)
     frequency, *angles = m.numeric(gait).data
     amplitude, phase, bias = np.reshape(angles, (3, -1))
@@ -49,13 +49,13 @@ def play(m: mujoco.MjModel, gait: str, seconds: float, fins: float | None = None
 
 
 def last_beat(path: Array, period: float) -> Array:
-    """Displacement over the last beat (3,) [m]."""
+    """Return the displacement over the last beat (3,) [m]."""
     now, before = ([np.interp(path[-1, 0] - ago, path[:, 0], at) for at in path.T[1:]] for ago in (0, period))
     return np.subtract(now, before)
 
 
 def in_the_plane(plugin: bool, laws: tuple[str, ...]) -> Iterator[dict[str, Any]]:
-    """Rows of speeds in the plane."""
+    """Yield rows of speeds in the plane."""
     for law in laws:
         robot = ht.load("hypertuna").using(joints="ideal", water=law)
         m = mujoco.MjModel.from_xml_string(ht.mjcf(robot, plugin=plugin))
@@ -66,7 +66,7 @@ def in_the_plane(plugin: bool, laws: tuple[str, ...]) -> Iterator[dict[str, Any]
 
 
 def row(water: str, law: str, gait: str, fins: Any, ours: float, theirs: float, **more: float) -> dict[str, Any]:
-    """A row of the table."""
+    """Return a row of the table."""
     off = 100 * (theirs / ours - 1)
     return {
         "water": water,
@@ -82,7 +82,7 @@ def row(water: str, law: str, gait: str, fins: Any, ours: float, theirs: float, 
 
 
 def in_space(law: str, gait: str, fins: float) -> dict[str, Any]:
-    """Row of a swim in space from rest: speed over the last beat, and the depth at its end."""
+    """Return the row of a swim in space from rest: speed over the last beat, and depth at the end."""
     robot = ht.load("hypertuna").using(joints="ideal", water=law)
     period = 1 / robot.gaits[gait].frequency
     m = mujoco.MjModel.from_xml_string(ht.mjcf(robot, plugin=True, free=True))
@@ -95,7 +95,7 @@ def in_space(law: str, gait: str, fins: float) -> dict[str, Any]:
 
 
 def reference(robot: ht.Robot, gait: str, fins: float) -> Array:
-    """Time and place of the nose (steps, 4) by the core's accelerations."""
+    """Return time and position of the nose (steps, 4) by the core's accelerations."""
     beat, groups = robot.gaits[gait], len(robot.joints)
     share = np.zeros((len(robot.links.name), groups))
     for g, group in enumerate(robot.joints):
@@ -109,7 +109,7 @@ def reference(robot: ht.Robot, gait: str, fins: float) -> Array:
     moments = np.concatenate([np.zeros((1, groups)), np.eye(groups)])
 
     def rate(t: float, state: Array) -> Array:
-        """Of position (3), attitude (4), twist (6) and fin (1)."""
+        """Return the rate of the state: position (3), attitude (4), twist (6) and fin (1)."""
         position, q, twist, fin = np.split(state, [3, 7, 13])
         angle, speed = amplitude * np.sin(omega * t - phase), omega * amplitude * np.cos(omega * t - phase)
         pose = [*position, *(q / np.linalg.norm(q)), *fin, *fin]
@@ -147,7 +147,7 @@ def reference(robot: ht.Robot, gait: str, fins: float) -> Array:
 
 
 def start_twist(body: _core.Body, world: _core.World, rates: Array, angle: Array) -> Array:
-    """Twist (6,) of a robot at rest whose joints set in at rates, by an impulse on the joints."""
+    """Return the twist (6,) after an impulse on the joints of a robot at rest has set them to rates."""
     moments = np.concatenate([np.zeros((1, len(rates))), np.eye(len(rates))])
     states = len(moments)
     rest = {"bend": np.array([[angle, 0 * angle]] * states), "twist": np.zeros((states, 6))}

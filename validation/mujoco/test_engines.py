@@ -13,16 +13,16 @@ import hypertuna as ht
 from hypertuna.arrays import Array
 from mujoco_play import model
 
-SECONDS = 0.5
-M = model(ht.load("hypertuna").using(joints="ideal", water="lumped"))
+SECONDS = 0.5  # of each simulation
+M = model(ht.load("hypertuna").using(joints="ideal", water="lumped"))  # HyperTuna in MuJoCo
 FREQUENCY, *ANGLES = M.numeric("unoptimised-0.5").data
 AMPLITUDE, PHASE, BIAS = np.reshape(ANGLES, (3, -1))
-TIMES = np.arange(0, SECONDS, M.opt.timestep)[:, np.newaxis]
-CONTROLS = BIAS + AMPLITUDE * np.sin(2 * np.pi * FREQUENCY * TIMES - PHASE)  # of each step
+TIMES = np.arange(0, SECONDS, M.opt.timestep)[:, np.newaxis]  # of steps [s]
+CONTROLS = BIAS + AMPLITUDE * np.sin(2 * np.pi * FREQUENCY * TIMES - PHASE)  # joint angles at each step [rad]
 
 
 def check(name: str, place: Array) -> None:
-    """Compare x, y [m] and heading [rad] of the head within 3 % of the way and of the turn."""
+    """Compare the head's x, y [m] and heading [rad] with MuJoCo's, within 3 % of the distance and of the turn."""
     d = mujoco.MjData(M)
     for control in CONTROLS:
         d.ctrl = control

@@ -37,16 +37,17 @@ from mutants import Mutant, drawn
 from hypertuna.cli.console import progress_bar
 
 ROOT = Path(__file__).resolve().parents[2]
-PLACE = ROOT / "build" / "mutants"
+PLACE = ROOT / "build" / "mutants"  # folder of traces and logs
+# Of PYTHONPATH: this study's hooks first
 PATHS = (str(Path(__file__).with_name("path")), os.environ.get("PYTHONPATH", ""))
-TIMES, MORE = 3.0, 60.0  # of a run without a mutant; s
-FIRST = 40  # tests
-BUDGET = 60.0  # s of the processor, of a mutant's tests as traced
+TIMES, MORE = 3.0, 60.0  # a mutant's tests may take TIMES as long as without it, and MORE seconds
+FIRST = 40  # number of tests in the first group
+BUDGET = 60.0  # s, processor time that a mutant's tests may take by their traces
 KILLED, SURVIVED, TIMEOUT = "killed", "survived", "timeout"
 
 
 def modules(room: str) -> list[str]:
-    """Return the modules of a room, a folder or a module of src/hypertuna."""
+    """Return the modules of a room, which is a folder or a module of src/hypertuna."""
     place = ROOT / "src" / "hypertuna" / room
     found = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
     return [str(path.relative_to(ROOT)) for path in found if path.is_file()]
@@ -65,7 +66,7 @@ def rooms() -> list[str]:
 
 @functools.cache
 def core() -> str:
-    """Return the extension's file, after a build if its sources changed, so that no run builds it again."""
+    """Return the extension's file, built now if its sources changed, so that no run builds it."""
     spec = importlib.util.find_spec("hypertuna._core")
     assert spec is not None
     assert spec.origin is not None
@@ -74,19 +75,19 @@ def core() -> str:
 
 @dataclass
 class Trace:
-    """What a test executes; one without seconds is a file of tests, at collection, or with no name all imports."""
+    """Lines that a test executes; without seconds, those of collecting its file or, with no name, of all imports."""
 
     seconds: float = 0.0
     lines: dict[str, set[int]] = field(default_factory=lambda: defaultdict(set))  # by module
 
     def meets(self, mutant: Mutant) -> bool:
-        """Return whether it executes a mutant's lines, any of its module if those are executed at import."""
+        """Return whether the test executes a mutant's lines, or any of its module where imports execute the mutant."""
         lines = self.lines.get(mutant.module.removeprefix("src/hypertuna/"), set())
         return any(mutant.lines is None or mutant.lines[0] <= line <= mutant.lines[1] for line in lines)
 
 
 def traced(room: str) -> dict[str, Trace]:
-    """Return what each test executes, from the last run of its file if nothing has changed since."""
+    """Return the trace of each test, from the last run of its file if nothing has changed since."""
     tests: dict[str, Trace] = defaultdict(Trace)
     folder = PLACE / f"{room}.lines"
     common = [path for part in ("src", "core/include", "bindings") for path in (ROOT / part).rglob("*.[hcp][pty]*")]
@@ -132,7 +133,7 @@ def chosen(tests: dict[str, Trace], mutant: Mutant) -> list[list[str]]:
 
 
 def by_file(tests: list[str]) -> list[str]:
-    """Return tests file by file, in the order of their first ones."""
+    """Return tests grouped by file, files in the order of their first tests."""
     files = list(dict.fromkeys(name.partition("::")[0] for name in tests))
     return sorted(tests, key=lambda name: files.index(name.partition("::")[0]))
 
@@ -241,7 +242,7 @@ def main() -> int:
 
 
 def described(count: Counter[str]) -> str:
-    """Return a sentence."""
+    """Return the counts of outcomes in a sentence."""
     return f"{count[KILLED]} killed of {count.total()}, {count[TIMEOUT]} timeouts"
 
 

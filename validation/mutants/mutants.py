@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-SWAPPED: dict[type[ast.AST], type[ast.AST]] = {
+SWAPPED: dict[type[ast.AST], type[ast.AST]] = {  # operators, and what a mutant has instead
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq},
     **{ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Div},
@@ -28,11 +28,11 @@ class Mutant:
     place: Place
     before: str  # the statement's line, and what stands in its place
     after: str
-    lines: tuple[int, int] | None  # first and last one of what executes it; None: at import
+    lines: tuple[int, int] | None  # first and last line of which one must be executed; None: it is executed at import
 
     @property
     def name(self) -> str:
-        """What names it in the list of equivalent ones; it has no line number."""
+        """Return the mutant's name in the list of equivalent ones, which has no line number."""
         return f"{self.module}: {self.function}: {self.before} -> {self.after}"
 
 
@@ -49,7 +49,7 @@ def mutants(root: Path, module: str) -> Iterator[Mutant]:
 
 
 def drawn(root: Path, modules: list[str], seed: int) -> list[Mutant]:
-    """Return all mutants of modules in an order by the seed, which changes elsewhere hardly move."""
+    """Return all mutants of modules in the seed's order, which hardly changes when other code does."""
     found = [one for module in modules for one in mutants(root, module)]
     return sorted(found, key=lambda one: hashlib.sha256(f"{seed} {one.name} {one.place}".encode()).hexdigest())
 
@@ -83,7 +83,7 @@ def _lines(tree: ast.Module, place: Place) -> tuple[int, int] | None:
 
 
 def _changed(node: ast.AST) -> ast.AST | None:
-    """Return what takes the place of a node, None where it stays."""
+    """Return the node that replaces a node, None where it stays."""
     if type(node) in SWAPPED:
         return SWAPPED[type(node)]()
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
@@ -98,12 +98,12 @@ def _changed(node: ast.AST) -> ast.AST | None:
 
 
 def _off(value: float) -> float:
-    """Return another number."""
+    """Return a number that differs from a value."""
     return 1.25 * value if value else 1.0
 
 
 def _places(node: ast.AST, place: Place, function: str) -> Iterator[tuple[Place, str]]:
-    """Yield places of nodes that can be changed, with the function around them; no annotation and no message."""
+    """Yield places of nodes that can be changed, with their function's name; no annotations and no messages."""
     for field, value in ast.iter_fields(node):
         if isinstance(node, LEFT) and field in ("annotation", "returns"):
             continue

@@ -17,7 +17,9 @@ import traceback
 
 import pytest
 
+# Modules that are imported before the forks
 LIBRARIES = "numpy scipy.integrate scipy.interpolate scipy.linalg scipy.ndimage scipy.optimize scipy.signal scipy.stats"
+# More of them, which tests import
 OTHERS = "_pytest.pytester hypothesis.extra.numpy matplotlib.pyplot pandas pydantic xarray zarr.testing gymnasium typer"
 
 

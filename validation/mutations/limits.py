@@ -31,26 +31,26 @@ from hypertuna.errors import InputError  # noqa: E402
 from hypertuna.fe.fields import DISPLACEMENT, FACE, STRAIN, STRESS  # noqa: E402
 from hypertuna.firmware.black_box import record_dtype  # noqa: E402
 from hypertuna.io.checkpoint import Journal, _with_checksum  # noqa: E402
-from hypertuna.io.door import CELLS, DEPTH, KINDS, MB, ROOM, ROWS, RUNS, UNPACKED  # noqa: E402
+from hypertuna.io.door import CELLS, DEPTH, KINDS, MAX_MEMORY, MB, ROWS, RUNS, UNPACKED  # noqa: E402
 from hypertuna.mission.read_log import read_log  # noqa: E402
 from hypertuna.parallel.checks import TEXTS, checksum  # noqa: E402
 from mutations import forged, surfaces  # noqa: E402
 from mutations.judge import LONGEST  # noqa: E402
 from mutations.strangers import READERS, whole  # noqa: E402
 
-ABOVE = 1000 * MB
+ABOVE = 1000 * MB  # memory that a reader may take for a file
 BY_NAME = {reader.name: reader for reader in READERS}
-PARTS = ".a" * (DEPTH - 2)
+PARTS = ".a" * (DEPTH - 2)  # of a key, as deep as the limit allows
 Make = Callable[[], bytes]
 
 
 def filled(kind: str, piece: bytes, begin: bytes = b"", end: bytes = b"") -> bytes:
-    """Return a file of the largest size of its kind, of pieces."""
+    """Return the largest file that its kind allows, filled with copies of a piece."""
     return begin + piece * ((KINDS[kind].largest - len(begin) - len(end)) // len(piece)) + end
 
 
 def table(reader: str, rows: int) -> bytes:
-    """Return a table of many rows: the last of a whole one again and again, with frames that count."""
+    """Return a table of many rows: the last row of a valid one repeated, with frames numbered on."""
     lines = [line for line in whole(BY_NAME[reader]).splitlines(keepends=True) if line[:1] != b"#"]
     lines[-1] = lines[-1].rstrip() + b"\n"
     kept = lines[:3] if reader == "markers of DeepLabCut" else lines[:1]
@@ -64,7 +64,7 @@ def table(reader: str, rows: int) -> bytes:
 
 
 def journal(record: bytes, size: int) -> bytes:
-    """Return a journal of one record again and again, with the right checksums."""
+    """Return a journal of one record repeated, with the right checksums."""
     with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "j", {"kind": "search"}) as made:
         content = (made._path).read_bytes()
         total, lines = made._sum, [content]
@@ -76,7 +76,7 @@ def journal(record: bytes, size: int) -> bytes:
 
 
 def log(size: int, *, empty: bool = False) -> bytes:
-    """Return a log of a mission that unpacks to a size; maybe of empty messages."""
+    """Return a mission's log that unpacks to a given size, also one of empty messages."""
     from mcap.records import Channel, Message, Metadata, Schema
     from mcap.writer import CompressionType, Writer
 
@@ -105,7 +105,7 @@ def log(size: int, *, empty: bool = False) -> bytes:
 
 
 def box(boot: int) -> bytes:
-    """Return a black box of the largest size, whose clock begins anew after so many ticks."""
+    """Return the largest black box, whose clock restarts after every `boot` ticks."""
     one = np.frombuffer(tick(0), "<u4")
     table = np.tile(one, (KINDS["box"].largest // one.nbytes - 1, 1))
     place = record_dtype(2).fields["tick"][1] // 4  # type: ignore[index]
@@ -115,13 +115,13 @@ def box(boot: int) -> bytes:
 
 
 def records(opcode: int, body: bytes, size: int) -> bytes:
-    """Return the records of a log that are no chunks."""
+    """Return records of a log outside of its chunks."""
     one = bytes([opcode]) + struct.pack("<Q", len(body)) + body
     return b"\x89MCAP0\r\n" + one * (size // len(one))
 
 
 def manifest(labels: int) -> bytes:
-    """Return a manifest with labels."""
+    """Return a manifest with a number of labels."""
     layout = {"sizes": {"i": labels}, "variables": {"v": {}}, "coordinates": {"i": ["i", ["ab"] * labels, {}]}}
     facts = {"header": {}, "total": labels, "size": 1000, "command": "", "layout": layout | {"facts": {}, "table": {}}}
     return json.dumps({"mark": "hypertuna shards", "sha256": checksum(facts), **facts}).encode()
@@ -148,7 +148,7 @@ def surface(faces: int) -> bytes:
 
 
 def maps(*, index: bool) -> bytes:
-    """Return the content of a record of many parts: of metadata, or an index of messages."""
+    """Return the body of a record with many entries: metadata, or an index of messages."""
     if index:
         return struct.pack("<HI", 0, 4_800_000) + bytes(4_800_000)
     entries = b"".join(struct.pack("<I8sI", 8, b"%08d" % k, 0) for k in range(300_000))
@@ -162,10 +162,11 @@ def npz(**arrays: Any) -> bytes:
     return out.getvalue()
 
 
-MARKS = (_core.RECORD_MARK >> 16 << 16) | (_core.RECORD_TICK << 8)
+MARKS = (_core.RECORD_MARK >> 16 << 16) | (_core.RECORD_TICK << 8)  # mark and kind of a tick's record in a black box
+# Tables that readers turn into objects, with a lower limit of rows
 OBJECTS = ("steady runs", "places", "bench", "calibration")
-NUMBERS = b'{"asked": [' + b"0.12345678901234567, " * 30_000 + b'0], "told": 1}'
-# Name, reader, content. The kinds that are read whole and compared (key, header, state) need as much as they have.
+NUMBERS = b'{"asked": [' + b"0.12345678901234567, " * 30_000 + b'0], "told": 1}'  # record with a long list of numbers
+# Name, reader, content. Kinds that are read whole and compared (key, header, state) need memory of their size.
 FILES: tuple[tuple[str, str, Make], ...] = (
     ("toml, dotted keys below a deep heading", "robot", lambda: (
         "[b" + ".b" * (DEPTH - 4) + "]\n" + "\n".join(f"k{k}{PARTS} = 1" for k in range(MB // 55))).encode()),
@@ -192,10 +193,10 @@ FILES: tuple[tuple[str, str, Make], ...] = (
     ("box, marks", "black box", lambda: filled("box", struct.pack("<I", MARKS | 255), head())),
     ("box, records of nothing", "black box", lambda: filled("box", sealed(9, b"") + sealed(10, b""), head())),
     ("journal, numbers", "journal", lambda: journal(NUMBERS, KINDS["journal"].largest - len(NUMBERS) - 1000)),
-    ("journal, small records", "journal", lambda: journal(b'{"a": 1}', ROOM // 672 * 29)),
+    ("journal, small records", "journal", lambda: journal(b'{"a": 1}', MAX_MEMORY // 672 * 29)),
     ("journal, short lines", "journal", lambda: filled("journal", b"a\n", journal(b"", 0))),
     ("manifest, labels", "shards", lambda: manifest(5_500_000)),
-    ("manifest, objects", "shards", lambda: b'{"a":[' + b'{"a":1},' * (ROOM // 450) + b"1]}"),
+    ("manifest, objects", "shards", lambda: b'{"a":[' + b'{"a":1},' * (MAX_MEMORY // 450) + b"1]}"),
     ("shard, numbers", "shards", lambda: shards({f"v{k}": np.ones(1_000_000) for k in range(30)})),
     ("surface, faces", "surface", lambda: surface(KINDS["surface"].largest // 17 - 100)),
     ("shard, texts", "shards", lambda: shards({"v": np.full(TEXTS // 2, "texts of 15 let", dtype=object)})),
@@ -207,7 +208,7 @@ FILES: tuple[tuple[str, str, Make], ...] = (
 
 
 def read(name: str, content: bytes) -> tuple[float, float, str]:
-    """Read a file in a process of its own: processor [s], memory above that before [MB], and what came of it."""
+    """Read a file in its own process; return processor time [s], memory added [MB], and the outcome."""
     reader = BY_NAME[name]
     call = read_log if name == "log" else reader.read  # which reads it twice
     here, there = os.pipe()
@@ -248,7 +249,7 @@ def peak() -> int:
 
 
 def rows() -> Iterator[bool]:
-    """Show the row of each file; yield whether it is within the limits."""
+    """Print each file's row; yield whether the file is within the limits."""
     chosen = [one for one in FILES if not sys.argv[1:] or one[0].startswith(tuple(sys.argv[1:]))]
     print("| file | MB | processor, s | memory, MB | outcome |\n|---|---|---|---|---|")
     for name, reader, make in chosen:

@@ -34,24 +34,24 @@ from mutations import cases, strangers  # noqa: E402  # above, the folder is put
 from mutations.cases import CASES  # noqa: E402
 from mutations.strangers import READERS  # noqa: E402
 
-FILES = 20_000
-HANGS = 900.0  # s by the clock of a busy machine, after which a worker is ended
-MEMORY = 3 << 30  # bytes that a worker of commands may have
-ABOVE = 1 << 30  # bytes that a worker of readers may take for a file
+FILES = 20_000  # that are damaged by default
+HANGS = 900.0  # s on the clock of a busy machine, after which a worker counts as hanging and is killed
+MEMORY = 3 << 30  # bytes that a worker which runs commands may use
+ABOVE = 1 << 30  # bytes that a worker which runs readers may use for a file
 KINDS: list[Any] = [*CASES, *READERS]
 COLUMNS = ("kind", "seed", "outcome", "seconds", "slowest_s", "problem")
 Row = dict[str, Any]
 
 
 def state() -> str:
-    """Return a digest of the sources: the journal of another state is not resumed."""
+    """Return a digest of the sources: a journal is only resumed with the same ones."""
     files = [path for folder in ("src", "tests/mutations", "examples", "missions", "robots") for path in
              sorted((ROOT / folder).rglob("*.*")) if path.suffix in (".py", ".so", ".toml", ".csv")]  # fmt: skip
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
 def work(line: Connection, folder: str, parent: int) -> None:
-    """Judge the files that come through a pipe, until the parent has ended."""
+    """Judge the files that the parent sends through a pipe, until it ends."""
     tempfile.tempdir = folder
     started = False
     while os.getppid() == parent:
@@ -69,7 +69,7 @@ def work(line: Connection, folder: str, parent: int) -> None:
 
 
 def start(kind: Any) -> None:
-    """Limit the memory of this process, or let a reader have all its libraries, before the first file."""
+    """Before the first file, limit this process's memory for commands, or load all libraries of the readers."""
     if kind in CASES:
         return resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     for reader in READERS:
@@ -81,14 +81,14 @@ def start(kind: Any) -> None:
 
 
 def judged(k: int, seed: int) -> cases.Reaction:
-    """Judge a file of a kind."""
+    """Judge one damaged file, by the index of its kind and its seed."""
     kind = KINDS[k]
     return cases.judged(kind, seed) if kind in CASES else strangers.judged(kind, seed, ABOVE)
 
 
 @dataclass
 class Worker:
-    """A process that judges files, and its file."""
+    """Process that judges files, and the file that it is at."""
 
     folder: str
     job: tuple[int, int] | None = None
@@ -102,19 +102,19 @@ class Worker:
         other.close()
 
     def give(self, job: tuple[int, int]) -> None:
-        """Send a file: kind and seed."""
+        """Send the process a file, as the index of its kind and its seed."""
         self.job, self.begin = job, time.monotonic()
         self.line.send(job)
 
     def row(self, outcome: str, seconds: float, slowest: float, problem: str) -> Row:
-        """Return the row of the file that is done."""
+        """Return the row of the file that the process has judged."""
         assert self.job is not None
         values = (KINDS[self.job[0]].name, self.job[1], outcome, f"{seconds:.3f}", f"{slowest:.3f}", problem)
         return dict(zip(COLUMNS, values, strict=True))
 
 
 def run(jobs: Iterator[tuple[int, int]], count: int, folder: str) -> Iterator[Row]:
-    """Yield the row of every job."""
+    """Judge all files in `count` processes; yield each one's row."""
     workers = [Worker(folder) for _ in range(count)]
     for worker in workers:
         if (job := next(jobs, None)) is not None:
@@ -177,7 +177,7 @@ def summary(rows: list[Row]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run what the journal lacks, and summarize."""
+    """Judge the files that the journal lacks, and write the summary."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--files", type=int, default=FILES, help="number of files")
     parser.add_argument("--first", type=int, default=0, help="first seed of each kind")

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 
 from mutations.tracks import judged  # noqa: E402  # above, the folder is put on the path
 
-TRACKS = 4900
+TRACKS = 4900  # number of tracks that are judged by default
 
 
 def main() -> int:

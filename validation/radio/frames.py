@@ -14,12 +14,17 @@ from typing import Any
 from radio.test_radio_cpp import Ground, armed
 from radio_bench import RadioBench, Told
 
+# Extreme values of floating-point fields
 ODD = (0.0, -0.0, 1.0, -1.0, 0.5, 1e-40, 2.0**31, -(2.0**31), 3e38, -3e38, float("inf"), -float("inf"), float("nan"))
+# Bytes of integer types
 SIZES = {"int8_t": 1, "uint8_t": 1, "char": 1, "int16_t": 2, "uint16_t": 2, "int32_t": 4, "uint32_t": 4}
+# Numbers of commands in MAVLink
 COMMANDS = (16, 20, 21, 176, 179, 193, 224, 241, 262, 300, 400, 401, 410, 510, 511, 512, 519, 520, 52510, 52511)
+# Of parameters, known and unknown
 NAMES = (b"learning", b"link_rate", b"snag_distance", b"frequency_max", b"\xff" * 16, b"")
+# Values of fields that a frame takes most of the time
 EXTREMES = {"command": COMMANDS, "target_system": (0, 1, 1, 1), "target_component": (0, 1), "param_id": NAMES}
-TICKS = 1500  # of a session
+TICKS = 1500  # ticks of a session
 
 
 def field(chance: random.Random, name: str, kind: str, length: int) -> Any:
@@ -39,7 +44,7 @@ def field(chance: random.Random, name: str, kind: str, length: int) -> Any:
 
 
 def frame(chance: random.Random, ground: Ground, kinds: list[Any]) -> bytes:
-    """Return a frame of any kind, as right as chance wants it."""
+    """Return a frame of a random kind: valid, or damaged in one of five ways."""
     kind, writer = chance.choice(kinds), ground.writer
     while "target_system" not in kind.fieldnames and chance.random() < 0.8:  # what a robot listens to
         kind = chance.choice(kinds)
@@ -63,7 +68,7 @@ def frame(chance: random.Random, ground: Ground, kinds: list[Any]) -> bytes:
 
 
 def order(kind: Any) -> list[int]:
-    """Return where the fields of a message stand on the wire, in the order of their names."""
+    """Return each field's place on the wire, in the order in which the message lists its fields."""
     return [kind.ordered_fieldnames.index(name) for name in kind.fieldnames]
 
 
@@ -99,7 +104,7 @@ def session(seed: int, counts: dict[str, int]) -> None:
 
 
 def check(answer: tuple[bytes, Told], ground: Ground, before: Told | None) -> None:
-    """Check what a robot sends and does in a tick, and that it is as before where a stranger may change nothing."""
+    """Check what a robot sends and does in a tick, and that its state is still that `before`, if given."""
     said, told = answer
     assert 0 <= told.frequency <= 8
     assert "BAD_DATA" not in ground.hear(said)

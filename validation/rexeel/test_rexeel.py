@@ -19,17 +19,19 @@ from hypertuna.trials.smoothing import smooth
 from hypertuna.trials.trials import Trials, read_trials
 
 DATA = Path(os.environ.get("HYPERTUNA_DATA", Path(__file__).parents[3] / "shared" / "data")) / "rexeel"
-BORDER = np.array([100, 100, 180 / math.pi])  # cm, cm, deg
+BORDER = np.array([100, 100, 180 / math.pi])  # from m, m, rad to cm, cm, deg
 FRAME = 0.0333  # s, of the videos: how far the clock of the joints may be off
 AMPLITUDES = ("10deg", "30deg")
 
 REPEATABILITY = {"10deg": (0.66, 0.66, 0.78), "30deg": (1.20, 0.96, 1.94)}  # as the authors of the data report it
-RUNS = {"10deg": 21, "30deg": 20}
+RUNS = {"10deg": 21, "30deg": 20}  # number of recorded swims
 THEORY = {"10deg": (0.82, 2.08, 1.56), "30deg": (2.86, 7.16, 4.35)}  # rmse of x [cm], y [cm], yaw [deg]
-FITTED = {"10deg": (0.77, 0.69, 1.51), "30deg": (1.97, 1.13, 3.38)}
+FITTED = {"10deg": (0.77, 0.69, 1.51), "30deg": (1.97, 1.13, 3.38)}  # rmse after the fit, units as in THEORY
+# The same with fitted offsets of the clocks
 FITTED_SHIFTED = {"10deg": (0.77, 0.68, 1.00), "30deg": (1.91, 1.16, 2.77)}
 MEASURED = {"10deg": (0.76, 0.68, 0.99), "30deg": (1.99, 1.14, 5.08)}  # of the measured angles, clocks as given
 
+# Coefficients that are fitted
 FREE = ("water.added_mass_normal[0-4]", "water.added_mass_normal[5]", "water.drag_tangential", "water.drag_normal")
 PRIOR = {"water.drag_normal": 1.5}  # about a long flat plate
 VALUES = {  # c_a, c_a of the last link, C_t, C_n; fitted on
@@ -58,13 +60,13 @@ pytestmark = pytest.mark.skipif(
 
 @cache
 def swims():
-    """The swims of the commanded angles, up to the walls."""
+    """Return the swims with commanded angles, up to the walls."""
     return read_trials(DATA, ht.load("rexeel"))
 
 
 @cache
 def whole(amplitude, use="targets"):
-    """A recording with all frames, to the last one near the wall, as the authors of the data compare them."""
+    """Return recordings with all frames, those near the walls too, as the authors of the data compare them."""
     document = import_folder(DATA)
     document.pop("tank")
     for recording in document["recordings"]:
@@ -74,26 +76,26 @@ def whole(amplitude, use="targets"):
 
 
 def of(amplitude):
-    """The swims at one amplitude, or all."""
+    """Return the swims at one amplitude, or all."""
     trials = swims()
     return trials if amplitude == "both" else trials.only([run for run in trials.runs if run.startswith(amplitude)])
 
 
 def error(robot, recording, offset=0.0, **options):
-    """Rmse over all frames of all runs: x [cm], y [cm], yaw [deg]."""
+    """Return the rmse over all frames of all runs: x [cm], y [cm], yaw [deg]."""
     result = replay(robot, smooth(recording.joints), time_offset=offset, **options)
     assert result.status == "completed"
     return rmse(robot, result, recording.tracks).rmse.to_numpy() * BORDER
 
 
 def theory_of(robot):
-    """The robot of the fit before it: coefficients of theory, but the form of the normal drag."""
+    """Return the robot before the fit: coefficients of theory, with the fit's form of the normal drag."""
     plain = {"added_mass_normal": [1.0] * 6, "drag_tangential": [0.0101] * 6, "drag_normal": [1.98] * 6}
     return with_strip(robot, **plain)
 
 
 def fit(robot, amplitude, free):
-    """Fit coefficients and the clocks; the robot, its values, and the offset of each amplitude."""
+    """Fit coefficients and clocks; return the robot, the values and each amplitude's offset of the clock."""
     names = [*free, "time_offset"]
     bounds = {"time_offset": (-FRAME, FRAME), FREE[0]: (0.0, 6.0)}
     bounds = {name: value for name, value in bounds.items() if name in names}
@@ -105,7 +107,7 @@ def fit(robot, amplitude, free):
 
 
 def with_strip(robot, **changes):
-    """The robot with other values in its strip law, and no fit."""
+    """Return the robot with other values in its strip law, not fitted."""
     document = robot.document()
     document.pop("fit", None)
     document["sources"].pop("fit", None)
@@ -115,7 +117,7 @@ def with_strip(robot, **changes):
 
 @cache
 def fit_of_both():
-    """The fit of all swims from theory."""
+    """Return the fit to all swims, from theory."""
     return fit(theory_of(ht.load("rexeel")), "both", FREE)
 
 

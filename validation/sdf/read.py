@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def read(text: str) -> str:
-    """Return what Drake makes of a file, or why it refuses it."""
+    """Return Drake's summary of a file, or its reason for refusing it."""
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
 

@@ -24,19 +24,19 @@ from hypertuna.mission.checks import check_current
 from hypertuna.mission.file import parse_mission
 from hypertuna.mission.run import MissionRun, mission_start
 
-GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot must look after itself
-WILD = 20.0  # s until the robot of the self-check ignores its pilot
+GUIDED = ("mission", "home", "surface", "paused", "held")  # states in which the robot swims without its pilot
+WILD = 20.0  # s after which the robot of the self-check ignores its pilot
 PASSIVE = 20.0  # s in another state after which a flight has ended
 PATIENCE = 60.0  # s beyond the mission's own limit of time, by which the robot must have ended
 
 
 class SeaLoop(Loop):
-    """A loop that ends when the robot has been passive for a while after its mission began."""
+    """Loop that ends when the robot, its mission begun, has been in a passive state for a while."""
 
-    iron = (0.0, 0.0)  # what the compass reads too much, toward tail and starboard
+    iron = (0.0, 0.0)  # field that iron on board adds to the compass, toward tail and starboard
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
-        """Answer to readings of which the compass is beside iron."""
+        """Return the pulses for readings whose compass is disturbed by iron."""
         first = self.counts.names.index("field")
         for k, more in enumerate(self.iron):
             readings[first + k] += more
@@ -51,10 +51,10 @@ class SeaLoop(Loop):
 
 
 class WildLoop(SeaLoop):
-    """The self-check: a robot that soon ignores its pilot and beats with its fins down, against orders."""
+    """Loop of the self-check, whose robot soon ignores its pilot and beats with its fins down."""
 
     def __call__(self, readings: list[float], antenna: float) -> list[float]:
-        """Answer with pulses of its own."""
+        """Return the pilot's pulses, or after `WILD` those of a robot that ignores it."""
         obeyed = super().__call__(readings, antenna)
         if self.tick_count < round(WILD / TICK):
             return obeyed
@@ -70,7 +70,7 @@ def guided() -> list[int]:
 
 
 def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[SeaLoop] = SeaLoop) -> Truth:
-    """Fly through a sea; a refused mission is a flight of no rows."""
+    """Fly through a sea; return the flight's truth, without rows where the mission is refused."""
     file = parse_mission(sea.document)
     scenario = scenario_of(file)
     sensors, failures = split_faults(sea.fault)
@@ -93,7 +93,7 @@ def fly(sea: Sea, robot: ht.Robot, folder: str | Path | None = None, loop: type[
 
 
 def _warned(robot: ht.Robot, mission: Mission) -> bool:
-    """Return whether a mission is refused where its current is known; on board nobody knows it."""
+    """Return whether the mission file would be refused with its current, which is unknown on board."""
     try:
         check_current(robot, mission)
     except InputError:
@@ -110,7 +110,7 @@ def _refused(mission: Mission, sentence: str) -> Truth:
 
 
 def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
-    """Collect the truth of the twin beside what the robot told."""
+    """Return the twin's truth of a flight, with what the robot reported."""
     answers, time = np.array(on.answers), run.time
     row = np.searchsorted(on.ticks, np.round(time / TICK).astype(int), side="right") - 1  # last answer before
     at = answers[np.maximum(row, 0)]

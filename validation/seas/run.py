@@ -32,7 +32,7 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import write_atomically
 
 HERE = Path(__file__).resolve().parent
-PRESSURE = 1.05  # part of the hard limit that no part of a circuit may exceed
+PRESSURE = 1.05  # of the hard limit: no pressure in a circuit may exceed it
 
 
 def sail(seed: int, kind: str, firmware: Path | None = None) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _claims(rows: list[dict[str, Any]], name: str) -> float:
-    """Return the part of all claims of place that are true: each flight has as many as it is long."""
+    """Return which part of all reported places is true; a flight counts by its duration."""
     long = sum(row["end"] for row in rows)
     return round(sum(row[name] * row["end"] for row in rows) / long, 4) if long else 1.0
 

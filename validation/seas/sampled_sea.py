@@ -16,12 +16,12 @@ from hypertuna.errors import InputError
 
 ROBOT = "hypertuna"
 SWIMS = gait_table(load(ROBOT)).speed[-1]  # m/s
-TOO_FAST = 0.06  # part of the seas whose current is above that: a mission there must be refused
-TOLD_FROM = math.radians(30)  # error of a compass that must be told
-ORDERED = 5.0  # s until the robot swims: someone holds it while mission and orders come
+TOO_FAST = 0.06  # part of the seas whose current is faster than the robot, so that it must refuse the mission
+TOLD_FROM = math.radians(30)  # error of a compass from which the robot must report it
+ORDERED = 5.0  # s in which someone holds the robot while it receives its mission
 
-# What fails, and the words of which the robot must tell one: parts of names of reasons, faults, refusals and states.
-# No words: it is no failure of the robot's own, and its mission may end as if nothing were.
+# Failures, and for each the words of which the robot must report one: parts of names of reasons, faults, refusals and
+# states. Without words it is no failure of the robot's own, and the mission may end as if nothing had failed.
 FAULTS: dict[str, tuple[str, ...]] = {
     "none": (),
     "depth:nan": ("depth",),
@@ -57,13 +57,13 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "compass iron": ("compass",),
     "receiver elsewhere": ("fixes_refused",),
 }
-KINDS = tuple(FAULTS)
-# Kinds of which a run may ask for a number of seas.
+KINDS = tuple(FAULTS)  # of failures
+# Groups of failures of which the command line may ask for a number of seas.
 GROUPS = {"entangled": ("body:tethered", "body:held"), "compass": ("compass turned", "compass iron")}
 
 
 def kinds_of(seeds: range, asked: Mapping[str, int]) -> list[str]:
-    """Return the kind of failure of each seed: a number of seas of each group, spread over all; the others in turn."""
+    """Return each seed's kind of failure: the asked number of each group, spread over all seeds; the others in turn."""
     special = [GROUPS[group][k % len(GROUPS[group])] for group, number in asked.items() for k in range(number)]
     if len(special) > len(seeds):
         raise InputError("must fit into the seeds", key="--group", value=f"{len(special)}", fix="ask for more seeds")
@@ -82,12 +82,12 @@ class Sea:
     start: float  # s: when it begins; 0 for from the start
     document: dict[str, Any]  # of the mission file
     too_fast: bool  # whether the current is above what the robot swims
-    off: float = 0.0  # rad, largest error of the compass
-    iron: tuple[float, float] = (0.0, 0.0)  # what it reads too much toward tail and starboard, of the field's strength
+    off: float = 0.0  # rad, largest error of the compass over all headings
+    iron: tuple[float, float] = (0.0, 0.0)  # field that iron adds toward tail and starboard, over the field's strength
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Words of which the robot must tell one; none where its failure is too small to be told."""
+        """Return the words of which the robot must report one; none where its failure is too small."""
         small = self.kind.startswith("compass") and self.off < TOLD_FROM
         return () if small else FAULTS[self.kind]
 
@@ -120,7 +120,7 @@ def sampled(seed: int, kind: str | None = None) -> Sea:
 
 
 def _spelled(kind: str, begin: float, random: np.random.Generator) -> tuple[str, ...]:
-    """Spell a failure as the loop takes it; of what stations send, `stations.py` takes care."""
+    """Return a failure as the loop takes it; what other stations send is in `stations.py`."""
     if kind == "imu:gaps":  # half a second in each second, for a minute
         return tuple(f"imu:nan@{begin + k:.2f}-{begin + k + 0.5:.2f}" for k in range(60))
     if kind in ("link:lost", "bus:stuck"):
@@ -131,7 +131,7 @@ def _spelled(kind: str, begin: float, random: np.random.Generator) -> tuple[str,
 
 
 def _compass(random: np.random.Generator, document: dict[str, Any], kind: str) -> tuple[float, tuple[float, float]]:
-    """Sample how far a compass is off [rad], and the iron on board of which it is.
+    """Sample a compass's largest error [rad], and the field of iron on board that causes it.
 
     A compass that is turned is off by the same angle on every heading, as by a wrong declination. One beside iron is
     off by up to an angle whose sine is the ratio of iron and horizontal field; from a right angle on by more and more

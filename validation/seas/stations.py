@@ -9,16 +9,16 @@ import numpy as np
 from hypertuna.firmware.lockstep import RADIO
 from hypertuna.radio.dialect import dialect
 
-IDS = (255, 190)  # of QGroundControl and of our own client alike
-TICKS = 100  # of a second
+IDS = (255, 190)  # system and component of a ground station, QGroundControl's and our client's
+TICKS = 100  # per second
 
 
 def station_of(kind: str, start: float, seed: int) -> Callable[[int], bytes] | None:
-    """Return what the robot's radio receives in a tick from the station of a failure, if it has one."""
+    """Return the function of a tick's bytes that a failure's station sends to the robot; None without a station."""
     if kind not in ("station:second", "stick:noise"):
         return None
     link, random, waiting = dialect().MAVLink(None, *IDS), np.random.default_rng(seed), bytearray()
-    center = random.normal(0, 60, 4)  # where the stick stands, of 1000: no pilot centered it
+    center = random.normal(0, 60, 4)  # where the uncentered stick rests, of 1000
 
     def send(tick: int) -> bytes:
         since = tick - round(start * TICKS)

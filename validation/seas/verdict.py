@@ -11,30 +11,30 @@ from sampled_sea import FAULTS, GROUPS, SWIMS, Sea
 
 from hypertuna.control.mission import Mission, fence_distance
 
-SURFACE = 0.3  # m of depth of the nose: the antenna is out of the water, or a radio passes what is above it
-DEEPER = 0.3  # m beyond limits.depth_m, of a dive that stops there and of the depth sensor
-SIGMAS = 3.0  # standard deviations that the robot tells of its position within which the truth must lie
-SWING = 0.5  # m by which the nose swings and the body reaches beyond a place
-STATE = "state "  # before a state among the words that the robot told
-DETECTION = 20.0  # s within which a failure must be told, or it came too late in the flight to matter
-ENTANGLED = 200.0  # s: fixes must show that no way is made, or the depth that the fins do not help
-# What cannot rise without fins, from a line, or with one joint must say where it is.
+SURFACE = 0.3  # m, depth of the nose above which the robot counts as surfaced, and its radio may pass
+DEEPER = 0.3  # m that may be exceeded beyond limits.depth_m, for overshoot and the depth sensor
+SIGMAS = 3.0  # the true position must lie within so many reported standard deviations
+SWING = 0.5  # m that the nose's swing and the body may add to a distance
+STATE = "state "  # prefix of a state among the words that the robot reported
+DETECTION = 20.0  # s before the end: a failure that begins later need not be reported
+ENTANGLED = 200.0  # s that an entangled robot has to report it: fixes or depth must first show it
+# Failures with which a robot may be unable to rise: it must then report where it is.
 SUNK = ("fins:level", "oil-I-left:lost", "servo-II-right:stuck", *GROUPS["entangled"])
-SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for a current that it cannot swim
+SWEPT = ("current", "swept", "adrift", "drift", "carried", "stranded")  # words for too fast a current
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What happened: rows at equal times, and the words that the robot told."""
+    """What happened in a flight, at equal time steps, and the words that the robot reported."""
 
     mission: Mission
     time: NDArray[np.float64]  # (T,) [s]
     position: NDArray[np.float64]  # (T, 3) of the nose: east, north, up [m]
-    sigma: NDArray[np.float64]  # (T,) standard deviation of the position that the robot told [m]
-    active: NDArray[np.bool_]  # (T,) whether it was guided: on its mission, home or up
-    place: NDArray[np.float64]  # (T, 3) where it says to be: east, north, up [m]
-    done: bool  # whether it says that the mission is complete, and nothing called it home
-    told: frozenset[str]  # reasons, faults, refusals and states, from its start
+    sigma: NDArray[np.float64]  # (T,) standard deviation of the position, as the robot reports it [m]
+    active: NDArray[np.bool_]  # (T,) whether it was guided: on its mission, on its way home or up
+    place: NDArray[np.float64]  # (T, 3) where the robot reports to be: east, north, up [m]
+    done: bool  # whether it reports its mission as complete, and was not called home
+    told: frozenset[str]  # reasons, faults, refusals and states that it reported
     pressure: float = 0.0  # Pa, largest of all circuits in each tenth tick
     warned: bool = False  # whether the mission file with this current was refused; it is flown nevertheless
 
@@ -46,13 +46,13 @@ class Verdict:
     ending: str  # home, up, where told, refused or lost
     broken: tuple[str, ...]
     excursion: float  # m outside the fence, negative inside; -inf without a fence
-    allowed: float  # m, by the told error where it was farthest outside
+    allowed: float  # m outside that the reported error allows, where it was farthest outside
     depth: float  # m, the deepest
     goal_distance: float  # m at the end
     sigma: float  # m at the end
     end: float  # s
-    within_two: float  # part of its claims of place that are true within two standard deviations
-    within_three: float  # within three: a claim is a coordinate, told each tenth of a second
+    within_two: float  # part of its reported places that are true within two standard deviations
+    within_three: float  # the same within three; each coordinate of a report, ten a second, counts by itself
 
 
 def judge(truth: Truth, sea: Sea) -> Verdict:
@@ -100,14 +100,14 @@ def judge(truth: Truth, sea: Sea) -> Verdict:
 
 
 def _swept(truth: Truth, sea: Sea) -> bool:
-    """Return whether it told of a current that it cannot swim, and there is one."""
+    """Return whether the robot reported a current that is too fast for it, and there is one."""
     water: dict[str, Any] = sea.document["water"] | sea.document["weather"]
     strongest = water["current_m_s"] + water["tide_m_s"] + water["gust_m_s"]
     return strongest > 0.8 * SWIMS and any(word in name for name in truth.told for word in SWEPT)
 
 
 def _tells(truth: Truth, sea: Sea, ending: str, end: float) -> bool:
-    """Return whether the robot told of what failed, or of why it did not do its mission."""
+    """Return whether the robot reported its failure, or why it did not do its mission."""
     words = sea.words
     detection = ENTANGLED if sea.kind in GROUPS["entangled"] else DETECTION
     if words and sea.start + detection < end:

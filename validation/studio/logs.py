@@ -20,7 +20,7 @@ TEST = TOP / "studio/tests/logs.test.mjs"
 
 
 def main() -> None:
-    """Print how many logs the page and the program tell alike."""
+    """Print how many logs page and program read alike."""
     logs = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
     with tempfile.TemporaryDirectory() as folder:
         wanted = {"STUDIO_LOGS": f"{logs}", "STUDIO_LOGS_FOLDER": folder}
@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def program(path: Path) -> tuple[int, str]:
-    """Return the number of times that the program reads of a log, and its sentence."""
+    """Return how many time steps the program reads from a log, and its error sentence."""
     try:
         log = read_log(path)
     except ht.InputError as error:
@@ -42,7 +42,7 @@ def program(path: Path) -> tuple[int, str]:
 
 
 def kind(page: dict[str, object], own: tuple[int, str]) -> str:
-    """Return how two answers compare; what is in brackets each has in its own words."""
+    """Return how two answers compare, without the bracketed parts, which page and program word differently."""
     rows, sentence = own
     if page["rows"] != rows:
         return (

@@ -27,20 +27,20 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
 from random_robots import random_gaits, random_robot
 
-BEATS = (300, 1500, 10_000)  # plain beats from rest: the longer for those that are not yet where they should be
-NEAR = 1e-2  # part of the stride, or of a thousandth of a body length, by which two twists are the same
-FASTEST = 10.0  # body lengths a beat: no swimmer is faster
+BEATS = (300, 1500, 10_000)  # beats simulated from rest; more of them where fewer do not reach the settled beat
+NEAR = 1e-2  # two twists are the same within this part of the stride, or of a thousandth of a body length
+FASTEST = 10.0  # body lengths a beat, which no swimmer exceeds
 
 
 def strides(robot: ht.Robot, gaits: Gaits, one: NDArray[np.float64], other: NDArray[np.float64]) -> Any:
-    """Distance of twists (gaits, 3) from others, relative to the stride of the others."""
+    """Return the distance of twists (gaits, 3) from others, relative to the stride of the others."""
     scale = np.array([1 / robot.body.length, 1 / robot.body.length, 1.0])
     size = np.abs((one - other) * scale).max(axis=1) / gaits.frequency
     return size / (np.abs(other[:, 0]) / robot.body.length / gaits.frequency + 1e-3)
 
 
 def examine(seed: int, count: int) -> dict[str, Any]:
-    """Swim random gaits of a random robot, and swim each from rest as well."""
+    """Settle random gaits of a random robot, simulate each from rest too, and return how they compare."""
     robot = random_robot(seed)
     gaits = random_gaits(robot, count, seed)
     start = time.process_time()

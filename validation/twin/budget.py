@@ -34,16 +34,16 @@ from hypertuna.simulation.run import TwinRun
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "twin"
 FILE = FOLDER / "budget.json"
-MASS = (1.0, 3.3 / 2.687)  # of the links: Table II, or all of Table I
-FIN = (0.3, 30.0)  # N m/rad, of the caudal fin's root: softer than any that swims well, as good as rigid
+MASS = (1.0, 3.3 / 2.687)  # range of the links' mass over the file's: Table II's, or all of Table I
+FIN = (0.3, 30.0)  # N m/rad, stiffness of the caudal fin's root: from too soft to swim well to as good as rigid
 PUBLISHED = np.array([published_value(f"speed/{name}") for name in SPEEDS])  # m/s
 SECONDS = 12.0  # of a run, of which the last beats count
-THREADS, BLOCK = 2, 8  # members whose runs share the lanes
+THREADS, BLOCK = 2, 8  # BLOCK members run at once, in the lanes of a vector
 
-STUDIED = ("postures", "dives", "lakes", "phases", "turns")
-PART = 4  # members, of which one runs these studies: they take as long as all swims
+STUDIED = ("postures", "dives", "lakes", "phases", "turns")  # studies of the ledger that are run
+PART = 4  # every fourth member runs these studies, which take as long as all swims
 
-Numbers = dict[str, Array]  # by name, a value for each member; NaN where the run diverged
+Numbers = dict[str, Array]  # by name, each member's value; NaN where its run diverged
 
 
 def members() -> list[ht.Robot]:
@@ -52,7 +52,7 @@ def members() -> list[ht.Robot]:
 
 
 def opened(robot: ht.Robot, rng: np.random.Generator) -> ht.Robot:
-    """Return a robot with another mass of its links, reading of the areas and fin."""
+    """Return a robot with a random mass of its links, reading of Table II's areas and stiffness of its fin's root."""
     parts, document = rng.random(3), robot.document()
     scale = MASS[0] + (MASS[1] - MASS[0]) * parts[0]
     document["links"]["mass_kg"] = [scale * mass for mass in document["links"]["mass_kg"]]
@@ -90,7 +90,7 @@ def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str, seeds: Se
 
 
 def studied(robots: Sequence[ht.Robot], study: str) -> Numbers:
-    """Run a study of the ledger with every robot, whose place is the seed, and leave out who diverges."""
+    """Run a study of the ledger with every robot, its index as seed, and leave out robots that diverge."""
 
     def run(robot: ht.Robot, seed: int) -> dict[str, float] | None:
         try:
@@ -113,7 +113,7 @@ def interval(values: Array) -> list[float]:
 
 
 def eight(numbers: Numbers, key: str) -> Array:
-    """Return a number of the eight gaits (members, 8)."""
+    """Return one quantity in the eight gaits (members, 8)."""
     return np.stack([numbers[f"{name} {key}"] for name in SPEEDS], axis=1)
 
 
@@ -123,7 +123,7 @@ def errors(numbers: Numbers) -> Array:
 
 
 def kept(numbers: Numbers) -> Numbers:
-    """Leave out members of whom a run diverged."""
+    """Leave out members with a run that diverged."""
     whole = np.all([np.isfinite(values) for values in numbers.values()], axis=0)
     return {key: values[whole] for key, values in numbers.items()}
 
@@ -143,7 +143,7 @@ def intervals(numbers: Numbers) -> dict[str, Any]:
 
 
 def standing(numbers: Numbers, own: Numbers) -> dict[str, Any]:
-    """Return the default robot's numbers, and which part of the family is below them [%]."""
+    """Return the default robot's numbers, and which part of the family lies below each [%]."""
     rms, power = float(errors(own)[0]), "unoptimised-max power"
     below = [np.mean(errors(numbers) < rms), np.mean(numbers[power] < own[power][0])]
     return {
@@ -156,7 +156,7 @@ def standing(numbers: Numbers, own: Numbers) -> dict[str, Any]:
 
 
 def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers, studies: Mapping[str, Numbers]) -> dict[str, Any]:
-    """Return all intervals of the family, and where the default robot stands, which comes last."""
+    """Return all intervals of the family, and where in it the default robot lies, the last of the arrays."""
     found = {}
     for law, numbers in (("lumped", lumped), ("strips", strips)):
         whole, own = ({key: values[part] for key, values in numbers.items()} for part in (slice(-1), slice(-1, None)))
@@ -169,18 +169,18 @@ def summary(robot: ht.Robot, lumped: Numbers, strips: Numbers, studies: Mapping[
 
 
 def family_hash() -> str:
-    """Return what changes with the family."""
+    """Return the hash of the stored family."""
     return hashlib.sha256(family.FILE.read_bytes()).hexdigest()
 
 
 def every(numbers: Numbers) -> dict[str, list[list[float | None]]]:
-    """Return speeds and powers of each member, which posterior.py reads; null where a run diverged."""
+    """Return each member's speeds and powers, for posterior.py; None where a run diverged."""
     rows = {name: eight(numbers, key)[:-1].round(4) for name, key in (("speed_m_s", "speed"), ("power_w", "power"))}
     return {name: np.where(np.isnan(row), None, row).tolist() for name, row in rows.items()}
 
 
 def main() -> None:
-    """Swim, store the intervals."""
+    """Swim with all members, and store the intervals."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()

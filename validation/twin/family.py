@@ -39,11 +39,12 @@ from hypertuna.simulation.posture import CLOSE, fitted_peaks
 from hypertuna.simulation.run import TwinRun
 
 FILE = Path(__file__).resolve().parents[2] / "data" / "twin" / "family.json"
-MEMBERS = 200
-SEEDS = 32
+MEMBERS = 200  # of the stored family
+SEEDS = 32  # of the sensors' noise, for the default robot
 THREADS = 2
-BLOCK = 64  # candidates whose runs share the lanes
-SHOWN = ("lever[I]", "lever[II]", "blocked moment of joint I", "blocked moment of joint II")  # of those excluded
+BLOCK = 64  # candidates that run at once, in the lanes of a vector
+# Values that are stored of all candidates, excluded ones too
+SHOWN = ("lever[I]", "lever[II]", "blocked moment of joint I", "blocked moment of joint II")
 # Ranges of the actuator's unknowns, [SI] or relative to the description; docs/joint.md has the reasons.
 SILICONE = {"matrix_modulus": (67.2e3, 141.8e3), "hose_modulus": (169.1e3, 260.1e3)}  # Pa: tensile tests, Table I
 ACTUATOR = {
@@ -56,8 +57,9 @@ ACTUATOR = {
     "axis_buckling[I]": (2.4, 210.0),  # from the bend sensor's film to two plastic oil pipes
     "axis_buckling[II]": (2.4, 13.0),  # no pipe passes joint II
 }
+# Unknowns of the actuator that are drawn
 FREE = ("lever", *SILICONE, "outer_diameter", "diameter_ratio", "braid_angle", "friction", "axis_buckling")
-# Of all else: alike on a logarithmic scale, but for the fill pressure; "times" the description.
+# Ranges of all else, drawn evenly on a logarithmic scale but for the fill pressure; "times": over the description.
 OTHERS = {
     "controller.pressure_work_pa": (200e3, 600e3),
     "joints.line.fill_pressure_pa": (0.0, 250e3),
@@ -79,19 +81,19 @@ SENSOR_HIGH = (500e3, 1000e3)  # Pa: upper ends of the pressure sensor's range
 
 # Published facts with the standard deviation that they count with.
 BENCH = Path(__file__).resolve().parents[2] / "examples" / "bench" / "paper.csv"  # both bends, at 3 % of the model
-PRESSURES = np.array([100e3, 150e3, 200e3, 250e3])
-STRAIGHT, STRAIGHT_SD = 0.96, 0.01  # R^2 of "a linear trend"
-POSTURE = published()["posture"]
+PRESSURES = np.array([100e3, 150e3, 200e3, 250e3])  # Pa, at which bends are checked for a line
+STRAIGHT, STRAIGHT_SD = 0.96, 0.01  # R^2 taken for "a linear trend", and its standard deviation
+POSTURE = published()["posture"]  # published numbers of the posture test
 BOUNDS = {"unoptimised-0.3": 0.3, "unoptimised-0.4": 0.4, "unoptimised-0.5": 0.5}  # m/s, published
-POWER_PART = 0.1  # standard deviation of a measured power
-SUCTION = 50e3  # Pa below which "no negative pressure" counts as one standard deviation
-SECONDS, WITHIN = 8.0, 4.0  # s, of a run; in which a joint settles
-IDLE = "servos.piston pump.idle_current_a"
+POWER_PART = 0.1  # relative standard deviation of a measured power
+SUCTION = 50e3  # Pa of suction that count as one standard deviation from "no negative pressure"
+SECONDS, WITHIN = 8.0, 4.0  # s, duration of a run, and within which a joint must settle
+IDLE = "servos.piston pump.idle_current_a"  # key of the idle current
 
 
 @dataclass
 class Candidate:
-    """A robot, what is known of it, and how well it meets each fact [nats, 0 or less]."""
+    """A robot, its estimates and computed values, and how well it meets each fact [nats, 0 or less]."""
 
     robot: ht.Robot
     values: dict[str, float]
@@ -99,7 +101,7 @@ class Candidate:
 
     @property
     def excluded(self) -> str:
-        """Name of the fact that excludes it."""
+        """Return the name of the fact that excludes the candidate; empty if none does."""
         return next((fact for fact, value in self.facts.items() if value == -math.inf), "")
 
 
@@ -111,7 +113,7 @@ def space_of(robot: ht.Robot, ranges: Mapping[str, tuple[float, float]] = ACTUAT
 
 
 def actuators(space: Designs, count: int, seed: int) -> tuple[list[Candidate], list[dict[str, Any]]]:
-    """Return actuators that meet both bends and have room, and what excludes draws of their ranges."""
+    """Return actuators that meet both bends and fit the body, and the reasons why other draws were excluded."""
     with progress_bar("actuators") as progress:
         found = populate(space, count, seed=seed, progress=progress)
     names = [one.name for one in space.free]
@@ -124,7 +126,7 @@ def actuators(space: Designs, count: int, seed: int) -> tuple[list[Candidate], l
 
 
 def complete(candidate: Candidate, parts: Iterator[float]) -> Candidate | None:
-    """Add all else to a candidate, at parts of its ranges in their order; None where it is filled beyond its limit."""
+    """Add `OTHERS` to a candidate, at parts of their ranges in order; None where its fill pressure is too high."""
     values = {
         name: low * (high / low) ** next(parts) if low > 0 else high * next(parts)
         for name, (low, high) in OTHERS.items()
@@ -146,7 +148,7 @@ def complete(candidate: Candidate, parts: Iterator[float]) -> Candidate | None:
 
 
 def measured(run: TwinRun) -> dict[str, float]:
-    """Return what a run shows: time to settle by the bend sensor [s], power and that of idling [W], suction [Pa]."""
+    """Return a run's measures: time to settle by the bend sensor [s], power, idle power [W], suction [Pa]."""
     if run.status == "diverged":
         return {"settled": math.inf, "power": math.nan, "lowest": math.nan}
     if run.medium == "water":
@@ -167,7 +169,7 @@ def ran(candidates: Sequence[Candidate], gaits: Sequence[Any], **options: Any) -
 
 
 def bench(candidate: Candidate) -> None:
-    """Judge what needs no run: straightness of the bends, the pump's stroke, the servos' torque."""
+    """Judge a candidate by facts that need no run: straightness of bends, the pump's stroke, the servos' torque."""
     robot, facts = candidate.robot, candidate.facts
     facts["straightness"] = 0.0
     for joint, _ in enumerate(robot.joints):
@@ -184,7 +186,7 @@ def bench(candidate: Candidate) -> None:
 
 
 def judge(candidates: Sequence[Candidate]) -> None:
-    """Complete what is known of candidates; a fact that excludes one ends its judgment."""
+    """Judge candidates by all facts; the first that excludes one ends its judgment."""
     for one in candidates:
         bench(one)
     left = [one for one in candidates if not one.excluded]
@@ -212,7 +214,7 @@ def posture_gait(candidates: Sequence[Candidate], frequency: float) -> ht.Gait:
 
 
 def idled(candidate: Candidate, rng: np.random.Generator) -> tuple[float, Candidate]:
-    """Draw the idle current that the bounds of the power ask for; return its weight [nats] too.
+    """Draw an idle current that fits the bounds of the power; return the candidate's weight [nats], too.
 
     Nothing but the power depends on it: so it is drawn after the runs, from its whole range at once.
     """
@@ -238,14 +240,14 @@ def straightness(robot: ht.Robot, joint: int) -> tuple[float, float]:
 
 
 def torque_at_limit(robot: ht.Robot) -> float:
-    """Return the torque that the working pressure asks of a pump's servo, over its stall torque."""
+    """Return the torque that a pump's servo needs at the working pressure, over its stall torque."""
     oil = circuits(robot)
     slope = max(float(_core.displaced(row, np.linspace(-0.5, 0.5, 51))[:, 1].max()) for row in oil.values)
     return robot.controller.works_at * slope / float(oil.column("stall_torque").min())
 
 
 def statics(robot: ht.Robot) -> dict[str, float]:
-    """Return what a bench would measure of the joints at 250 kPa [N m, m]."""
+    """Return the joints' blocked moments and shortenings at 250 kPa, as on a bench [N m, m]."""
     found = {}
     for joint, group in enumerate(robot.joints):
         found[f"blocked moment of joint {group.name}"] = blocked_moment(robot, joint, float(PRESSURES[-1]))
@@ -286,7 +288,7 @@ def finite(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def strong() -> ht.Robot:
-    """Return the stored member whose joints are as strong as those of 95 % of all, in the mean of both."""
+    """Return the stored member at the 95th percentile of strength, the mean of both joints'."""
     stored = json.loads(FILE.read_text(encoding="utf-8"))["members"]
     moments = np.log([[one["values"][f"blocked moment of joint {name}"] for name in ("I", "II")] for one in stored])
     strength = ((moments - moments.mean(axis=0)) / moments.std(axis=0)).mean(axis=1)
@@ -307,14 +309,14 @@ def members_of(robot: ht.Robot) -> list[ht.Robot]:
 
 
 def from_middle(members: Sequence[Candidate]) -> np.ndarray:
-    """Return how far members lie from the middle: standard deviations, over all estimates and bench values, in logs."""
+    """Return members' distances from the family's middle, in standard deviations of all logarithmic values."""
     names = [name for name in members[0].values if "power" not in name and "settling" not in name and name != "lowest"]
     logs = np.log(np.maximum([[one.values[name] for name in names] for one in members], 1e-9))
     return np.sqrt((((logs - np.median(logs, axis=0)) / logs.std(axis=0)) ** 2).mean(axis=1))
 
 
 def standing(robot: ht.Robot) -> Iterator[str]:
-    """Yield how a robot meets the facts, over seeds of the sensors' noise."""
+    """Yield lines of text on how a robot meets the facts, over seeds of the sensors' noise."""
     for joint, group in enumerate(robot.joints):
         bend, straight = straightness(robot, joint)
         yield f"joint {group.name}: {math.degrees(bend):.2f} deg at 250 kPa, R^2 {straight:.3f}"

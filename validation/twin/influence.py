@@ -20,13 +20,13 @@ from hypertuna.paper.computed import SPEEDS
 from hypertuna.simulation.estimates import spreads
 
 STORED = Path(__file__).with_name("influence.json")
-SAMPLES = 64
+SAMPLES = 64  # of Saltelli's scheme
 GAIT = "unoptimised-max"  # 6 Hz, large amplitude
-HINGES = (math.inf, 1.0, 0.5, 0.3, 0.2, 0.1)  # N m/rad
+HINGES = (math.inf, 1.0, 0.5, 0.3, 0.2, 0.1)  # N m/rad, stiffness of the fin's root
 
 
 def indices(robot: ht.Robot) -> dict[str, Any]:
-    """Sobol's total indices of reach and speed, with half of the 95 % interval."""
+    """Return Sobol's total indices of reach and speed, with half-widths of 95 % intervals."""
     robot = changed(robot, {"sensors.pressure.high": 1e6})  # reads every limit
     with progress_bar(f"indices, {robot.model.water}", slow=True) as progress:
         found = influence(robot, ht.named_gait(robot, GAIT), samples=SAMPLES, progress=progress)
@@ -38,7 +38,7 @@ def indices(robot: ht.Robot) -> dict[str, Any]:
 
 
 def hinges(robot: ht.Robot) -> list[dict[str, Any]]:
-    """A caudal fin on a spring at the front of the last link: speeds, powers, error of either half of the gaits."""
+    """Return speeds, powers and errors of both sets of gaits with the caudal fin on a spring."""
     found = []
     for stiffness in HINGES:
         table = {"hinge": {"link": len(robot.links.name) - 1, "stiffness_n_m_per_rad": stiffness}}

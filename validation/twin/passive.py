@@ -46,10 +46,10 @@ from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits
 
 FILE = budget.FOLDER / "passive.json"
-SPEEDS = (0.3, 0.4, 0.5)  # m/s, of the question
-SLOPE = tuple(np.arange(0.15, 0.5, 0.05).round(2).tolist())  # m/s, over which the best stiffness is followed
-MIDDLE = 0.3  # m/s, where a spring that stays is the best one
-# Relaxation [s], link and model of joint I of what a hinge may be.
+SPEEDS = (0.3, 0.4, 0.5)  # m/s, at which gaits with a passive joint II are compared
+SLOPE = tuple(np.arange(0.15, 0.5, 0.05).round(2).tolist())  # m/s, at which the best stiffness is sought
+MIDDLE = 0.3  # m/s, for which a fixed spring is chosen
+# Passive hinges that are tried: relaxation time [s], link behind the hinge, model of joint I.
 CASES: dict[str, tuple[float, int, str]] = {
     **{name: (RELAXATION, link, "bandwidth") for name, link in PLACES.items()},
     "root of the fin, no damping": (0.0, ROOT, "bandwidth"),
@@ -57,15 +57,16 @@ CASES: dict[str, tuple[float, int, str]] = {
     "root of the fin, joint I without lag": (RELAXATION, ROOT, "ideal"),
     "root of the fin, no damping, joint I without lag": (0.0, ROOT, "ideal"),
 }
+# Span and chord of fins, over the robot's
 FINS = ((1.0, 1.0), (0.7, 1.0), (1.4, 1.0), (1.0, 0.7), (1.0, 1.4), (0.7, 1.4), (1.4, 0.7))
-COARSE = tuple(np.geomspace(0.03, 6.0, 26).tolist())  # N m/rad, of the fins
+COARSE = tuple(np.geomspace(0.03, 6.0, 26).tolist())  # N m/rad, stiffnesses tried with each of these fins
 
 # Gaits of the twin.
 TWIN_FREQUENCY = tuple(np.geomspace(1.8, 6.0, 7).tolist())  # Hz
 TWIN_STIFFNESS = {"lumped": (0.08, 1.2), "strip": (0.25, 3.0)}  # N m/rad, at the root of the fin
-PHASES = (20.0, 50.0, 80.0)  # deg
-FACTORS, ANGLES = (0.7, 1.0), (11.0, 16.0)  # of 16 and 25 deg; deg
-SPRINGS, SECONDS, THREADS = 6, 6.0, 1
+PHASES = (20.0, 50.0, 80.0)  # deg, lags of joint II where it is driven
+FACTORS, ANGLES = (0.7, 1.0), (11.0, 16.0)  # amplitudes of both joints over 16 and 25 deg; of joint I alone [deg]
+SPRINGS, SECONDS, THREADS = 6, 6.0, 1  # stiffnesses tried with the twin; duration of its runs [s]
 
 
 def short(value: float) -> float:
@@ -74,12 +75,12 @@ def short(value: float) -> float:
 
 
 def written(best: Best | None) -> dict[str, float] | None:
-    """Return a cheapest gait as it is stored."""
+    """Return the cheapest gait's values for the stored file."""
     return None if best is None else {name: short(value) for name, value in vars(best).items()}
 
 
 def active(robot: ht.Robot) -> dict[str, Any]:
-    """Return the best settled gaits of the robot with both joints."""
+    """Return the best settled gaits of the robot with both joints driven."""
     goals: dict[str, dict[str, Any]] = {
         f"{speed:g}": {"minimize": "cost_of_transport", "limits": gait_limits(robot, speed=speed)} for speed in SPEEDS
     }
@@ -101,12 +102,12 @@ def active(robot: ht.Robot) -> dict[str, Any]:
 
 
 def bests(swum: Swum) -> dict[str, Any]:
-    """Return the cheapest gaits at the speeds of the question, and the fastest."""
+    """Return the cheapest gaits at `SPEEDS`, and the fastest."""
     return {f"{speed:g}": written(best_of(swum, speed)) for speed in SPEEDS} | {"max": written(fastest(swum))}
 
 
 def followed(swum: Swum) -> dict[str, Any]:
-    """Return the best stiffness over speed, its exponent, and what a spring that stays costs over one that is tuned."""
+    """Return the best stiffness over speed, its exponent, and what a fixed spring costs over a tuned one."""
     found = {speed: one for speed in SLOPE if (one := tuned(swum, speed)) is not None}
     logs = np.log([[speed, one[1]] for speed, one in found.items()])
     fixed = int(np.argmin(abs(np.log(swum.rows) - math.log(found[MIDDLE][1]))))
@@ -121,12 +122,12 @@ def followed(swum: Swum) -> dict[str, Any]:
 
 
 def vars_of(swum: Swum) -> tuple[Sequence[float], Sequence[float]]:
-    """Return the frequencies and sizes of gaits."""
+    """Return the frequencies and amplitudes of gaits."""
     return swum.frequency, swum.size
 
 
 def mechanical(robot: ht.Robot) -> dict[str, Any]:
-    """Return what settled beats say of the robot in its water."""
+    """Return the best settled gaits with each passive hinge, in the robot's water."""
     found: dict[str, Any] = {"active": active(robot)}
     for name, (relaxation, link, joints) in CASES.items():
         swum = swim_passive(robot.using(joints=joints), relaxation=relaxation, link=link)
@@ -157,7 +158,7 @@ def measured(run: TwinRun) -> tuple[float, float]:
 
 
 def swim_twin(robots: Sequence[ht.Robot], rows: Sequence[float], kind: str, seed: int) -> Swum:
-    """Swim the twin over rows of robots, frequencies and sizes."""
+    """Simulate the twin over robots, frequencies and amplitudes."""
     sizes = FACTORS if kind == "active" else ANGLES
 
     def gait(row: float, frequency: float, size: float) -> ht.Gait:
@@ -188,7 +189,7 @@ def electrical(robot: ht.Robot, *, seed: int = 0) -> dict[str, Any]:
 
 
 def one_spring(swum: Swum) -> dict[str, float] | None:
-    """Return the stiffness that costs least over tuned ones at its worst speed of those that any reaches.
+    """Return the stiffness whose cost over tuned springs is least at its worst speed, among speeds that any reaches.
 
     None where no robot swims at any of the speeds.
     """
@@ -203,7 +204,7 @@ def one_spring(swum: Swum) -> dict[str, float] | None:
 
 
 def of_family(robots: Mapping[int, ht.Robot], law: Any) -> dict[str, Any]:
-    """Return what members of the family swim."""
+    """Return the best gaits of members of the family."""
     found = {}
     with progress_bar(f"the family, {law}", slow=True) as progress:
         for done, (k, robot) in enumerate(robots.items(), 1):
@@ -216,7 +217,7 @@ def of_family(robots: Mapping[int, ht.Robot], law: Any) -> dict[str, Any]:
 
 
 def platform() -> dict[str, float]:
-    """Return the best a fish of 0.30 m with a spring at the peduncle does at 3 Hz, with an excursion of 0.2 lengths."""
+    """Return the best a fish of 0.30 m with a spring at the peduncle does at 3 Hz and a swing of 0.2 lengths."""
     document = new_robot("platform", links=3, length=0.3, nose="streamlined")
     document["joints"] = document["joints"][:1]
     for name in ("gaits", "gait_bounds"):
@@ -237,7 +238,7 @@ def platform() -> dict[str, float]:
 
 
 def trends(robot: ht.Robot) -> dict[str, float]:
-    """Return what the hinge at the root does at 16 deg over frequency and stiffness, by one water."""
+    """Return trends over frequency and stiffness with a hinge at the fin's root, at 16 deg of joint I, in one water."""
     stiffness = np.geomspace(0.01, 20.0, 300)
     hertz = np.array([1.5, 2.0, 3.0, 4.0])
     gaits = Gaits.grid(frequency=hertz.tolist(), amplitude=[(math.radians(16.0),)], phase=[(0.0,)])
@@ -263,7 +264,7 @@ def trends(robot: ht.Robot) -> dict[str, float]:
 
 
 def main() -> None:
-    """Swim, store."""
+    """Compute all cases, and store them."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--members", type=int, default=16)
     parser.add_argument("--seed", type=int, default=0)

@@ -28,15 +28,16 @@ from hypertuna.paper.computed import SPEEDS
 from hypertuna.paper.seeds import taken_hash
 
 FILE = budget.FOLDER / "posterior.json"
-IN = SPEEDS[:4]  # the unoptimised gaits, which fit; the optimised ones judge
-SWUM = ("speed_m_s", "power_w")
-ARM = 0.08  # m, from the middle of the joint to the hook of a luggage scale
-AXES = {  # buckling of what lies on the axis, joints I and II [N]: the bend sensor's film, and anything
+IN = SPEEDS[:4]  # the unoptimised gaits, which give the weights; the optimised ones test them
+SWUM = ("speed_m_s", "power_w")  # stored results of the eight gaits
+ARM = 0.08  # m, from the joint's middle to the hook of the scale that measures its force
+AXES = {  # buckling force of what lies on a joint's axis, ranges of joints I and II [N]
     "best with a free axis": ((2.4, 13.0), (2.4, 13.0)),
     "best with any axis": ((2.4, 1000.0), (2.4, 1000.0)),
 }
-GENERATIONS, BEST, STEP = 4, 8, 0.08  # of the search; candidates that it goes on from; its step, of a range
-# What the page says of a member, in its units: name in family.json, and factor.
+# Generations of the search; best candidates that each starts from; step, over a range
+GENERATIONS, BEST, STEP = 4, 8, 0.08
+# Quantities of the page, in its units: name in family.json, and factor from SI.
 QUANTITIES = {
     "blocked moment of joint I [N m]": ("blocked moment of joint I", 1.0),
     "blocked moment of joint II [N m]": ("blocked moment of joint II", 1.0),
@@ -56,7 +57,7 @@ QUANTITIES = {
 
 
 def weights(speeds: Array) -> Array:
-    """Return how much each member counts by the speeds of the four gaits, from those of the eight (members, 8)."""
+    """Return members' weights by their speeds in the four gaits, from those in the eight (members, 8)."""
     logs = np.log(np.maximum(speeds, 1e-3) / budget.PUBLISHED)[:, : len(IN)]
     part = np.where(np.isfinite(speeds).all(axis=1), np.sum(logs**2, axis=1) ** (-len(IN) / 2), 0)
     return np.asarray(part / part.sum())
@@ -72,7 +73,7 @@ def interval(values: Array, weight: Array) -> list[float]:
 
 
 def afterwards(members: Sequence[Mapping[str, float]], speeds: Array, powers: Array) -> dict[str, Any]:
-    """Return intervals of quantities, speeds and powers, before and after the four speeds count."""
+    """Return intervals of quantities, speeds and powers, without and with weights by the four speeds."""
     after = weights(speeds)
     before = (after > 0) / np.count_nonzero(after)
     numbers = {name: factor * np.array([one[key] for one in members]) for name, (key, factor) in QUANTITIES.items()}
@@ -84,7 +85,7 @@ def afterwards(members: Sequence[Mapping[str, float]], speeds: Array, powers: Ar
 
 
 def numbers_of(robot: ht.Robot, swum: Mapping[str, Sequence[float]]) -> dict[str, Any]:
-    """Return what the page says of one robot."""
+    """Return a robot's changes, speeds, powers, errors and bench values, for the page."""
     halves = [round(100 * rms(swum[SWUM[0]][part], SPEEDS[part]), 1) for part in (slice(4), slice(4, 8))]
     return {
         "changes": family.changes(robot, ht.load("hypertuna")),
@@ -96,7 +97,7 @@ def numbers_of(robot: ht.Robot, swum: Mapping[str, Sequence[float]]) -> dict[str
 
 
 def held(robot: ht.Robot, joint: int) -> float:
-    """Return the largest compression of a joint's axis [N]: filled, and at the working limit on one side."""
+    """Return a joint axis's largest compression [N]: filled, and with one side at the working limit."""
     model, limit = joint_models(robot)[joint], robot.controller.works_at
     sides = np.array([[model.fill, model.fill], [limit, 0.0], [limit, model.fill]])
     strain = model.balance(sides)["strain"] + model["rest"]
@@ -107,7 +108,7 @@ def held(robot: ht.Robot, joint: int) -> float:
 
 
 def beside(one: family.Candidate, space: Designs, rng: np.random.Generator) -> family.Candidate | None:
-    """Take a step from a candidate; None where that has no room or cannot be filled."""
+    """Return a candidate one random step from another; None where its parts do not fit or it cannot be filled."""
 
     def stepped(part: float) -> float:
         return float(np.clip(part + STEP * rng.normal(), 0, 1))
@@ -125,12 +126,12 @@ def beside(one: family.Candidate, space: Designs, rng: np.random.Generator) -> f
 
 
 def place(value: float, low: float, high: float) -> float:
-    """Return where a value lies between two others."""
+    """Return a value's place between two others, 0 to 1."""
     return (value - low) / (high - low)
 
 
 def swum(candidates: Sequence[family.Candidate | None], rng: np.random.Generator) -> Iterator[dict[str, Any]]:
-    """Yield what is known of those candidates that meet all facts: they swim the eight gaits."""
+    """Swim the eight gaits with the candidates that meet all facts; yield their values."""
     known = [one for one in candidates if one is not None]
     family.judge(known)
     kept = [family.idled(one, rng)[1] for one in known if not one.excluded]
@@ -144,7 +145,7 @@ def swum(candidates: Sequence[family.Candidate | None], rng: np.random.Generator
 def search(
     axes: Sequence[tuple[float, float]], known: Sequence[dict[str, Any]], steps: int, seed: int
 ) -> dict[str, Any]:
-    """Find the candidate that swims the four gaits best, by steps from the best ones of those known."""
+    """Find the candidate whose four speeds fit best, by random steps from the best ones so far."""
     bounds, rng = dict(zip(("axis_buckling[I]", "axis_buckling[II]"), axes, strict=True)), np.random.default_rng(seed)
     space = family.space_of(ht.load("hypertuna"), family.ACTUATOR | bounds)
 

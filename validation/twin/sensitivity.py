@@ -32,8 +32,8 @@ class Influence:
 
     factors: tuple[str, ...]  # keys of the estimates
     outputs: tuple[str, ...]
-    first: Array  # (outputs, factors) Part of the variance that a factor makes alone, and with all others
-    total: Array
+    first: Array  # (outputs, factors) Part of the variance that is due to a factor alone
+    total: Array  # The same, due to a factor alone and along with others
     error: Array  # (outputs, factors) Half width of the total index's 95 % interval, by bootstrap
     mean: Array  # (outputs,) Of each output over the ranges [unit of the output]
     deviation: Array
@@ -52,7 +52,7 @@ def influence(
     threads: int = THREADS,
     progress: Callable[[int, int], None] | None = None,
 ) -> Influence:
-    """Tell which estimates the twin's joint amplitudes and speed hang on, by Saltelli's scheme.
+    """Compute how the twin's joint amplitudes and speed depend on estimates, by Saltelli's scheme.
 
     `factors` are keys of the robot's `spreads`, all where none are given; `seconds` [s]; returns [deg], [m/s].
     """
@@ -110,7 +110,7 @@ def _options(
     controllers: dict[tuple[float, ...], Robot],
     seconds: float,
 ) -> dict[str, Any]:
-    """Options of one run: the robot is another one, its controller knows only its own limits."""
+    """Return the options of a run of another robot, whose controller knows only its own limits."""
     changes = dict(zip(factors, part.tolist(), strict=True))
     own = {factor: change for factor, change in changes.items() if factor.startswith("controller.")}
     key = tuple(own.values())
@@ -121,7 +121,7 @@ def _options(
 
 
 def _outputs(run: TwinRun) -> list[float]:
-    """Joint amplitudes [deg] and speed [m/s]; not numbers where the run diverged, even if its record has some."""
+    """Return joint amplitudes [deg] and speed [m/s]; NaN where the run diverged, whatever it recorded."""
     if run.status == "diverged":
         return [math.nan] * (len(run.joints) + 1)
     return [*np.degrees(run.first_harmonic).tolist(), run.speed]

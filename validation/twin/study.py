@@ -31,32 +31,32 @@ from hypertuna.simulation.plant import parts_of
 from hypertuna.simulation.run import TwinRun
 
 STORED = Path(__file__).with_name("study.json")
-OTHERS = Path(__file__).resolve().parents[2] / "examples"  # of the family
+OTHERS = Path(__file__).resolve().parents[2] / "examples"  # folder with robot files of other members of the family
 WATERS: tuple[WaterLaw, ...] = ("lumped", "strip")
 FREQUENCIES = range(1, 7)  # Hz
-AMPLITUDE = (16, 25)  # deg
-LIMITS = (200, 250, 300, 400, 500, 600)  # kPa
-BORES = (3, 4, 5, 6)  # mm
+AMPLITUDE = (16, 25)  # deg, of joints I and II
+LIMITS = (200, 250, 300, 400, 500, 600)  # kPa, working limits that are tried
+BORES = (3, 4, 5, 6)  # mm, of the lines
 THREADS = 2
 
 
 @dataclass(frozen=True)
 class Row:
-    """The default robot with one thing changed, in closed loop unless that is what changes."""
+    """A variant of the default robot: one thing changed, and in closed loop unless that is the change."""
 
     label: str
-    values: Mapping[str, Any] = field(default_factory=dict)  # of keys of its file
-    options: Mapping[str, Any] = field(default_factory=dict)  # of the twin
+    values: Mapping[str, Any] = field(default_factory=dict)  # changed values by keys of the robot's file
+    options: Mapping[str, Any] = field(default_factory=dict)  # of the twin's run
 
 
 def limit(kpa: float) -> dict[str, float]:
-    """Values of another working limit: what acts within a tick, what releases and what a sensor reads go with it."""
+    """Return values for a working limit [kPa]: the soft and hard limits and the sensor's range change with it."""
     work = 1e3 * kpa
     limits = {"pressure_work_pa": work, "pressure_soft_pa": 1.25 * work, "pressure_hard_pa": 1.5 * work}
     return {f"controller.{key}": value for key, value in limits.items()} | {"sensors.pressure.high": max(1e6, 2 * work)}
 
 
-ROWS = (
+ROWS = (  # variants of the robot that are compared
     Row("default robot"),
     Row("open loop", options={"closed_loop": False}),
     *(Row(f"working limit {kpa} kPa", limit(kpa)) for kpa in LIMITS),
@@ -70,7 +70,7 @@ ROWS = (
 
 
 def robots(water: WaterLaw) -> Iterator[tuple[str, ht.Robot, Mapping[str, Any]]]:
-    """Yield label, robot and options of every row, then those of the family's other robot files.
+    """Yield label, robot and options of every row, then those of other robot files.
 
     The controller knows all but the oil, which nobody measures.
     """
@@ -84,18 +84,18 @@ def robots(water: WaterLaw) -> Iterator[tuple[str, ht.Robot, Mapping[str, Any]]]
 
 
 def swum(robot: ht.Robot, gait: ht.Gait, **options: Any) -> dict[str, Any]:
-    """Arguments of a run, as long as those of the paper's page."""
+    """Return the arguments of a run that lasts as long as those of the paper's page."""
     return {"robot": robot, "gait": gait, "duration": SWIM, "start": "swimming", **options}
 
 
 def eight(robot: ht.Robot, **options: Any) -> list[dict[str, Any]]:
-    """Swim the published gaits."""
+    """Return the results of swimming the published gaits."""
     runs = [swum(robot, ht.named_gait(robot, name), **options) for name in SPEEDS]
     return ht.twins(runs, measure=numbers, threads=THREADS)
 
 
 def numbers(run: TwinRun) -> dict[str, Any]:
-    """Bends, pressures, speed, power and frequent limits of the last beats."""
+    """Return bends, pressures, speed, power and frequent limits of the last beats."""
     assert run.status == "completed", f"{run.robot.name}, {run.gait}: {run.status}"
     high = run.pressure_max.reshape(-1, 2).max(axis=1) / 1e3
     return {
@@ -111,13 +111,13 @@ def numbers(run: TwinRun) -> dict[str, Any]:
 
 
 def amplitudes(robot: ht.Robot, closed: bool) -> list[dict[str, Any]]:
-    """Swim with large amplitude at 1 to 6 Hz."""
+    """Return the results of swimming with large amplitude at 1 to 6 Hz."""
     gaits = [ht.Gait.from_degrees(frequency=f, amplitude=AMPLITUDE, phase=(0, 0)) for f in FREQUENCIES]
     return ht.twins([swum(robot, gait, closed_loop=closed) for gait in gaits], measure=numbers, threads=THREADS)
 
 
 def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tuple[Any, Any]:
-    """Amplitude [deg] and largest pump pressure [kPa] of both joints, servos driven by the inverse volumes."""
+    """Return both joints' amplitude [deg] and largest pump pressure [kPa]; servos are driven by inverse volumes."""
     parts, models, oil = parts_of(robot, medium, None), joint_models(robot), circuits(robot)
     t = np.arange(400) * 0.01
     target = np.zeros((len(t), 4))
@@ -136,7 +136,7 @@ def driven(robot: ht.Robot, frequency: float, amplitude: Any, medium: str) -> tu
 
 
 def bores() -> Iterator[dict[str, Any]]:
-    """Fig. 8 on the bench: pressure that 20 deg of joint II take at the cylinder, joint I at rest and at 16 deg."""
+    """Yield the pressure for 20 deg of joint II at the cylinder in Fig. 8, with joint I at rest and at 16 deg."""
     for mm in BORES:
         robot, cells = changed(ht.load("hypertuna"), {"joints.line.bore_m": mm / 1e3}), []
         for frequency, other in ((1, 0.0), (3, 0.0), (6, 0.0), (6, 16.0)):
@@ -149,7 +149,7 @@ def bores() -> Iterator[dict[str, Any]]:
 
 
 def compute() -> dict[str, Any]:
-    """Make all runs, by water law."""
+    """Return the results of all runs, by water law."""
     found: dict[str, dict[str, Any]] = {water: {"rows": {}} for water in WATERS}
     todo = [(water, *one) for water in WATERS for one in robots(water)]
     with progress_bar("rows", slow=True) as progress:
@@ -172,14 +172,14 @@ def rms(speeds: Sequence[float], names: Sequence[str] = SPEEDS) -> float:
 
 
 def store(path: Path, content: Mapping[str, Any], script: str) -> None:
-    """Write results with what made them."""
+    """Write results with the script and robot that made them."""
     robot = ht.load("hypertuna")
     facts = {key: provenance(robot)[key] for key in ("hypertuna_version", "isa")} | {"taken_hash": taken_hash(robot)}
     write_atomically(path, lines(facts | {"command": f"python validation/twin/{script}"} | content))
 
 
 def lines(record: Mapping[str, Any]) -> bytes:
-    """Write a record as JSON, a list of numbers on a line."""
+    """Return a record as JSON, each list of numbers on one line."""
     text = json.dumps(record, indent=1)
     return (re.sub(r"\[[^][{}]*\]", lambda found: re.sub(r"\s+", " ", found[0]), text) + "\n").encode()
 

@@ -14,6 +14,7 @@ import hypertuna as ht
 from hypertuna.paper.seeds import taken_hash
 
 ROBOT = ht.load("hypertuna")
+# Keys that change together with the working limit
 LIMITS = {"pressure_work_pa", "pressure_soft_pa", "pressure_hard_pa", "high"}
 
 

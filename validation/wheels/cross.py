@@ -20,7 +20,7 @@ import abi3info
 import nanobind
 
 ROOT = Path(__file__).resolve().parents[2]
-BUILD = ROOT / "build/cross"
+BUILD = ROOT / "build/cross"  # folder of the builds
 ABI = (3, 12)  # wheel.py-api of pyproject.toml
 TARGETS = {  # name: (triple of Zig, system and processor of CMake, suffix of the extension)
     "windows-x86_64": ("x86_64-windows-gnu", "Windows", "AMD64", ".pyd"),
@@ -28,7 +28,7 @@ TARGETS = {  # name: (triple of Zig, system and processor of CMake, suffix of th
     "linux-aarch64": ("aarch64-linux-gnu.2.28", "Linux", "aarch64", ".abi3.so"),
     "musl-x86_64": ("x86_64-linux-musl", "Linux", "x86_64", ".abi3.so"),
 }
-# what Python's headers must know of Windows; the rest of its own pyconfig.h is of no use to an extension
+# Definitions that Python's headers need on Windows; an extension needs no more of its pyconfig.h
 WINDOWS = """#define MS_WIN32
 #define MS_WIN64
 #define MS_WINDOWS
@@ -46,7 +46,7 @@ WINDOWS = """#define MS_WIN32
 
 
 def run(*command, **options):
-    """Run a command and return its output; end with it where the command fails."""
+    """Run a command and return its output; exit with that output where the command fails."""
     ran = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
     if ran.returncode:
         sys.exit(f"{ran.stdout[-6000:]}\n{' '.join(map(str, command))}: status {ran.returncode}")
@@ -54,7 +54,7 @@ def run(*command, **options):
 
 
 def write_tools(folder, triple):
-    """Write the compiler and its archiver as programs of one word each, as CMake wants them."""
+    """Write programs that run compiler and archiver, as CMake wants programs without arguments."""
     zig = f"exec {sys.executable} -m ziglang"
     # Nothing is run: no time is spent on optimizing. Zig's linker takes no list of symbols that are found at run time,
     # but a word that any may be.
@@ -70,7 +70,7 @@ def write_tools(folder, triple):
 
 
 def python_of_windows(folder):
-    """Write headers and import library of Python for Windows: all of the stable ABI, and nothing else."""
+    """Write headers and import library of Python for Windows, with the stable ABI alone."""
     headers = folder / "include"
     shutil.copytree(sysconfig.get_path("include"), headers, dirs_exist_ok=True)
     (headers / "pyconfig.h").write_text(WINDOWS)

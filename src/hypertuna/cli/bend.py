@@ -19,18 +19,18 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.io.files import Csv, rows_csv
 
-ALL = "all"  # every material set that the robot has the values of
-SMOOTH = 50  # minimum number of pressures of a plotted curve
-PRESSURES: Any = "0:250:26"  # kPa, as typed
+ALL = "all"  # value of --material: every material set for which the robot has all values
+MIN_PLOT_POINTS = 50  # a plotted curve of fewer pressures gets this many more
+PRESSURES: Any = "0:250:26"  # default of --pressure [kPa], as typed
 
 
 @dataclass(frozen=True)
 class Bends:
     """Bends of one joint, by material set."""
 
-    first: Bend  # of the set that was asked for, or the robot's own
-    sets: Mapping[str, Bend]
-    misprints: tuple[Step, ...]  # with the equations as printed
+    first: Bend  # with the material set of --material, or the robot's own
+    sets: Mapping[str, Bend]  # material set -> bend
+    misprints: tuple[Step, ...]  # bends after each correction of the printed equations, with --law as_printed
 
 
 @opt.grouped
@@ -61,11 +61,11 @@ def bend_command(
         return bend(fish, number, path, material=chosen, **options)
 
     first = bend_of(None if material == ALL else material)
-    complete = _known(fish) if material == ALL or files.plot is not None else ()
+    complete = _complete_sets(fish) if material == ALL or files.plot is not None else ()
     sets = {name: first if name == first.material else bend_of(name) for name in complete} | {first.material: first}
     curves = sets
-    if files.plot is not None and len(path) < SMOOTH:
-        smooth = np.union1d(path, np.linspace(0, path[-1], SMOOTH))
+    if files.plot is not None and len(path) < MIN_PLOT_POINTS:
+        smooth = np.union1d(path, np.linspace(0, path[-1], MIN_PLOT_POINTS))
         curves = {name: bend_of(name, smooth) for name in sets}
     steps = misprints(fish, number, float(path[-1]), first.material) if law == "as_printed" else ()
     emit(
@@ -79,7 +79,7 @@ def bend_command(
     )
 
 
-def _known(robot: Robot) -> Iterator[str]:
+def _complete_sets(robot: Robot) -> Iterator[str]:
     """Yield the names of the material sets for which the robot has all values."""
     unit = drive_unit(robot)
     for name in MATERIAL_SETS:
@@ -90,7 +90,7 @@ def _known(robot: Robot) -> Iterator[str]:
 
 
 def _figure(first: Bend, curves: Mapping[str, Bend]) -> Any:
-    """Return the figure of a bend, with the band of its material sets if there are several."""
+    """Return the figure of a bend; several material sets are drawn as a band."""
     from hypertuna.actuation.plots import plot_bend  # slow to import
 
     return plot_bend(first, curves)
@@ -133,7 +133,7 @@ def _record(bends: Bends) -> dict[str, Any]:
 
 
 def _dataset(bends: Bends) -> Any:
-    """Return a bend as a dataset, or those of several material sets along a dimension of their own."""
+    """Return a bend as a dataset; the bends of several material sets lie along its dimension `material`."""
     if len(bends.sets) == 1:
         return bends.first.dataset()
     import xarray as xr

@@ -27,8 +27,8 @@ from hypertuna.radio.client import Client, connect
 from hypertuna.radio.parameters import read_parameter
 from hypertuna.radio.samples import check_disarmed
 
-BOX = ".bin"  # end of the name of a black box
-ONE_REFERENCE = ("servo", "voltage")  # kinds that one reference calibrates
+BOX_SUFFIX = ".bin"  # of black-box files
+ONE_REFERENCE = ("servo", "voltage")  # kinds of sensor that a single reference calibrates
 
 
 def calibrate_command(
@@ -68,21 +68,21 @@ def calibrate_command(
     if sensor is not None and place is None:
         rule, fix = "must name the connection to the robot", "give it, because --sensor reads the robot live"
         raise InputError(rule, key="--connect", value="missing", fix=fix)
-    if log is not None and place is None and log.endswith(BOX):
+    if log is not None and place is None and log.endswith(BOX_SUFFIX):
         fix = "give it, because a black box has readings by the robot's present calibration"
         raise InputError("must name the connection to the robot", key="--connect", value="missing", fix=fix)
     references = [] if sensor is None else _references(sensor, reference)
     calibrations: tuple[Calibration, ...] = ()
     if csv is not None:
         calibrations = calibrate(read_pairs(csv))
-    elif log is not None and not log.endswith(BOX):
+    elif log is not None and not log.endswith(BOX_SUFFIX):
         calibrations = (calibrate_log(log),)
     if place is not None:
         with connect(place, key=key) as robot:
             check_disarmed(robot)
             if sensor is not None:
                 calibrations, known = calibrate_live(robot, Terminal(), sensor, references)
-            elif log is not None and log.endswith(BOX):
+            elif log is not None and log.endswith(BOX_SUFFIX):
                 ticks = read_black_box(log)[-1].ticks  # of the last boot
                 calibrations, known = calibrate_readings(robot, ticks["field_read"], ticks["acceleration_read"])
             else:
@@ -99,7 +99,7 @@ def calibrate_command(
 
 
 def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of calibrations."""
+    """Yield the lines that the terminal prints for calibrations."""
     rows = []
     for calibration in calibrations:
         parameters = ", ".join(f"{name} = {value:.7g}" for name, value in calibration.parameters.items())
@@ -112,7 +112,10 @@ def _lines(calibrations: Sequence[Calibration], place: str | None) -> Iterator[A
 
 
 def _references(sensor: str, values: Sequence[float] | None) -> list[float]:
-    """Return a sensor's references after a check of their number: two; depth takes 0, voltage 1, a servo 0 or 1."""
+    """Check the number of a sensor's references, and return them.
+
+    Two are needed; a voltage needs one above 0, depth and a servo need none, sensors with axes must have none.
+    """
     kind = "servo" if sensor == "servo" else parse_sensor(sensor)[0]
     unit, references = KINDS[kind][0], list(values or [])
     typed = ",".join(f"{value:g}" for value in references) or "missing"
@@ -135,7 +138,7 @@ class Terminal:
     """The operator at a terminal."""
 
     def ask(self, robot: Client, question: str) -> str:
-        """Ask, and keep listening to the robot until a line is typed: no old reading is left over."""
+        """Ask a question and return the typed line; read the robot's messages meanwhile, so that none waits unread."""
         self.tell(question, end=": ")
         line, input_ = b"", sys.stdin.fileno()
         while not line.endswith(b"\n"):
@@ -149,7 +152,7 @@ class Terminal:
         return line.decode(errors="replace").strip()
 
     def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
-        """Ask a question, and return the number that the operator types in a unit; key: its name in errors."""
+        """Ask a question, and return the number that the operator types in `unit`; key: the number's name in errors."""
         return read_number(self.ask(robot, question), key, unit)
 
     def tell(self, text: str, *, end: str = "\n") -> None:

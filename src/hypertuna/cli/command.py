@@ -16,10 +16,10 @@ from typer.main import get_command
 from hypertuna.errors import InputError, did_you_mean
 from hypertuna.io.quantity import listed
 
-UsageError: Any = typer.BadParameter.__mro__[1]  # of the parser inside typer: unknown options and the like
-Table = Mapping[str, tuple[Any, str]]  # command -> its function or group in hypertuna.cli, or a table; its line in help
+UsageError: Any = typer.BadParameter.__mro__[1]  # base class of all errors of typer's parser
+Table = Mapping[str, tuple[Any, str]]  # command -> (function or group in hypertuna.cli, or a table; line in help)
 
-# The panels of options in a command's help: titles, and names of parameters.
+# Panels of options in a command's help: title -> names of the parameters that it lists.
 PANELS = {
     "Robot": ("robot", "changes", "joints", "areas", "water"),
     "Gait": ("gait", "frequency", "amplitude", "phase", "bias"),
@@ -27,7 +27,7 @@ PANELS = {
 }
 
 
-class _Front:
+class _ParserBase:
     """Base of commands and groups: turns the parser's errors into one sentence with its fix, and writes the help."""
 
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
@@ -35,7 +35,7 @@ class _Front:
         typed = list(args)
         _check_words(self, context, typed)
         try:
-            unparsed: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's command, mixed in below
+            unparsed: list[str] = super().parse_args(context, args)  # type: ignore[misc]  # of typer's class
         except UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":
                 typer.echo(context.get_help(), err=True)
@@ -45,8 +45,8 @@ class _Front:
         return unparsed
 
     def get_help_option(self, context: Any) -> Any:
-        """Return the option --help; its default is False, not None: typer need not import pydantic to read it."""
-        option = super().get_help_option(context)  # type: ignore[misc]  # of typer's command, as above
+        """Return the option --help with the default False: to read the default None, typer would import pydantic."""
+        option = super().get_help_option(context)  # type: ignore[misc]  # of typer's class, mixed in below
         if option is not None:
             option.default = False
             option.help = "Show this help and exit."
@@ -56,19 +56,19 @@ class _Front:
         """Write the options into the help, in panels."""
         home = {name: title for title, names in PANELS.items() for name in names}
         panels: dict[str, list[Any]] = {"Arguments": [], "Robot": [], "Gait": [], "Options": [], "Output": []}
-        params: list[Any] = self.get_params(context)  # type: ignore[attr-defined]  # of typer's command, as above
+        params: list[Any] = self.get_params(context)  # type: ignore[attr-defined]  # of typer's class, as above
         for param in params:
             if (record := param.get_help_record(context)) is not None:
                 title = "Arguments" if param.param_type_name == "argument" else home.get(param.name or "", "Options")
                 names, meaning = record
-                panels[title].append((re.sub(r" <\S+>$", "", names), meaning))  # without the type in Python's words
+                panels[title].append((re.sub(r" <\S+>$", "", names), meaning))  # drops Python's name of the type
         for title, rows in panels.items():
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
 
-class Command(_Front, TyperCommand):
+class Command(_ParserBase, TyperCommand):
     """A command."""
 
     allow_extra_args = True  # checked in parse_args
@@ -85,7 +85,7 @@ class Command(_Front, TyperCommand):
         self.format_panels(context, formatter)
 
 
-class Group(_Front, TyperGroup):
+class Group(_ParserBase, TyperGroup):
     """A group of commands."""
 
     def resolve_command(self, context: Any, args: list[str]) -> Any:
@@ -102,7 +102,7 @@ class Group(_Front, TyperGroup):
         return super().resolve_command(context, args)
 
     def format_options(self, context: Any, formatter: Any) -> None:
-        """Write the options into the help, in the panels of a command if it is one itself; and the commands."""
+        """Write options and commands into the help; a group that is itself a command shows its options in panels."""
         if self.invoke_without_command and len(self.params) > 1:
             self.format_panels(context, formatter)
             self.format_commands(context, formatter)
@@ -117,7 +117,7 @@ class Group(_Front, TyperGroup):
 
 
 class TableGroup(Group):
-    """A group of commands from tables, one a panel of the help; it lists them without importing them."""
+    """A group of commands from tables, each a panel of the help; the help lists them without importing them."""
 
     def __init__(self, *, panels: Mapping[str, Table], **options: Any) -> None:
         super().__init__(**options)
@@ -125,7 +125,7 @@ class TableGroup(Group):
         self.commands: Any = _Commands({name: row for table in panels.values() for name, row in table.items()})
 
     def list_commands(self, _: Any) -> list[str]:
-        """List the names of the commands; those of two words stand behind one of one word."""
+        """List the names of the commands of one word; two words, such as "mission new", are commands below these."""
         return [name for name in self.commands if " " not in name]
 
     def format_commands(self, _: Any, formatter: Any) -> None:
@@ -170,7 +170,7 @@ class App(typer.Typer):
         options = {"cls": Group} | options
         super().__init__(add_completion=False, rich_markup_mode=None, **options)
 
-    def command(  # type: ignore[override]  # with fewer options
+    def command(  # type: ignore[override]  # takes fewer options than typer's
         self, name: str | None = None, **options: Any
     ) -> Callable[[Callable[..., None]], Callable[..., None]]:
         """Add a command."""
@@ -251,12 +251,12 @@ def _missing(command: Any, context: Any, args: list[str]) -> Iterator[Any]:
         except UsageError as error:
             if type(error).__name__ == "MissingParameter":
                 yield param
-        except InputError:  # of a value that is wrong as well
+        except InputError:  # the parameter is given, but its value is wrong
             continue
 
 
 def _asked_for(param: Any) -> str:
-    """Return a text of a parameter: its name, the form of its value, and the start of its help."""
+    """Return the text of a parameter in an error: its name, the form of its value, and the start of its help."""
     sentence = (param.help or "").removesuffix(".").split(". ")[0]
     shape = param.metavar or (param.name or "value").upper()
     name = f"{max(param.opts, key=len)} {shape}" if param.param_type_name == "option" else shape

@@ -73,7 +73,7 @@ def print_written(*paths: str | None) -> None:
 
 
 def _text(part: Any) -> Any:
-    """Return rich's text of a sentence or (text, style), its markup ignored and control characters escaped."""
+    """Return a sentence, or (text, style), as rich's text: markup ignored, control characters escaped."""
     from rich.text import Text
 
     text, *style = (part,) if isinstance(part, str) else part if isinstance(part, tuple) else ("",)
@@ -81,10 +81,10 @@ def _text(part: Any) -> Any:
 
 
 def _laid_out(part: Any) -> Any:
-    """Return rich's table of a part of a card: facts as label, value and unit."""
+    """Return a part of a card as rich prints it: a table, facts as label, value and unit, or a text."""
     from rich.table import Table
 
-    from hypertuna import display  # here, because the help of commands does without
+    from hypertuna import display  # imported here, because the help of commands does not need it
 
     if isinstance(part, display.Table):
         grid = Table(box=None, pad_edge=False, header_style="bold", collapse_padding=part.tight)
@@ -126,7 +126,7 @@ def progress_bar(
         streams.tell(f"{what}{share_done}, {elapsed:.0f} s{time_left}\n")
 
     def watch() -> None:
-        """Show the bar, or a line now and then, also where nothing is reported."""
+        """Show the bar, or a line every PERIOD, even if the work reports no progress."""
         nonlocal bar
         if terminal and (slow or not ended.wait(PATIENCE)):
             bar = _bar(what)
@@ -160,8 +160,8 @@ def progress_bar(
 
 
 def attended(what: str, work: Callable[[], R]) -> R:
-    """Return the result of `work`, run in a thread: meanwhile progress is shown, and Ctrl-C ends it."""
-    from concurrent.futures import Future  # here, because its import takes longer than many commands
+    """Run `work` in a thread and return its result; meanwhile show progress, and end the work on Ctrl-C."""
+    from concurrent.futures import Future  # imported here, because its import takes longer than many commands
 
     done: Future[R] = Future()
 
@@ -197,7 +197,7 @@ def command_line() -> str:
 def run_folder(output: str | None, journal: str) -> Iterator[Path | None]:
     """Make the folder of a run and yield its path; remove a new folder again if the input was bad.
 
-    A folder with files in it is taken only if one of them is the `journal` of such a run.
+    A folder that holds files is accepted only if one of them is the `journal` of an earlier run.
     """
     if output is None:
         yield None

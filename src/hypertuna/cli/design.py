@@ -44,7 +44,7 @@ def _prior(text: str, key: str) -> parsing.Setting:
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """Options of a design of tank runs, which its first ask takes."""
+    """Options that define a design of tank runs; its first `ask` takes them."""
 
     want: Annotated[
         str,
@@ -105,7 +105,7 @@ def ask_command(
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
     if report is not None:
-        from hypertuna.reports.results import report as write_page  # here, because its import takes long
+        from hypertuna.reports.results import report as write_page  # imported here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
     tables = {} if output is None else _tables(result, output)
@@ -115,7 +115,7 @@ def ask_command(
 
 
 def _tables(result: NextRuns, output: str) -> dict[str, Csv]:
-    """Return the CSV tables of the next runs to be filled in, by file: one per kind, the first named `output`."""
+    """Return the CSV tables of the next runs, to be filled in, by file name: one per kind, the first `output`."""
     rows: dict[type[Any], list[dict[str, Any]]] = {}
     for choice in result.choices:
         kind, gait, u = RUN_KINDS[choice.run.kind], choice.run.gait, choice.run.u
@@ -156,20 +156,20 @@ def tell_command(
         check_one_source(results or None, value)
         last = tank.results[-1].day if tank.results else ""
         when = last if day is None else day
-        told = _of_values(value or [], tank) if not results else _of_files(results, tank.unknowns.robot)
+        told = _read_values(value or [], tank) if not results else _read_files(results, tank.unknowns.robot)
         tank.tell(told, when)
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
-def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
-    """Return the trials of CSV files, runs of each file in the order of its rows."""
+def _read_files(files: Sequence[str], robot: Robot) -> list[Told]:
+    """Return the trials of CSV files: of one file in the order of its rows, of several sorted by run name."""
     trials = list[Told]()
     for file in files:
         trials += read_runs(file, robot)
     return trials if len(files) == 1 else sorted(trials, key=lambda run: run.name)
 
 
-def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
+def _read_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
     """Return trials from the texts of --value, one for each of the next runs in their order."""
     trials = list[Told]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):

@@ -26,7 +26,7 @@ from hypertuna.radio.drive import EVENT, Stick, gamepad, keys, moved, pressed, v
 from hypertuna.radio.log import RadioLogWriter, check_new
 from hypertuna.swimming.gait import named_gait
 
-PERIOD = 0.2  # s between two stick messages: two fit into a timeout of half a second even if one is lost
+PERIOD = 0.2  # s between stick messages: if one is lost, the next still comes within the timeout of 0.5 s
 
 
 @grouped
@@ -51,7 +51,7 @@ def drive_command(
         writer = stack.enter_context(RadioLogWriter(log, fish.name)) if log is not None else None
         client.listener = None if writer is None else writer.write
         stick = None if pad is None else stack.enter_context(Pad(pad, client.texts))
-        stack.enter_context(_raw())
+        stack.enter_context(_single_keys())
         disarmed = _drive(client, fish, stick)
         messages = client.messages
     emit(
@@ -67,7 +67,7 @@ def drive_command(
 
 
 def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
-    """Send the keys' orders until the operator quits, then disarm; return whether the robot confirmed that."""
+    """Send the keys' orders until the operator quits, then disarm; return whether the robot confirmed the disarming."""
     gaits, stick = tuple(fish.gaits), Stick()
     received, sent, manual, disarmed = time.monotonic(), 0.0, False, False
     with Live(console=Console(stderr=True), refresh_per_second=8, screen=True) as live:
@@ -76,37 +76,37 @@ def _drive(client: Client, fish: Robot, pad: Pad | None) -> bool:
             while stick.order != "quit":
                 for _ in client.poll(0.05):
                     received = time.monotonic()
-                last_stick, stick = stick, _asked(stick, pad)
+                last_stick, stick = stick, _moved_stick(stick, pad)
                 moves = (stick.ahead, stick.turn, stick.climb) != (last_stick.ahead, last_stick.turn, last_stick.climb)
                 if moves and not manual:
-                    manual = _ordered(client, lambda: _begin_manual(client))
+                    manual = _try_order(client, lambda: _begin_manual(client))
                 if stick.order and stick.order != "quit":
-                    _follow(client, fish, gaits, stick.order)
+                    _send_order(client, fish, gaits, stick.order)
                     stick, manual = Stick(), False
                 if manual and time.monotonic() - sent > PERIOD:
                     sent = time.monotonic()
                     client.manual(stick.ahead, stick.turn, stick.climb)
-        except KeyboardInterrupt:  # Ctrl-C, or a terminal that is closed: as q
+        except KeyboardInterrupt:  # Ctrl-C or a closed terminal quits, as the key q does
             pass
         finally:
             client.texts.append("disarming")
-            with contextlib.suppress(InputError):  # a robot that is out of reach rests by its own rule
+            with contextlib.suppress(InputError):  # a robot out of reach rests after its own link timeout
                 client.arm(False)
                 disarmed = True
     return disarmed
 
 
-def _follow(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
+def _send_order(client: Client, fish: Robot, gaits: tuple[str, ...], order: str) -> None:
     """Send the order of a key to the robot; show the reason if it refuses."""
     if order == "arm":
-        heart = client.last.get("HEARTBEAT")
-        _ordered(client, lambda: client.arm(heart is None or not heart.base_mode & 128))
+        heartbeat = client.last.get("HEARTBEAT")
+        _try_order(client, lambda: client.arm(heartbeat is None or not heartbeat.base_mode & 128))
     elif order == "stop":
-        _ordered(client, lambda: client.mode("rest"))
+        _try_order(client, lambda: client.mode("rest"))
     elif order == "mission":
-        _ordered(client, lambda: client.mode("mission"))
+        _try_order(client, lambda: client.mode("mission"))
     elif order.isdigit() and int(order) <= len(gaits):
-        _ordered(client, lambda: client.gait(named_gait(fish, gaits[int(order) - 1])))
+        _try_order(client, lambda: client.gait(named_gait(fish, gaits[int(order) - 1])))
 
 
 def _begin_manual(client: Client) -> None:
@@ -115,7 +115,7 @@ def _begin_manual(client: Client) -> None:
     client.manual(0.0, 0.0, 0.0)
 
 
-def _ordered(client: Client, order: Callable[[], None]) -> bool:
+def _try_order(client: Client, order: Callable[[], None]) -> bool:
     """Call `order`, which sends an order, and show a refusal; return whether the robot accepted it."""
     try:
         order()
@@ -125,12 +125,12 @@ def _ordered(client: Client, order: Callable[[], None]) -> bool:
     return True
 
 
-def _asked(stick: Stick, pad: Pad | None) -> Stick:
+def _moved_stick(stick: Stick, pad: Pad | None) -> Stick:
     """Return the stick moved by all keys and gamepad events since the last call."""
     stick = Stick(stick.ahead, stick.turn, stick.climb)
     if select.select([sys.stdin], [], [], 0)[0]:
         bytes_read = os.read(sys.stdin.fileno(), 64)
-        for key in keys(bytes_read) if bytes_read else "q":  # a terminal that is gone quits
+        for key in keys(bytes_read) if bytes_read else "q":  # no bytes: the terminal is gone
             stick = pressed(stick, key)
             if stick.order:
                 return stick
@@ -142,9 +142,9 @@ def _asked(stick: Stick, pad: Pad | None) -> Stick:
 
 
 @contextlib.contextmanager
-def _raw() -> Iterator[None]:
+def _single_keys() -> Iterator[None]:
     """Switch the terminal to single keys without echo, and back at the end."""
-    import termios  # here, because only Unix has them
+    import termios  # imported here, because only Unix has these two modules
     import tty
 
     settings = termios.tcgetattr(sys.stdin)
@@ -152,7 +152,7 @@ def _raw() -> Iterator[None]:
     try:
         yield
     finally:
-        with contextlib.suppress(termios.error):  # of a terminal that is gone
+        with contextlib.suppress(termios.error):  # the terminal may be gone
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, settings)
 
 

@@ -1,4 +1,4 @@
-"""Options of the commands by finite elements."""
+"""Options of the commands that use finite elements."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from hypertuna.fe.energies import LAWS
 from hypertuna.fe.mesh import MESHES
 from hypertuna.fe.model import FeOptions
 
-BEND_PRESSURES: Any = "0:250:6"  # kPa, as typed
-MAX_PRESSURES = 200  # of one call: each takes seconds at least
+BEND_PRESSURES: Any = "0:250:6"  # default of --pressure [kPa], as typed
+MAX_PRESSURES = 200  # of one call: finite elements take seconds or more for each
 
 
 @dataclass(frozen=True)
 class Elements(FeOptions):
-    """The finite elements of a joint, with the defaults of `FeOptions`."""
+    """Options of a joint's finite elements, with the defaults of `FeOptions`."""
 
     material: Annotated[
         str | None, opt.text("--material", f"Material set: {', '.join(MATERIAL_SETS)}. (default: the robot's)")
@@ -41,7 +41,7 @@ class CoarseElements(Elements):
 
 
 def rising(pressures: Sequence[float]) -> Array:
-    """Return the pressures [Pa] of the option [kPa], after checks of their number and order."""
+    """Return the pressures of --pressure [kPa] in Pa, after checks of their number and order."""
     if len(pressures) > MAX_PRESSURES:
         rule = f"must be at most {MAX_PRESSURES} pressures"
         raise InputError(rule, key="--pressure", value=f"{len(pressures)}", fix="ask for fewer")

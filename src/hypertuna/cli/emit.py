@@ -38,11 +38,11 @@ def emit(
 
     `lines` makes the tables and sentences (default: those of its card), `record` the JSON object (default: the
     result's summary and what made it), `dataset` the content of `output` (default: the result's own, or the result
-    itself). A CSV file has its variables `columns`, maybe with the names of their columns, to so many `digits` (see
+    itself). A CSV file has its variables `columns`, maybe with the names of their columns, rounded to `digits` (see
     `variable_columns` and `columns_csv`), or is the file that `csv` makes; NAME.csv.json beside it says what made it.
     `facts` are attributes of either file beside those of the dataset. `figure` plots the result (default: as those of
-    its class are plotted). `written` names files that are written already. A result that `failed` is printed first,
-    since it may have nothing to draw, and ends with exit code 1.
+    its class are plotted). `written` names files that are written already. A result that `failed` is printed before its
+    files are written, since it may have nothing to draw, and ends the program with exit code 1.
     """
 
     def show() -> None:
@@ -74,7 +74,7 @@ def emit(
 
 def save(figure: Any, path: str) -> None:
     """Write a figure to a file; None is an animation, which is already written."""
-    from hypertuna import figures  # here, because the import of matplotlib takes longer than most results
+    from hypertuna import figures  # imported here, because matplotlib takes longer to import than most results take
 
     if figure is not None:
         figures.save(figure, path)
@@ -112,7 +112,7 @@ def _write(
     """Write a dataset and more attributes to a .csv or a .nc file."""
     from hypertuna.io.files import columns_csv, variable_columns, write_netcdf
 
-    data = data.copy()  # shallow: of a dataset, or a tree of them
+    data = data.copy()  # a shallow copy of the dataset or of the tree of datasets
     data.attrs |= attributes(facts) | {"command": command_line()}
     if output.lower().endswith(".csv"):
         columns_csv(data.attrs, variable_columns(data, columns), digits=digits).write(output)

@@ -22,7 +22,7 @@ from hypertuna.optimization.experiment import TankSearch
 from hypertuna.swimming.gait import Gait, gait_record
 from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun, read_steady
 
-STEADY = tuple(COLUMNS[name] for name in MEASURED)
+STEADY = tuple(COLUMNS[name] for name in MEASURED)  # columns of the measurements in files of steady runs
 State = Annotated[str, opt.text("--state", "File that stores the search; created by the first ask.", "FILE")]
 
 
@@ -61,7 +61,7 @@ def ask_command(
 
 
 def check_later(context: typer.Context, kept: Collection[str]) -> None:
-    """Check that a call without --robot gives only the options `kept`: the state file has the others."""
+    """Check that a call without --robot has no options but those `kept`: the state file holds the others."""
     for name in set(context.params) - {*kept}:
         if str(context.get_parameter_source(name)).endswith("COMMANDLINE"):
             rule = "needs --robot: without it, the state file continues with its own options"

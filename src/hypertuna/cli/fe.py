@@ -28,12 +28,12 @@ from hypertuna.io.quantity import counted
 
 fe_app = opt.group("The soft joints by finite elements; needs the extra fe.")
 
-COMPARISON_PRESSURES: Any = "50:250:5"
-COMPARISON = "compare.json"  # file of the record in the folder of a comparison
+COMPARISON_PRESSURES: Any = "50:250:5"  # default of --pressure [kPa], as typed
+COMPARISON = "compare.json"  # file with the JSON record, in the folder of a comparison
 
 
 def _folder(content: str) -> Any:
-    """Return the declaration of --output for the folder of a run; content: of the folder, for the help."""
+    """Declare --output as the folder of a run; content: what the folder holds, for the help."""
     return typer.Option("-o", "--output", metavar="FOLDER", help=f"Folder of the run: {content}")
 
 
@@ -60,7 +60,7 @@ def geometry_command(
 
 
 def _geometry_lines(robot: Robot, body: JointBody) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a body: its sections [mm] and its channels."""
+    """Yield the lines that the terminal prints for a body: its sections [mm] and its channels."""
     sections = zip(body.stations, body.semi_major, body.semi_minor, strict=True)
     rows = [[f"{1e3 * value:.2f}" for value in section] for section in sections]
     channels = f"{counted(len(body.channels) // 2, 'pair')} of channels of {2 * 1e3 * body.radius:.4g} mm"
@@ -98,7 +98,7 @@ def bend_command(
     """
     fish = robot.load()
     index, path = joint_index(joint, fish), rising(pressure)
-    joint_body(fish, index)  # checks the description before the machine
+    joint_body(fish, index)  # finds errors of the description before a missing extra
     need_fe()
     if output is not None and not no_pictures:
         need_screenless()
@@ -167,7 +167,7 @@ def compare_command(
         bent = fe_bend(
             fish, index, path, side=side, options=elements, folder=folder, progress=report, work="fe compare"
         )
-    if not len(bent.pressure):  # and so nothing to compare
+    if not len(bent.pressure):  # no pressure was reached: nothing to compare
         run_record = bent.record() | {"command": command_line()}
         emit(bent, record=lambda _: run_record, lines=lambda bent: [outcome(bent)], as_json=as_json, failed=True)
     comparison = compare(bent, reasons=reasons)

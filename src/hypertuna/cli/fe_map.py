@@ -13,7 +13,7 @@ from hypertuna.fe.extra import need_fe
 from hypertuna.fe.joint_map import joint_map, joint_map_shards, map_layout
 from hypertuna.ranges import Whole
 
-POINTS = Whole(max=10_000)
+POINTS = Whole(max=10_000)  # number of points of a map
 
 
 @opt.grouped

@@ -151,7 +151,7 @@ def _track_marks(
     plot: str | None,
     as_json: bool,
 ) -> None:
-    """Track dots or tags: points that are judged as those of a file."""
+    """Track dots or tags, and fit and judge them like the markers of a file."""
     from hypertuna.film.marks import Marks, judged, points_of
     from hypertuna.film.overlay import marked, write_overlay
     from hypertuna.film.source import open_film
@@ -176,7 +176,7 @@ def _track_marks(
 
 
 def _lines(record: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a tracked film."""
+    """Yield the lines that the terminal prints for a tracked film."""
     sizes = (record["fish_px"], record["contrast_gray"], record["edge_offset_px"], record["length_ratio"])
     column_names = ["run", "frames", "used", "fish [px]", "contrast", "edges off [px]", "length ratio"]
     counts = (f"{record[key]}" for key in ("frames", "frames_used"))
@@ -253,7 +253,7 @@ def camera_command(
 
 
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a calibrated camera."""
+    """Yield the lines that the terminal prints for a calibrated camera."""
     yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
     if "corners" in facts:
         yield f"The camera looks {facts['off_vertical_deg']:.2g} deg off straight down."
@@ -287,7 +287,7 @@ def record_command(
 
 
 def _recorded_lines(facts: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a recorded film."""
+    """Yield the lines that the terminal prints for a recorded film."""
     width, height = facts["size_px"]
     yield f"{facts['frames']} frames of {width} x {height} pixels at {facts['frame_rate_hz']:.4g} Hz"
 
@@ -326,7 +326,7 @@ def clock_command(
 
 
 def _clock_lines(facts: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a film's blinks, and of a log's clock if there is one."""
+    """Yield the lines that the terminal prints for a film's blinks, and of a log's clock if there is one."""
     yield Table(["blink", "time [s]"], [[f"{k + 1}", f"{time:.3f}"] for k, time in enumerate(facts["blinks_s"])])
     frame = 1e3 / facts["frame_rate_hz"]
     yield f"lamp at pixel {facts['led_px'][0]}, {facts['led_px'][1]}; a blink begins within one frame, {frame:.2g} ms"

@@ -100,7 +100,7 @@ def _wiring_record(wiring: Wiring) -> dict[str, Any]:
 
 
 def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a robot's wiring."""
+    """Yield the lines that the terminal prints for a robot's wiring."""
     yield Table(
         ["pin", "part", "signal", "bus", "range"],
         [(f"{w.pin}", w.part, w.signal, _bus(w), w.range) for w in wiring.wires],
@@ -108,8 +108,9 @@ def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
     )
     analog = next(wire.level for wire in wiring.wires if wire.bus == "analog")
     yield f"analog: {analog} over the range; servos and serial lines: 0 or 3.3 V"
+    pin = _voltage_pin(wiring)
     upper, lower, lift = (f"{ohm / 1e3:g} kohm" for ohm in wiring.divider)
-    yield f"voltage divider: {upper} from the battery, {lower} to ground, {lift} to 3.3 V, all at pin {_pin(wiring)}"
+    yield f"voltage divider: {upper} from the battery, {lower} to ground, {lift} to 3.3 V, all at pin {pin}"
     yield "No pin takes more than 3.3 V: a part of 5 V needs a divider or a level shifter.", "bold"
 
 
@@ -118,7 +119,7 @@ def _bus(wire: Wire) -> str:
     return f"{wire.bus}, {wire.rate}" if wire.rate else wire.bus
 
 
-def _pin(wiring: Wiring) -> int:
+def _voltage_pin(wiring: Wiring) -> int:
     """Return the number of the pin that measures the battery's voltage."""
     return next(wire.pin for wire in wiring.wires if wire.signal == "voltage")
 
@@ -137,7 +138,7 @@ def _record(parameters: FirmwareTable) -> dict[str, Any]:
 
 
 def _lines(parameters: FirmwareTable) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of the firmware's parameters."""
+    """Yield the lines that the terminal prints for the firmware's parameters."""
     rows = []
     for p in parameters.parameters:
         struct, column, index = parameters.fields[p.field]

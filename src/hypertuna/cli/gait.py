@@ -15,15 +15,15 @@ from hypertuna.errors import InputError
 from hypertuna.io.quantity import listed
 from hypertuna.swimming.gait import KINDS, Gait, Gaits, grid_axes, named_gait
 
-RADIANS = 1.6  # deg: all amplitudes below it are likely to be in radians
-NEAR = 1e-9  # of a bound, for what is converted from radians
-MIN_BEATS = 2  # of a run: for means over whole beats
+LIKELY_RADIANS = 1.6  # deg: amplitudes that are all smaller were probably typed in radians
+SLACK = 1e-9  # Hz or deg: rounding of bounds that were converted from radians
+MIN_BEATS = 2  # shortest run: its means are over whole beats
 Points = Sequence[tuple[float, ...]]  # values of an option [Hz, deg]
 
 
 @dataclass(frozen=True)
 class GaitOptions:
-    """Gaits: every combination of frequencies, amplitudes, phases and biases; what is absent is of the named gait."""
+    """Every combination of frequencies, amplitudes, phases and biases; absent values are those of the named gait."""
 
     gait: opt.GaitName = None
     frequency: opt.Frequency = None
@@ -62,7 +62,7 @@ class GaitOptions:
 
 
 def _gait(values: Mapping[str, tuple[float, ...]]) -> Gait:
-    """Return the gait of its values [Hz, deg] by key."""
+    """Return the gait with the values [Hz, deg] given by key."""
     with _as_options():
         return Gait.from_degrees(frequency=values["frequency"][0], **{key: values[key] for key in KINDS})
 
@@ -77,18 +77,18 @@ def _as_options() -> Iterator[None]:
 
 
 def _axes(robot: Robot, name: str | None, given: Mapping[str, Points]) -> dict[str, Points]:
-    """Return the values [Hz, deg] of each option, or of the named gait, one angle per joint group in each."""
+    """Return the values [Hz, deg] of each option, else of the named gait; a set has an angle per joint group."""
     groups = len(robot.joints)
     axes: dict[str, Points] = {"bias": [(0.0,) * groups]}
     if name is None and len(robot.gaits) == 1 and not given.keys() >= {"frequency", "amplitude", "phase"}:
-        (name,) = robot.gaits  # the only one
+        (name,) = robot.gaits  # the robot has no other gait
     if name is not None:
         named = named_gait(robot, name)
         axes["frequency"] = [(named.frequency,)]
         axes |= {key: [tuple(np.degrees(getattr(named, key)).tolist())] for key in KINDS}
     for key, points in given.items():
         _check_count(robot, key, points, 1 if key == "frequency" else groups)
-    if 0 < max((abs(angle) for point in given.get("amplitude", ()) for angle in point), default=0) < RADIANS:
+    if 0 < max((abs(angle) for point in given.get("amplitude", ()) for angle in point), default=0) < LIKELY_RADIANS:
         note("amplitudes are in degrees, and these are small; multiply radians by 57.3.")
     if missing := [f"--{key}" for key in ("frequency", *KINDS) if key not in given and key not in axes]:
         choice = f", or --gait with one of {', '.join(robot.gaits)}" if robot.gaits else ""
@@ -105,7 +105,7 @@ def _note_bounds(robot: Robot, given: Mapping[str, Points]) -> None:
         pairs = [bounds.frequency] if key == "frequency" else np.degrees(bounds.amplitude).tolist()
         names = [""] if key == "frequency" else [f" of joint group {group.name}" for group in robot.joints]
         typed = [triple for point in given.get(key, ()) for triple in zip(point, pairs, names, strict=True)]
-        if outside := [(x, *pair, suffix) for x, pair, suffix in typed if not pair[0] - NEAR <= x <= pair[1] + NEAR]:
+        if outside := [(x, *pair, suffix) for x, pair, suffix in typed if not pair[0] - SLACK <= x <= pair[1] + SLACK]:
             value, low, high, suffix = outside[-1]
             bound = f"gait_bounds.{key}_{unit.lower()} of {robot.name}"
             note(f"--{key} {value:g} {unit}{suffix} is outside {bound}, {low:g} to {high:g} {unit}.")

@@ -18,7 +18,7 @@ from hypertuna.firmware.relay import radio_model
 from hypertuna.firmware.scenario import find_scenario
 from hypertuna.mission.checks import check_current
 
-ROBOT = "hypertuna"  # that flies scenarios without a robot of their own
+TUNA = "hypertuna"  # the robot that flies scenarios that name none
 
 
 @opt.grouped
@@ -76,8 +76,8 @@ def hil_command(
     if (missing_tool := missing(board)) is not None:
         raise InputError("must be able to run here", key="--board", value=board, fix=missing_tool)
     chosen = robot.load() if robot.robot else None
-    plan = find_scenario(scenario, replace(robot, robot=ROBOT).load() if chosen is None and ":" in scenario else chosen)
-    fish = chosen if chosen is not None else replace(robot, robot=plan.robot or ROBOT).load()
+    plan = find_scenario(scenario, replace(robot, robot=TUNA).load() if chosen is None and ":" in scenario else chosen)
+    fish = chosen if chosen is not None else replace(robot, robot=plan.robot or TUNA).load()
     if plan.mission is not None:
         check_current(fish, plan.mission)
         if radio is not None and plan.mission.waypoints:
@@ -132,7 +132,7 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
 
 
 def _lines(run: FirmwareRun) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a run of the firmware."""
+    """Yield the lines that the terminal prints for a run of the firmware."""
     record = _record(run)
     yield f"{run.scenario.name} on {run.board}: {run.ticks} ticks", "bold"
     yield f"real-time factor: {run.real_time_factor:.1f}"

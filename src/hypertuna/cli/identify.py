@@ -35,7 +35,7 @@ class Fits:
 
     by_law: Mapping[str, Fit]
     best: str  # water law
-    robot: Robot  # the best fit
+    robot: Robot  # with the coefficients of the best fit, or of its posterior
     sampled: Posterior | None
     seconds: float
     output: str | None  # file of the robot
@@ -189,7 +189,7 @@ def identify_command(
     if output is not None:
         write_robot(fitted, output)
     if report is not None:
-        from hypertuna.reports.fit import write_fit  # here, because its import takes longer than a fit
+        from hypertuna.reports.fit import write_fit  # imported here, because the import takes longer than a fit
 
         write_fit(by_law, best, report, sampled=sampled, command=command_line())
     emit(
@@ -203,7 +203,7 @@ def identify_command(
 
 
 def _record(fits: Fits) -> dict[str, Any]:
-    """Return the JSON record: that of the best fit, and those of all water laws."""
+    """Return the JSON record of the best fit, with the records of the other water laws if there are several."""
     record = fits.fit.record | {"fit_hash": fits.robot.hash, "output": fits.output}
     if fits.sampled is not None:
         record["posterior"] = fits.sampled.record
@@ -215,7 +215,7 @@ def _record(fits: Fits) -> dict[str, Any]:
 
 
 def _lines(fits: Fits) -> Iterator[Part]:
-    """Yield the lines that the terminal shows of the best fit, and of the fits by other water laws."""
+    """Yield the lines that the terminal prints for the best fit, and for the fits by other water laws."""
     if len(fits.by_law) > 1:
         yield digits_table(*law_table(fits.by_law))
     title, table, *rest = sampled_card(fits.fit, fits.sampled, fits.seconds).lines()

@@ -1,4 +1,4 @@
-"""The command `hypertuna trials import markers`, and what it shares with films of marks."""
+"""The command `hypertuna trials import markers`, and the parts shared with films of marks."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -25,7 +25,7 @@ from hypertuna.trials.tracks import LENGTHS
 
 @dataclass(frozen=True)
 class PlaceOptions:
-    """Options of where markers are on the robot, and of which are used."""
+    """Options: where the markers are on the robot, and which of them are used."""
 
     places: Annotated[
         str | None,
@@ -44,11 +44,11 @@ class PlaceOptions:
     ] = None
 
     def given(self) -> dict[str, Any]:
-        """Return the values by option."""
+        """Return the value of each option, by the option's name."""
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
     def wishes(self) -> Wishes:
-        """Return the options as those of the fit to the markers."""
+        """Return the options as the `Wishes` of a fit to markers."""
         joints = [_names(self.merge)] if self.merge else []
         return Wishes(self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None)
 
@@ -134,7 +134,7 @@ def show_marker_runs(
     noises: Sequence[tuple[Array, float] | None] = (),
     also: Sequence[str | None] = (),
 ) -> None:
-    """Draw, write and print runs; noises: as of `write_marker_runs`; also: other files that were written."""
+    """Draw, write and print runs; noises: see `write_marker_runs`; also: other files to report as written."""
     plot = plot or str(Path(output).with_suffix(".svg"))
     refused_run = next((run for run in runs if run.refusal()), None)
     from hypertuna.trials.plots_markers import plot_markers
@@ -166,7 +166,7 @@ def _comment() -> str:
 
 
 def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of imported runs."""
+    """Yield the lines that the terminal prints for imported runs."""
     heads = ["run", "frames", "used", "missing", "rejected", "noise [mm]", "head sd [mm]", "yaw sd [deg]"]
     rows = []
     for record in records:

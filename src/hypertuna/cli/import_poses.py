@@ -12,7 +12,7 @@ from hypertuna.display import Table
 from hypertuna.io.files import version
 from hypertuna.trials.pose_import import DIRECTIONS, PoseRun, View, read_pose_run, write_pose_run
 
-JOINTS = "joint angles: the file has none. Name a CSV file of them in the manifest, under [recordings.joints]"
+MISSING_JOINTS = "joint angles: the file has none. Name a CSV file of them in the manifest, under [recordings.joints]"
 
 
 @opt.grouped
@@ -38,7 +38,7 @@ def import_poses_command(
     names = [name for part in joints.split(",") if (name := part.strip())]
     run = read_pose_run(fish, file, view=View(up, forward, ahead), topic=topic, joints=names)
     written = write_pose_run(run, fish, output, f"Made by `hypertuna trials import` {version()}")
-    missing = [] if run.joint_time is not None else [JOINTS]
+    missing = [] if run.joint_time is not None else [MISSING_JOINTS]
     record = {
         "name": run.name,
         "source": run.source,
@@ -59,7 +59,7 @@ def import_poses_command(
 
 
 def _lines(run: PoseRun, record: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of an imported run."""
+    """Yield the lines that the terminal prints for an imported run."""
     row = [run.name, run.source, f"{record['poses']}", f"{record['seconds']:.4g}", f"{record['joint_samples']}"]
     yield Table(["run", "source", "poses", "duration [s]", "joint samples"], [row])
     for sentence in record["notes"]:

@@ -63,7 +63,7 @@ def _silicone_record(file: str, test: TensileTest, fit: TensileFit) -> dict[str,
 
 
 def _silicone_lines(test: TensileTest, fit: TensileFit) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a fit to a tensile test."""
+    """Yield the lines that the terminal prints for a fit to a tensile test."""
     solid = fit.solid
     yield f"{test.name}: tensile_pa = [{solid.c1:.0f}, {solid.c2:.0f}]", "bold"
     yield f"Young's modulus at small strain: {solid.modulus / 1e3:.1f} kPa"
@@ -138,7 +138,7 @@ def fit_command(
 
 
 def _lines(fit: BenchFit, gains: Sequence[InformationGain]) -> Iterator[Part]:
-    """Yield the lines that the terminal shows of a fit; before its warnings, the measurements that would add most."""
+    """Yield the lines that the terminal prints for a fit; before its warnings, the measurements that would add most."""
     lines = card_of(fit).lines()
     warnings_start = len(lines) - 1 - len(fit.warnings)
     yield from lines[:warnings_start]

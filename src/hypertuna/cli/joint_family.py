@@ -1,4 +1,4 @@
-"""The command `hypertuna joint family`: all designs of an actuator that meet what was measured."""
+"""The command `hypertuna joint family`: designs of an actuator that agree with bench measurements."""
 
 import math
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from hypertuna.fe.mesh import MESHES, mesh_size
 from hypertuna.fe.model import FeOptions
 from hypertuna.ranges import Range
 
-ERRORS = Range(min=0, max=50, unit="percent")
+ERRORS = Range(min=0, max=50, unit="percent")  # of --model-error
 CHECK_LEGEND = (
     "Measured values contain the friction of the braids, and so does the fast model. Finite elements have no friction: "
     "the last column is the difference of the fast model without friction from them."
@@ -55,7 +55,7 @@ def family_command(
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Sample all designs of an actuator that meet measured bends, forces, shortenings and volumes.
+    """Sample the actuator designs that agree with measured bends, forces, shortenings and oil volumes.
 
     Lists what the measurements leave open, and what to measure next. --check needs the extra fe and takes about a
     minute for each pressure; the exit code is 1 if finite elements did not reach one.
@@ -64,7 +64,7 @@ def family_command(
         raise InputError("is used only with --check", key="--mesh", fix="add --check")
     fish, elements = robot.load(output), FeOptions(mesh=mesh or MESH)
     bench = read_bench(files, fish)
-    if check:  # before minutes of work
+    if check:  # raises errors before minutes of work
         mesh_size(elements.mesh)
         need_fe()
     prior = {name: (low, high) for name, low, high in bounds or []}
@@ -98,7 +98,7 @@ def family_command(
 
 
 def _lines(found: Family, checks: list[str], output: str | None, checked: Checked | None) -> Iterator[Part]:
-    """Yield the lines that the terminal shows of a family of designs, with its check before the warnings."""
+    """Yield the lines that the terminal prints for a family of designs, with its check before the warnings."""
     lines = card_of(found).lines()
     warnings_start = len(lines) - 1 - len(found.warnings)
     yield from lines[:warnings_start]

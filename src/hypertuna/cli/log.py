@@ -158,7 +158,7 @@ def _radio(log: RadioLog) -> dict[str, Any]:
 
 
 def _radio_lines(log: RadioLog) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a radio log."""
+    """Yield the lines that the terminal prints for a radio log."""
     record = _radio(log)
     yield f"log of the radio, {record['seconds']:.4g} s", "bold"
     yield f"messages: {', '.join(f'{count} {name}' for name, count in record['messages'].items())}"
@@ -167,7 +167,7 @@ def _radio_lines(log: RadioLog) -> Iterator[Any]:
 
 
 def _lines(log: Log) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a mission's log."""
+    """Yield the lines that the terminal prints for a mission's log."""
     yield from card_of(log.record).lines()
     yield f"messages: {', '.join(f'{topic} {count}' for topic, count in log.messages.items())}", "dim"
     for key, value in log.record.facts.items():

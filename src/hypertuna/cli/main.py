@@ -19,8 +19,8 @@ from hypertuna.cli.streams import (
 )
 from hypertuna.errors import InputError, escaped
 
-# The commands in the order of the work, in the panels of --help. Each: its function or group in hypertuna.cli, or the
-# table of its commands; and its line in --help.
+# Panel of --help -> command -> (function or group in hypertuna.cli, or the table of its subcommands; line in --help).
+# Panels and commands stand in the order in which a user needs them.
 PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     "Describe a robot": {
         "robot": ("robot:robot_app", "Robot descriptions: begin one, check a file, show a robot, print the format."),
@@ -71,7 +71,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
     "Optimize": {
         "optimize": (
             "optimize:optimize_app",
-            "Find the best gait for an objective: speed, or an expected speed at low cost.",
+            "Find the best gait for an objective: the highest speed, or a target speed at low cost.",
         ),
         "pareto": ("pareto:pareto_command", "Find the Pareto front of gaits: NSGA-II, polished by exact gradients."),
     },
@@ -82,7 +82,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                 "fit": ("joint:fit_command", "Identify the unknowns of an actuator from bench pressures and bends."),
                 "family": (
                     "joint_family:family_command",
-                    "Sample all designs of an actuator that meet measured bends, forces, shortenings and volumes.",
+                    "Sample the actuator designs that agree with measured bends, forces, shortenings and oil volumes.",
                 ),
                 "silicone": ("joint:silicone_command", "Fit the elastic constants of a silicone to a tensile test."),
             },
@@ -157,7 +157,7 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
         "version": ("version:version_command", "Print the version and the instruction set in use."),
     },
 }
-COMMANDS = {name: row for table in PANELS.values() for name, row in table.items()}
+COMMANDS = {name: row for table in PANELS.values() for name, row in table.items()}  # every command's row of `PANELS`
 
 
 class Program(TableGroup):
@@ -167,7 +167,7 @@ class Program(TableGroup):
         super().__init__(panels=PANELS, **options)
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options, all of them flags; False, not None, when absent: typer need not import pydantic."""
+        """Return the options, all flags, with the default False: for None, typer would import pydantic."""
         flags: list[Any] = super().get_params(ctx)
         for flag in flags:
             flag.default = False
@@ -203,7 +203,7 @@ def program(
 
 def main() -> None:
     """Run the program: bad input is one sentence on the error output, and exit code 2."""
-    gc.set_threshold(50_000)  # most of what the start makes stays: searched for garbage less often
+    gc.set_threshold(50_000)  # most objects made at the start stay: collect garbage less often
     open_streams()
     end_on_signals()
     if sys.argv[1:2] == ["help"]:
@@ -230,7 +230,7 @@ def _run() -> Any:
         if was_interrupted() or isinstance(error, KeyboardInterrupt | typer.Abort):
             return INTERRUPTED
         if isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError):
-            return 0  # the reader of the output has seen enough; the parser and rich make a SystemExit of it
+            return 0  # the reader closed the pipe; the parser and rich turn the error into a SystemExit
         sentence = _sentence(error)
         if not sentence:
             raise
@@ -245,7 +245,7 @@ def _sentence(error: BaseException) -> str:
         file = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
         return f"{file}: {error.strerror or error}.".removeprefix(": ")
     if isinstance(error, MemoryError):
-        needed = f" ({error})" if str(error) else ""  # what NumPy says: how much, for which array
+        needed = f" ({error})" if str(error) else ""  # NumPy's message: the size and the array
         return f"there is not enough memory{needed}: give the process more, or this command less to do at once."
     is_isa = isinstance(error, ValueError) and str(error).startswith("HYPERTUNA_ISA")
     return f"{error}." if is_isa else ""

@@ -228,13 +228,13 @@ def _statistics(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _many_lines(title: str, outcomes: Sequence[Outcome]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of many flights: minimum, mean and maximum of each number."""
+    """Yield the lines that the terminal prints for many flights: minimum, mean and maximum of each number."""
     statistics = _statistics(outcomes)
     yield f"{title}: {counted(len(outcomes), 'flight')}", "bold"
     rows = [
         (quantity.label, *(f"{value:.4g}" for value in statistics[key].values()), quantity.unit)
         for key, quantity in outcomes[0].summary().items()
-        if math.isfinite(quantity.value)  # there is no distance to a fence without one
+        if math.isfinite(quantity.value)  # without a fence, the distance to it is NaN
     ]
     yield Table(["", "min", "mean", "max", ""], rows, left=(0, 4))
     yield ", ".join(f"{count} {status}" for status, count in statistics["status"].items())
@@ -248,13 +248,13 @@ def _not_done(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
     failed: dict[str, list[int]] = {}
     for result in outcomes:
         if result.status != "done":
-            failed.setdefault(_why(result), []).append(result.seed)
+            failed.setdefault(_failure_text(result), []).append(result.seed)
     for why, seeds in sorted(failed.items(), key=lambda item: -len(item[1])):
         yield f"not done: {why}: {'seeds' if len(seeds) > 1 else 'seed'} {', '.join(map(str, seeds))}", "yellow"
 
 
-def _why(result: Outcome) -> str:
-    """Return a text of how a failed flight ended: its status, the first waypoint not reached, and the reasons."""
+def _failure_text(result: Outcome) -> str:
+    """Return how a failed flight ended: its status, the first waypoint it missed, and the reasons."""
     missed = [point for point in result.waypoints if point["outcome"] != "reached"]
     where = "all waypoints reached"
     if missed:

@@ -91,7 +91,7 @@ def import_command(
 
 
 def _import_lines(file: MissionFile, goes_home: bool, notes: list[str]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of an imported plan, with notes on parts that were changed."""
+    """Yield the lines that the terminal prints for an imported plan, with notes on parts that were changed."""
     points = file.mission.waypoints
     depths = sorted({f"{point.depth:g}" for point in points}, key=float)
     span = depths[0] if len(depths) == 1 else f"{depths[0]} to {depths[-1]}"

@@ -42,7 +42,7 @@ def optimize_command(
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
-    """Find the best gait for an objective: speed, or an expected speed at low cost of transport (Eq. 42).
+    """Find the best gait for an objective: the highest speed, or a target speed at low cost of transport (Eq. 42).
 
     With --design, numbers of the robot's file are sought beside it.
 
@@ -53,7 +53,7 @@ def optimize_command(
         return
     subject = robot.load(output)
     all_limits = limits.make(subject, speed=min_speed, **body.arguments())
-    if output is not None:  # tried before the search, whose result must not be lost
+    if output is not None:  # checks that the result can be written before a long search for it
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
     how = search.arguments() | vars(robust) | {"checkpoint": checkpoint, "design": design_of(design)}

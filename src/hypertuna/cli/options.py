@@ -23,11 +23,11 @@ from hypertuna.ranges import Range, check_choice
 if TYPE_CHECKING:
     from hypertuna.description.robot import Robot
 
-# --- how options are declared. Values are read in callbacks, which know the option's name: bad ones are an InputError.
+# --- how options are declared. A callback reads the value: it knows the option's name, for the InputError of a bad one.
 
 
 def option(names: Sequence[str], help: str, metavar: str, read: Callable[[str, str], Any], **more: Any) -> Any:
-    """Declare an option whose text `read` turns into a value, given the text and the option's name."""
+    """Declare an option; `read` turns the typed text into a value, and gets the option's name for errors."""
 
     def callback(param: typer.CallbackParam, value: Any) -> Any:
         key = max(param.opts, key=len)
@@ -48,7 +48,7 @@ def group(help: str) -> typer.Typer:
     return App(no_args_is_help=True, help=help)
 
 
-SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}  # of units, for metavars
+SYMBOLS = {"degrees": "deg", "seconds": "s", "C": "degC", "percent": "%", "N m": "N*m"}  # of units, in metavars
 SYMBOLS |= dict.fromkeys(("parts of 1", "parts of one", "m/s per J/(kg m)", "deg, kPa or A", "figures, 0.475 say"), "1")
 SYMBOLS |= {"m, m and degrees": "m,m,deg"}
 
@@ -67,10 +67,10 @@ def _kind(form: str, read: Callable[..., Any]) -> Callable[..., Any]:
     return declare
 
 
-number = _kind("UNIT", parsing.number)  # within `limits`
-numbers = _kind("UNIT,...", parsing.numbers)  # separated by commas, maybe `count` of them
-values = _kind("UNIT,...", parsing.values)  # values and ranges, one after another, within `limits`
-ranges = _kind("UNIT,...", parsing.ranges)  # a value or a range for each of several parts, and all their combinations
+number = _kind("UNIT", parsing.number)  # a number within `limits`
+numbers = _kind("UNIT,...", parsing.numbers)  # numbers separated by commas: `count` of them, if given
+values = _kind("UNIT,...", parsing.values)  # a list of values and ranges, joined, within `limits`
+ranges = _kind("UNIT,...", parsing.ranges)  # a value or range per part; gives all combinations
 interval = _kind("LOW:HIGH", parsing.interval)
 bound = _kind("NAME=LOW:HIGH", parsing.bound)
 setting = _kind("NAME=VALUE", parsing.setting)
@@ -89,7 +89,7 @@ def word(name: str, words: Sequence[str], help: str) -> Any:
 
 
 def starting(words: Sequence[str], incomplete: str) -> list[str]:
-    """Return the words that complete an incomplete one."""
+    """Return the words that begin with the incomplete one."""
     return [word for word in words if word.startswith(incomplete)]
 
 
@@ -150,18 +150,18 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 RANGE, GRID = "values and ranges START:STOP:COUNT, separated by commas", "Commands that swim a grid (sweep, turn) take"
 GROUPS = f"one per joint group, separated by commas. {GRID} ranges START:STOP:COUNT, and several levels"
 ROBOTS = "(default: the robot's)"
-ROBOT = "hypertuna"  # without --robot and HYPERTUNA_ROBOT
+ROBOT = "hypertuna"  # default, without --robot and HYPERTUNA_ROBOT
 
 
 def offered_robots(incomplete: str) -> list[str]:
-    """Return the names of robots that complete an incomplete one."""
+    """Return the names of robots that begin with the incomplete one."""
     from hypertuna.description.robot import robots
 
     return starting(robots(), incomplete)
 
 
 def offered_files(incomplete: str, suffixes: Sequence[str]) -> list[str]:
-    """Return the files with some suffixes that complete an incomplete path."""
+    """Return the files with one of the suffixes whose paths begin with the incomplete one."""
     folder, name = os.path.split(incomplete)
     with contextlib.suppress(OSError):
         matches = [entry.name for entry in os.scandir(folder or ".") if entry.name.endswith(tuple(suffixes))]
@@ -170,17 +170,17 @@ def offered_files(incomplete: str, suffixes: Sequence[str]) -> list[str]:
 
 
 def offered_gaits(context: typer.Context, incomplete: str) -> list[str]:
-    """Return the gaits, of the robot typed before on the line, that complete an incomplete name."""
+    """Return the gaits that begin with the incomplete name, of the robot typed earlier on the line."""
     from hypertuna.description.robot import load
 
-    named = [*context.args, context.params.get("robot") or ROBOT]  # words that are no option wait in `args`
+    named = [*context.args, context.params.get("robot") or ROBOT]  # arguments that are not yet parsed are in `args`
     with contextlib.suppress(InputError):
         return starting([*load(named[0]).gaits], incomplete)
     return []
 
 
 def _keys(context: typer.Context, incomplete: str) -> list[str]:
-    """Return the keys, of the robot typed before on the line, that complete an incomplete one; none with a space."""
+    """Return the keys without spaces that begin with the incomplete one, of the robot typed earlier on the line."""
     from hypertuna.description.changes import settable
     from hypertuna.description.robot import load
 
@@ -230,7 +230,7 @@ Frequency = Annotated[
 Amplitude = Annotated[list[Any] | None, ranges("--amplitude", "degrees", f"Amplitudes, {GROUPS}.")]
 Phase = Annotated[list[Any] | None, ranges("--phase", "degrees", "Lags behind the first joint group.")]
 Bias = Annotated[list[Any] | None, ranges("--bias", "degrees", "Mean angles of the joint groups.")]
-LAWS = [law for law, _ in _core.water_laws()]
+LAWS = [law for law, _ in _core.water_laws()]  # names of water laws
 JointLaw = Annotated[str | None, word("--joints", ("ideal", "bandwidth"), f"Model of the joints. {ROBOTS}")]
 Areas = Annotated[str | None, word("--areas", ("consistent", "as-printed"), f"Areas of the lumped law. {ROBOTS}")]
 WaterLaw = Annotated[str | None, word("--water", LAWS, f"Water law. {ROBOTS}")]
@@ -238,7 +238,7 @@ WaterLaw = Annotated[str | None, word("--water", LAWS, f"Water law. {ROBOTS}")]
 
 @dataclass(frozen=True)
 class RobotOptions:
-    """A robot, maybe with other values."""
+    """Options: a robot, maybe with changed values."""
 
     robot: RobotName = ROBOT
     changes: Changes = None
@@ -260,21 +260,21 @@ class RobotOptions:
 
 @dataclass(frozen=True)
 class MissionRobot(RobotOptions):
-    """A robot in place of the one that a mission file names, maybe with other values."""
+    """Options: a robot, instead of the one that a mission file names, maybe with changed values."""
 
     robot: Annotated[str, robot_name("Robot that swims the mission. (default: that of the mission file)")] = ""
 
 
 @dataclass(frozen=True)
 class ModelOptions(RobotOptions):
-    """A robot and its model."""
+    """Options: a robot, maybe with changed values and other laws of its model."""
 
     joints: JointLaw = None
     areas: Areas = None
     water: WaterLaw = None
 
     def load(self, output: str | None = None) -> Robot:
-        """Read the robot, with another choice of model."""
+        """Read the robot, with the laws that the options choose."""
         return super().load(output).using(joints=self.joints, areas=self.areas, water=self.water)
 
 
@@ -303,7 +303,7 @@ Cluster = Annotated[
 
 @dataclass(frozen=True)
 class Places:
-    """Where cases that do not depend on each other are computed."""
+    """Options: where independent cases are computed, on a cluster or in shards."""
 
     cluster: Cluster = None
     shard: Annotated[
@@ -326,7 +326,7 @@ Threads = Annotated[int | None, whole_number("--threads", "Number of threads. (d
 Duration = Annotated[float, number("--duration", "seconds", "Duration of the run.")]
 Medium = Annotated[str, word("--medium", ("water", "air"), "Medium around the robot.")]
 Temperature = Annotated[float | None, number("--temperature", "C", f"Oil temperature. {ROBOTS}")]
-# Oil hardly passes thinner lines, and wider ones swing faster than the twin steps.
+# Oil hardly passes thinner lines; in wider ones it oscillates faster than the twin's time step resolves.
 BORES = Range(min=1.0, max=20.0, unit="mm")
 Bore = Annotated[float | None, number("--line-bore", "mm", f"Inner diameter of all oil lines. {ROBOTS}", limits=BORES)]
 Seed = Annotated[int, whole_number("--seed", "Seed of the random numbers: the same seed gives the same result.")]
@@ -344,8 +344,8 @@ Bounds = Annotated[
 Loss = Annotated[str, word("--loss", ("soft_l1", "linear", "huber", "cauchy"), "Loss of the residuals.")]
 Starts = Annotated[int, whole_number("--starts", "Number of searches, each from another start.")]
 
-MAX_PRESSURES = 10_000  # of one call: more add nothing, and take minutes
-PRESSURES = Range(max=2000.0)  # kPa: beyond any actuator
+MAX_PRESSURES = 10_000  # of one call: more take minutes and resolve nothing new
+PRESSURES = Range(max=2000.0)  # kPa, above that of any actuator
 
 
 def _pressures(text: str, key: str) -> list[float]:
@@ -364,8 +364,8 @@ Pressures = Annotated[
 
 # --- what is written
 
-SHARDS = ".shards"  # of a folder
-FIGURES = (".svg", ".png", ".pdf")
+SHARDS = ".shards"  # suffix of a folder of shards
+FIGURES = (".svg", ".png", ".pdf")  # endings of plots' files
 AsJson = Annotated[bool, flag("--json", "Print one JSON object.")]
 Plot = Annotated[str | None, file("--plot", "the plot", *FIGURES)]
 Manifest = Annotated[str, file("--output", "the manifest", ".toml")]

@@ -19,6 +19,7 @@ from hypertuna.paper.reproduce import Ledger, ledger_record, reproduce
 if TYPE_CHECKING:
     from rich.text import Text
 
+# Verdict -> rich's style on the terminal.
 STYLES = (
     {"reproduced": "green", "contradicted": "bold red"}
     | dict.fromkeys(("deviates", "violated"), "yellow")
@@ -60,7 +61,7 @@ def paper_command(
         page = write_ledger(ledger, output).resolve().as_uri()
         emit(ledger, record=ledger_record, lines=_brief, as_json=as_json)
         if not as_json:
-            typer.echo(f"The page: {page}")  # whole, to be followed
+            typer.echo(f"The page: {page}")  # on one line, so that terminals make it a link
 
 
 def _brief(ledger: Ledger) -> Iterator[str]:
@@ -73,7 +74,7 @@ def _brief(ledger: Ledger) -> Iterator[str]:
 
 
 def _lines(ledger: Ledger) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of the ledger: counts by class, each number, and the models' errors."""
+    """Yield the lines that the terminal prints for the ledger: counts by class, each number, and the models' errors."""
     from rich.text import Text
 
     summary = ledger.summary
@@ -116,7 +117,7 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
 
 
 def _answer(entry: Entry) -> Text:
-    """Return the text of a computed number, with its error, the mark of its verdict, and the seeds that agree."""
+    """Return a computed number as text, with its verdict's mark, its error, and how many seeds agree."""
     from rich.text import Text
 
     error = f" ({entry.error})" if entry.error else ""

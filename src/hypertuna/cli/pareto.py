@@ -16,7 +16,7 @@ from hypertuna.optimization.pareto import SLOW, Front, pareto
 from hypertuna.swimming.beat import DEFAULT_STEPS, QUANTITIES
 from hypertuna.swimming.gait import KINDS, NEEDED, gait_record
 
-# Names of quantities in JSON and CSV, with their units.
+# Objective -> its key in JSON and CSV, which ends with the unit.
 NAMES = {name: key_of(name, QUANTITIES[name].unit) for name in OBJECTIVES}
 
 

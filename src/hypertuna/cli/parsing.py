@@ -1,4 +1,4 @@
-"""Read what is typed on the command line: numbers, lists, ranges, bounds, names of files."""
+"""Read texts typed on the command line: numbers, lists, ranges, bounds, names of files."""
 
 import itertools
 import math
@@ -11,8 +11,8 @@ from typing import NamedTuple
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, Range, Whole
 
-SPREADSHEETS = (".xlsx", ".xls", ".ods", ".tsv", ".txt")  # read .csv
-COUNTS = Whole(min=1, max=1_000_000)  # values of one range, and of one option
+SPREADSHEETS = (".xlsx", ".xls", ".ods", ".tsv", ".txt")  # suffixes of programs that read .csv
+COUNTS = Whole(min=1, max=1_000_000)  # number of values of one range, and of one option
 
 
 class Bound(NamedTuple):
@@ -40,7 +40,7 @@ def number(text: str, key: str, unit: str, limits: Range = FINITE) -> float:
 
 
 def _fix(text: str, unit: str) -> str:
-    """Return the advice for a text that is no number, such as one with a unit."""
+    """Return the fix for a text that is no number, such as a number with a unit."""
     number_match = re.match(r"-?[\d.]+", text.strip())
     suffix = text.strip()[number_match.end() :].strip() if number_match else ""
     if re.fullmatch(r"[\d.,;\s-]+", text) and ";" in text:
@@ -166,7 +166,7 @@ def pair(text: str, key: str, form: str) -> tuple[str, str]:
 
 
 def _parts(text: str, key: str, unit: str, limits: Range = FINITE) -> list[list[float]]:
-    """Return the values of each part of a list separated by commas: one of a number, several of a range."""
+    """Return the values of each part of a list separated by commas: a number is one value, a range several."""
     parts = text.split(",")
     return [_range(part, f"{key}[{k}]" if len(parts) > 1 else key, unit, limits) for k, part in enumerate(parts)]
 
@@ -187,6 +187,6 @@ def _range(text: str, key: str, unit: str, limits: Range) -> list[float]:
         raise InputError(rule, key=key, value=shown(text), fix="write, for example, 1:6:6 for 1, 2, 3, 4, 5 and 6")
     start, stop = (number(part, key, unit, limits) for part in parts[:2])
     count = COUNTS.check(whole_number(parts[2], f"{key}'s count"), f"{key}'s count", "give the number of values")
-    import numpy as np  # its rounding, without its import where no range is given
+    import numpy as np  # imported here, because only ranges need it
 
     return [float(value) for value in np.linspace(start, stop, count)]

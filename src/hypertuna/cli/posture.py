@@ -16,8 +16,8 @@ from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.simulation.cards import limit_sentences, posture_rows
 from hypertuna.simulation.posture import CLOSE, EASED, PostureTest, posture_test
 
-ANGLE = math.radians(20)  # the paper's
-FREQUENCIES: Any = "1:6:6"  # as typed
+ANGLE = math.radians(20)  # default peak bend [rad], the paper's
+FREQUENCIES: Any = "1:6:6"  # default of --frequency [Hz], as typed
 
 
 @opt.grouped
@@ -72,7 +72,7 @@ def posture_command(
 
 
 def _angles(robot: Robot, angles: Sequence[float] | None) -> list[float]:
-    """Return one angle per joint group [rad]; a single one [deg] is for all groups that reach it, or the largest."""
+    """Return one angle per joint group [rad]; a single one is for all groups that reach it, 0 for the others."""
     bends = [math.inf if group.bend_max is None else group.bend_max for group in robot.joints]
     targets = [min(ANGLE, EASED * max(bends))] if angles is None else [math.radians(value) for value in angles]
     if len(targets) != 1 or len(robot.joints) == 1:
@@ -94,7 +94,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
     } | made_by(result.robot)
 
 
-# Columns of a beat in a CSV file, and their keys in a row.
+# Columns of a beat in the CSV file -> keys in a row of `posture_rows`.
 BEATS = {"time_s": "beat_end_s", "peak_left_deg": "peak_left_deg", "peak_right_deg": "peak_right_deg"}
 BEATS |= {"error_deg": "beat_error_deg", "error_measured_deg": "beat_error_measured_deg"}
 

@@ -17,7 +17,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import named_gait
 
-CASES = Whole(max=10_000)
+CASES = Whole(max=10_000)  # number of cases of one call
 
 
 def _over(text: str, key: str) -> tuple[str, list[float]]:
@@ -63,7 +63,7 @@ def pump_command(
     amplitude are the largest possible.
     """
     fish = robot.load()
-    circuits(fish)  # checks the tables of the file
+    circuits(fish)  # raises errors of the robot's file before the options are checked
     frequencies, amplitudes = _beat(fish, gait, frequency, amplitude)
     bores: list[float | None] = [None] if bore is None else [1e-3 * value for value in bore]
     temperatures = [None] if temperature is None else [kelvin(value) for value in temperature]

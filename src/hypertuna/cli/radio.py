@@ -35,6 +35,7 @@ def _read_key(path: str, _: str) -> bytes:
     return content
 
 
+# Forms of the radio's address, for help texts and errors
 PLACES = "udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600."
 Connect = Annotated[str, opt.text("--connect", PLACES, "PLACE")]
 Key = Annotated[
@@ -143,7 +144,7 @@ def check_command(place: Connect, key: Key = None, as_json: opt.AsJson = False) 
 
 
 def _readiness_lines(found: Readiness) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a check before arming."""
+    """Yield the lines that the terminal prints for a check before arming."""
     if found.faults:
         rows = [(name, sentence, "yes" if forbids else "") for name, sentence, forbids in found.faults]
         yield Table(["fault", "meaning", "forbids arming"], rows, left=range(3))

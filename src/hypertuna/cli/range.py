@@ -25,11 +25,11 @@ PAPER = "hypertuna"  # the robot whose range is published
 
 @dataclass(frozen=True)
 class Cruise:
-    """A robot's cruising range, with the run of the twin or the options that it is computed from."""
+    """A robot's cruising range, with the run of the twin that gave its power and speed, if there is one."""
 
     robot: Robot
     power: float  # W, electrical
-    range: CruisingRange | None  # none if the robot does not swim forward
+    range: CruisingRange | None  # None if the robot does not swim forward
     run: dict[str, Any]  # JSON of the twin's run; empty if power and speed are given
 
 
@@ -121,7 +121,7 @@ def _record(cruise: Cruise) -> dict[str, Any]:
 def _battery(robot: Robot, result: CruisingRange) -> dict[str, Any]:
     """Return the JSON record of the battery: cells, charge, voltages [V] and efficiencies."""
     battery = robot.battery
-    assert battery is not None  # or there were no range
+    assert battery is not None  # without a battery there is no range
     series = battery.series or battery.cells
     return {
         "cells": battery.cells,
@@ -138,7 +138,7 @@ def _battery(robot: Robot, result: CruisingRange) -> dict[str, Any]:
 
 
 def _lines(cruise: Cruise) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a range: each step of its computation."""
+    """Yield the lines that the terminal prints for a range: each step of its computation."""
     fish, result = cruise.robot, cruise.range
     if result is None:
         yield cruise.run["status_text"], "bold red"

@@ -32,8 +32,8 @@ from hypertuna.trials.trials import read_trials
 if TYPE_CHECKING:
     import xarray as xr
 
-COMPARED = ("rmse", "mean_rmse", "repeatability")
-# Columns of a comparison, and their heads.
+COMPARED = ("rmse", "mean_rmse", "repeatability")  # columns printed for a CSV file of angles
+# Variable of a comparison -> head of its column on the terminal.
 HEADS = {
     "rmse": "",
     "mean_rmse": "of their mean",
@@ -43,6 +43,7 @@ HEADS = {
     "best_offset_ratio": "ratio",
 }
 RATIOS = ("ratio", "best_offset_ratio")  # without unit
+# Parameters that may be given together with a manifest.
 WITH_MANIFEST = ("angles", "robot", "changes", "step", "water", "plot", "output", "as_json")
 
 
@@ -63,14 +64,14 @@ class SeriesOptions:
     ] = None
 
     def read(self, path: str) -> JointSeries:
-        """Return the joint angles of a CSV file by the options."""
+        """Return the joint angles of a CSV file, read as the options say."""
         if not self.columns:
             fix = "name the columns of angles, or give a manifest"
             raise InputError("is required with a CSV file", key="--columns", fix=fix)
         return read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)
 
     def smooth(self, measured: JointSeries) -> SmoothSeries:
-        """Return smoothed joint angles, by the noise of the options."""
+        """Return smoothed joint angles, for the noise that the options give."""
         return smooth(measured, noise=None if self.noise is None else math.radians(self.noise))
 
 
@@ -188,7 +189,7 @@ def replay_command(
 
 
 def _figures() -> Any:
-    """Return the module of the figures of replays, imported late because that takes long."""
+    """Return the module that plots replays; it is imported late because the import is slow."""
     from hypertuna.trials import plots
 
     return plots
@@ -204,9 +205,9 @@ class _Case:
     """A replayed recording."""
 
     given: Recording
-    used: Recording  # with the clock of the robot's [fit]
+    used: Recording  # with the time offset of the robot's [fit], if it has one
     result: xr.Dataset
-    compared: xr.Dataset | None  # with its runs, for a complete replay
+    compared: xr.Dataset | None  # comparison with the tracked runs; None if the replay diverged
 
     @classmethod
     def make(cls, robot: Robot, given: Recording, used: Recording, step: float | None) -> Self:
@@ -234,7 +235,7 @@ class _Case:
         return outside(robot, **kind_of(self.used).motion(self.used)) if robot.fit is not None else []
 
     def lines(self, robot: Robot) -> Iterator[Any]:
-        """Yield the lines that the terminal shows of the replay."""
+        """Yield the lines that the terminal prints for the replay."""
         yield self.used.name, "bold"
         yield from _end_lines(robot, self.result)
         yield f"begin: {self.result.attrs['begin']}"
@@ -304,7 +305,7 @@ def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
 
 
 def _end_lines(robot: Robot, result: xr.Dataset) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a replay's end."""
+    """Yield the lines that the terminal prints for a replay's end."""
     end = _end_of(robot, result)
     yield result.attrs["status_text"]
     place = f"x {end['head_x_m']:.4f} m, y {end['head_y_m']:.4f} m, facing {end['head_yaw_deg']:.2f} deg"
@@ -326,6 +327,6 @@ def _error_lines(compared: xr.Dataset | None, names: Sequence[str]) -> Iterator[
 
 def _tree(cases: Sequence[_Case]) -> Any:
     """Return the trajectories of replays as a DataTree, one group for each recording."""
-    import xarray as xr  # here, because its import takes longer than a swim
+    import xarray as xr  # imported here, because the import takes longer than a swim
 
     return xr.DataTree.from_dict({case.given.name: case.result.assign_attrs(command=command_line()) for case in cases})

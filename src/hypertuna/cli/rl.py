@@ -47,5 +47,5 @@ def export_command(
 
 
 def _lines(result: dict[str, Any]) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a written policy."""
+    """Yield the lines that the terminal prints for a written policy."""
     yield f"written: {result['file']}, {result['layers']} layers of {result['bytes']} bytes"

@@ -34,7 +34,7 @@ HEIGHT = "Largest height of the body in m, without fins. (default: that at which
 WIDTH = "Largest width of the body in m, without fins. (default: that at which it floats)"
 CHORD = "Mean chord of the tail fin in m: its area over its span. (default: a fin of 0.15 lengths, narrow in front)"
 JOINTS = "Names of the joint groups, head to tail, separated by commas. (default: one for each link behind the head)"
-TAILS = ("driven", "passive", "flexible")
+TAILS = ("driven", "passive", "flexible")  # kinds of tail fins
 
 RobotFile = Annotated[
     str, typer.Argument(help="Name of a robot that comes with hypertuna, or path of a TOML file.", show_default=False)
@@ -43,7 +43,7 @@ RobotFile = Annotated[
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """Options of a robot's sizes, as its builder measures them."""
+    """Options: a robot's sizes, as its builder measures them."""
 
     links: Annotated[
         int | None,
@@ -111,7 +111,7 @@ def _tell_of_twin(robot: Robot) -> None:
 
 
 def _next_lines(robot: Robot) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a written robot, with the next commands."""
+    """Yield the lines that the terminal prints for a written robot, with the next commands."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
     yield f"written: {robot.file}; {', '.join(counted(number, noun) for number, noun in parts)}, all estimates"
     file = shlex.quote(robot.file)
@@ -186,7 +186,7 @@ def image(
     robot: RobotFile,
     output: Annotated[str, opt.file("--output", "the image", ".robot")],
 ) -> None:
-    """Write a robot for programs without Python: what `hosts/hypertuna.h` swims and simulates."""
+    """Write a robot image: the binary file that programs without Python load through hosts/hypertuna.h."""
     from hypertuna.identification.image import sampled_image
     from hypertuna.io.files import write_atomically
 
@@ -201,7 +201,7 @@ def _check_record(robot: Robot) -> dict[str, Any]:
 
 
 def _check_lines(robot: Robot) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of a check that a description passed."""
+    """Yield the lines that the terminal prints for a check that a description passed."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group"), (len(robot.gaits), "gait")
     unlikely = implausible(robot)
     first = (
@@ -248,7 +248,7 @@ def _lines(robot: Robot) -> Iterator[Any]:
 
 
 def _rows(entries: tuple[Entry, ...], sources: dict[str, int]) -> Iterator[list[Any]]:
-    """Yield the table rows of key, value, unit and source; number new sources, in place, in their order."""
+    """Yield the table rows of key, value, unit and source; add new sources to `sources`, numbered in order."""
     from rich.text import Text
 
     section = ""

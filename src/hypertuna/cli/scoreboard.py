@@ -14,7 +14,7 @@ from hypertuna.scoreboard.swimmers import swimmers
 
 
 def _offered(incomplete: str) -> list[str]:
-    """Return the swimmers and .toml files whose names complete an incomplete one."""
+    """Return the swimmers and .toml files whose names begin with the incomplete one."""
     return [*opt.starting(swimmers(), incomplete), *opt.offered_files(incomplete, (".toml",))]
 
 

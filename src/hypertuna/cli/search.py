@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Options of an objective, and of the search for it."""
+    """Options: an objective, and the search for its best gait."""
 
     maximize: Annotated[
         str | None, opt.text("--maximize", "Quantity to maximize, such as speed or efficiency.", "NAME")
@@ -64,7 +64,7 @@ class SearchOptions:
 
 @dataclass(frozen=True)
 class RobustOptions:
-    """Whether an objective is taken over sampled robots, for keywords of `optimize` and `pareto`."""
+    """Options: whether the objective is a mean over sampled robots; keywords of `optimize` and `pareto`."""
 
     robust: Annotated[
         str | None,
@@ -78,7 +78,7 @@ class RobustOptions:
 
 @dataclass(frozen=True)
 class GaitLimits:
-    """Limits of the gait alone."""
+    """Options: limits that depend on the gait alone."""
 
     max_joint_rate: Annotated[
         float | None, opt.number("--max-joint-rate", "deg/s", "Maximum rate of a joint group in deg/s.")
@@ -89,20 +89,20 @@ class GaitLimits:
     ] = False
 
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:
-        """Return the limits, with more of `gait_limits` in SI units."""
+        """Return the limits; `limits` are further arguments of `gait_limits`, in SI units."""
         rate = None if self.max_joint_rate is None else float(np.radians(self.max_joint_rate))
         return gait_limits(robot, joint_rate=rate, amplitude_by_bandwidth=self.amplitude_by_bandwidth, **limits)
 
 
 @dataclass(frozen=True)
 class SwimLimits(GaitLimits):
-    """Limits of a gait and of its swim."""
+    """Options: limits on a gait, and on the torques and Strouhal number of its swim."""
 
     max_torque: Annotated[float | None, opt.number("--max-torque", "N m", "Maximum torque of a joint in N m.")] = None
     strouhal: Annotated[Sequence[float] | None, opt.interval("--strouhal", "1", "Range of the Strouhal number.")] = None
 
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:
-        """Return the limits, with more of `gait_limits` in SI units."""
+        """Return the limits; `limits` are further arguments of `gait_limits`, in SI units."""
         return super().make(robot, torque=self.max_torque, strouhal=self.strouhal, **limits)
 
 
@@ -119,7 +119,7 @@ Design = Annotated[
 
 @dataclass(frozen=True)
 class BodyLimits:
-    """Limits of a design."""
+    """Options: limits on the body of a design."""
 
     max_mass: Annotated[float | None, opt.number("--max-mass", "kg", "Maximum mass of the robot in kg.")] = None
     max_length: Annotated[float | None, opt.number("--max-length", "m", "Maximum length of the robot in m.")] = None

@@ -20,7 +20,7 @@ from hypertuna.parallel.executors import cluster
 from hypertuna.parallel.shards import SIZES, open_shards, write_merged
 
 PLACES = ("--cluster", "--shard")  # options that say where to compute, not what
-TEXT = 300_000  # results as text, which takes 8 kB each in memory as JSON, 3 kB as CSV
+MAX_TEXT = 300_000  # results written as text: each takes 8 kB of memory as JSON, 3 kB as CSV
 
 
 @contextlib.contextmanager
@@ -36,9 +36,9 @@ def connected(address: str | None) -> Iterator[Executor | None]:
 def check_text(count: int, output: str | None, as_json: bool) -> None:
     """Check that a number of results is small enough to be written as text."""
     key = "--json" if as_json else "--output" if output is not None and output.lower().endswith(".csv") else ""
-    if key and count > TEXT:
+    if key and count > MAX_TEXT:
         fix = "write -o NAME.nc, which takes a tenth of the memory"
-        raise InputError(f"must hold at most {TEXT} results as text", key=key, value=f"{count}", fix=fix)
+        raise InputError(f"must hold at most {MAX_TEXT} results as text", key=key, value=f"{count}", fix=fix)
 
 
 def write_shards(
@@ -50,7 +50,7 @@ def write_shards(
     as_json: bool,
     **options: Any,
 ) -> bool:
-    """Let `make` write a folder of shards, if one is asked for; options that are `refused` belong to a single file."""
+    """Let `make` write shards if `output` is a folder of them, and return whether; refuse options in `refused`."""
     if not (output or "").endswith(opt.SHARDS):
         for key, given in (("--shard", places.shard), ("--shard-size", places.shard_size)):
             if given is not None:
@@ -95,7 +95,7 @@ def merge_command(
 
 
 def _placeless(words: Sequence[str]) -> str:
-    """Return a command line without the options of where to compute, such as --cluster."""
+    """Return a command line without --cluster and --shard, the options that say where to compute."""
     kept, skip = [], False
     for word in words:
         if not (skip or word.partition("=")[0] in PLACES):

@@ -13,11 +13,12 @@ from typing import Any, TextIO
 
 from hypertuna.errors import DamageWarning
 
-INTERRUPTED = 130  # exit code after Ctrl-C, which the parser may catch itself
+INTERRUPTED = 130  # exit code after Ctrl-C; the parser may return it too
+# Characters -> replacements for streams that cannot write them.
 PLAIN = {"−": "-", "–": "-", "—": "-", "…": "...", "×": "x", "·": " ", "°": "deg", "±": "+-", "≈": "~", "’": "'"}
 PLAIN |= {"÷": "/", "µ": "u", "η": "eta", "π": "pi", "→": "->", "≤": "<=", "≥": ">=", "✓": "ok", "✗": "no", "≠": "!="}
-LOADING, SWALLOWED = 0.02, 1.0  # s until an interrupt comes again
-# Whether Ctrl-C came, what was done by then, and the notes on the command so far.
+IMPORTING, SWALLOWED = 0.02, 1.0  # s until an interrupt is repeated: during an import, and in case a library hid it
+# Whether Ctrl-C came, the sentence on the work done until then, and the notes on the command so far.
 state: dict[str, Any] = {"interrupted": False, "done": "", "notes": []}
 
 
@@ -25,7 +26,7 @@ def open_streams() -> None:
     """Open closed standard streams on the null device, and let narrow encodings write other characters plainly."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  # open until the end
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  # open until the program ends
     codecs.register_error("hypertuna-plain", _plainly)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure") and stream.errors in ("strict", "surrogateescape", "backslashreplace"):
@@ -34,7 +35,7 @@ def open_streams() -> None:
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Return the replacement for characters that a stream cannot write, without accents or "?", and where to go on."""
+    """Return plain characters for those that a stream cannot write (else "?"), and the index where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
@@ -83,18 +84,18 @@ def end_on_signals() -> None:
 def _interrupt(_: int, frame: FrameType | None) -> None:
     """Record the interrupt, which a library may swallow, and raise it after imports."""
     state["interrupted"] = True
-    sys.unraisablehook = lambda _: None  # of an interrupt in a callback of a library; it comes again
+    sys.unraisablehook = lambda _: None  # hides the interrupt in a library's callback; it is repeated
     while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
         frame = frame.f_back
-    if hasattr(signal, "setitimer"):  # an import that is cut leaves half a module; a library may swallow the exception
+    if hasattr(signal, "setitimer"):  # a cut import leaves half a module; a library may hide the exception
         signal.signal(signal.SIGALRM, _interrupt)
-        signal.setitimer(signal.ITIMER_REAL, SWALLOWED if frame is None else LOADING)
+        signal.setitimer(signal.ITIMER_REAL, SWALLOWED if frame is None else IMPORTING)
     if frame is None or not hasattr(signal, "setitimer"):
         raise KeyboardInterrupt
 
 
 def was_interrupted() -> bool:
-    """Return whether an interrupt has occurred, and clear it."""
+    """Return whether an interrupt has occurred, and stop its repetition."""
     if state["interrupted"] and hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
     return bool(state["interrupted"])

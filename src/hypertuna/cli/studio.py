@@ -22,19 +22,19 @@ from hypertuna.cli.gait import GaitOptions
 from hypertuna.errors import InputError
 from hypertuna.ranges import Whole
 
-HERE = "127.0.0.1"  # the page is for this machine alone
-# By which a browser may ask for it, with or without a port: a tunnel has its own.
-NAMES = re.compile(r"(127\.0\.0\.1\.?|localhost\.?|\[::1\])(:\d+)?", re.ASCII | re.IGNORECASE)
-PATIENCE = 60.0  # s for a request and its answer: enough for the page through a slow tunnel
-CONNECTIONS = 64  # at a time; browsers open a few ahead
-PORTS = Whole(min=1, max=65535)
-# What the page may do: run what is in it, in Workers too; fetch nothing from anywhere.
+LOCALHOST = "127.0.0.1"  # the page is for this machine alone
+# Host names by which a browser may request the page; a tunnel may use another port.
+HOST_NAMES = re.compile(r"(127\.0\.0\.1\.?|localhost\.?|\[::1\])(:\d+)?", re.ASCII | re.IGNORECASE)
+PATIENCE = 60.0  # s until a connection is closed: enough to send the page through a slow tunnel
+MAX_CONNECTIONS = 64  # at a time; browsers open a few in advance
+PORTS = Whole(min=1, max=65535)  # TCP ports that may be given
+# Content security policy: the page may run its own code, also in workers, and fetch nothing.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; media-src data: blob:; font-src data:; connect-src data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-HEADERS = {
+HEADERS = {  # HTTP headers of every answer
     "Content-Type": "text/html; charset=utf-8",
     "Content-Security-Policy": POLICY,
     "Cache-Control": "no-store",
@@ -43,7 +43,7 @@ HEADERS = {
 
 
 def _offered(incomplete: str) -> list[str]:
-    """Return the robots, robot files and logs whose names complete an incomplete one."""
+    """Return the robots, robot files and logs whose names begin with the incomplete one."""
     return opt.offered_robots(incomplete) + opt.offered_files(incomplete, (".toml", ".mcap"))
 
 
@@ -88,7 +88,7 @@ def studio_command(
     if port is not None:
         PORTS.check(port, "--port", "leave it out for a free one")
     with _server(studio.html.encode(), port or 0) as server:
-        address = f"http://{HERE}:{server.server_port}/"
+        address = f"http://{LOCALHOST}:{server.server_port}/"
         streams.state["done"] = f"the studio at {address} is closed"
         first = next(iter(subject.gaits), "") if start is None and len(subject.gaits) > 1 else ""
         emit({"address": address}, record=dict, lines=lambda one: _lines(one["address"], first), as_json=as_json)
@@ -116,11 +116,11 @@ def _lines(address: str, first: str) -> Iterator[Any]:
 class _Server(ThreadingHTTPServer):
     """A server that closes connections that last too long, and the oldest ones if there are too many."""
 
-    request_queue_size = CONNECTIONS
+    request_queue_size = MAX_CONNECTIONS
 
     def __init__(self, page: bytes, port: int) -> None:
-        self.begun: dict[socket.socket, float] = {}
-        super().__init__((HERE, port), _handler(page))
+        self.begun: dict[socket.socket, float] = {}  # connection -> monotonic time [s] of its start
+        super().__init__((LOCALHOST, port), _handler(page))
 
     def process_request(self, request: Any, client_address: Any) -> None:
         self.begun[request] = time.monotonic()
@@ -129,10 +129,10 @@ class _Server(ThreadingHTTPServer):
     def service_actions(self) -> None:
         """Close connections that last too long or are too many; called at each connection and twice a second."""
         now, ages = time.monotonic(), list(self.begun.items())
-        for number, (connection, start_time) in enumerate(ages, start=CONNECTIONS - len(ages)):
+        for number, (connection, start_time) in enumerate(ages, start=MAX_CONNECTIONS - len(ages)):
             if number < 0 or now - start_time > PATIENCE:
-                with contextlib.suppress(OSError):  # the other side has gone
-                    connection.shutdown(socket.SHUT_RDWR)  # its thread reads an end
+                with contextlib.suppress(OSError):  # the browser has closed its end
+                    connection.shutdown(socket.SHUT_RDWR)  # ends the reading of its thread
 
     def shutdown_request(self, request: Any) -> None:
         super().shutdown_request(request)
@@ -166,12 +166,12 @@ def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
             self._answer(body=False)
 
         def log_message(self, *_: Any) -> None:
-            """Leave the terminal to the address."""
+            """Print nothing: the terminal shows the address only."""
 
         def _answer(self, body: bool) -> None:
             """Send the page, or the error of the request; body: whether to send more than the headers."""
-            # Another site's name that leads here must not read the robot.
-            if not NAMES.fullmatch(self.headers.get("Host", "")):
+            # A page of another site, whose name resolves to this machine (DNS rebinding), must not read the robot.
+            if not HOST_NAMES.fullmatch(self.headers.get("Host", "")):
                 self.send_error(HTTPStatus.FORBIDDEN)
             elif self.path == "/favicon.ico":
                 self.send_response(HTTPStatus.NO_CONTENT)

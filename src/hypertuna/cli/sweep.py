@@ -35,10 +35,11 @@ from hypertuna.swimming.sweep import design_robots, sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-MEASURED = 1024  # gaits of a large grid whose time is measured
+SAMPLE = 1024  # gaits of a large grid that are swum first, to estimate its time and size
 YEAR = 365 * 24 * 3600  # s
-FEW = 8  # columns that fit 80 characters as they are; more are set closer
-ROWS = 40  # gaits that the terminal shows one by one
+MAX_WIDE = 8  # columns that fit 80 characters; a table of more is set tight
+MAX_ROWS = 40  # gaits listed on the terminal; of more it shows the fastest and the cheapest
+# Column -> its head on the terminal.
 HEADS = {
     "frequency_hz": "f\n[Hz]",
     "speed_m_s": "speed\n[m/s]",
@@ -85,7 +86,7 @@ def sweep_command(
     places: opt.Places = opt.NO_PLACES,
     files: opt.ShardFiles = opt.NO_SHARD_FILES,
 ) -> None:
-    """Swim every combination of frequencies, amplitudes, phases and biases, by every robot of a design.
+    """Swim every combination of frequencies, amplitudes, phases and biases, for every robot variant of --design.
 
     Every gait comes with its status; gaits that do not settle are counted on the error output, and with --check-rest
     those whose settled beat a start from rest does not lead to.
@@ -97,7 +98,7 @@ def sweep_command(
     if electrical:
         from hypertuna.description.twin import require_controller  # slow to import
 
-        require_controller(subject)  # before the sweep, which may be long
+        require_controller(subject)  # raises errors before a sweep that may be long
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
             settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
@@ -144,29 +145,29 @@ def _announce(robot: Robot, grid: Gaits, folder: str, places: opt.Places, option
     """Print the time, disk and memory of a large grid, measured on a few gaits; refuse one that takes too much."""
     count, (part, parts) = len(grid), places.shard or (1, 1)
     size = shard_size(count, places.shard_size)
-    sample = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, MEASURED)], **options)
+    sample = batch(robot, [grid[int(k)] for k in np.linspace(0, count - 1, SAMPLE)], **options)
     start = time.monotonic()
-    columns = sample.swimming.swim(Part.of(sample.gaits, 0, MEASURED))
-    rate = MEASURED / (time.monotonic() - start)
-    each, n = sum(column.nbytes for column in columns.values()) / MEASURED, -(-count // parts)
+    columns = sample.swimming.swim(Part.of(sample.gaits, 0, SAMPLE))
+    rate = SAMPLE / (time.monotonic() - start)
+    each, n = sum(column.nbytes for column in columns.values()) / SAMPLE, -(-count // parts)
     years, disk = n / rate / YEAR, shutil.disk_usage(Path(folder).parent).free
     extent = f"{n:,} gaits, part {part} of {parts}," if parts > 1 else f"{count:,} gaits"
-    speed = f"{rate:.0f} gaits/s, the rate of this machine on {MEASURED} of them"
+    speed = f"{rate:.0f} gaits/s, the rate of this machine on {SAMPLE} of them"
     if years > 1 and places.cluster is None:
         rule, fix = "must end within a year", "take fewer values, or more machines by --shard I/N or --cluster"
         raise InputError(rule, key="the sweep", value=f"{years:.3g} years: {extent} at {speed}", fix=fix)
     if each * n > disk:
         rule, value = f"must fit on the disk of {folder}, with {disk / 1e9:.3g} GB free", f"{each * n / 1e9:.3g} GB"
         raise InputError(rule, key="the sweep", value=value, fix="take fewer values, or another disk")
-    hours = f"about {_clock(n / rate)} at {speed}"
+    hours = f"about {_duration_text(n / rate)} at {speed}"
     note(
         f"{extent} in shards of {size} take {hours}, {each * n / 1e9:.3g} GB of disk, and "
         f"{each * size / 1e6:.0f} MB of memory a worker."
     )
 
 
-def _clock(seconds: float) -> str:
-    """Return a time [s] as text in days, h, min or s."""
+def _duration_text(seconds: float) -> str:
+    """Return a duration [s] as text, in days, h, min or s."""
     units = (86400, "days"), (3600, "h"), (60, "min"), (1, "s")
     size, unit = next((row for row in units if seconds > 2 * row[0]), units[-1])
     return f"{seconds / size:.3g} {unit}"
@@ -197,7 +198,7 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     left_out = {"frequency_hz"} if turns else {"frequency_hz", "turn_radius_m"}
     names = [*varying, *(name for name in HEADS if name in columns and name not in left_out)]
     skipped = 0 if any(remarks.values()) else 1
-    tight = len(names) + 1 - skipped > FEW
+    tight = len(names) + 1 - skipped > MAX_WIDE
     heads = [_head(name, tight) for name in names]
     rows = [
         (remark, *(f"{columns[name][k]:.3g}" for name in names), columns["status"][k]) for k, remark in remarks.items()
@@ -208,19 +209,19 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
 
 
 def _head(name: str, tight: bool) -> str:
-    """Return the head of a column in lines: quantity, joint group if any, and unit."""
+    """Return the head of a column, a line each for quantity, joint group if any, and unit."""
     if name in HEADS:
         return HEADS[name].replace("[J/(", "[J/\n(") if tight else HEADS[name]
-    if "." in name:  # of a design
+    if "." in name:  # a number of --design
         return name.replace(".", "\n", 1)
     quantity, group = name.removesuffix("_deg").split("_", 1)
     return f"{'ampl.' if tight and quantity == 'amplitude' else quantity}\n{group}\n[deg]"
 
 
 def _remarks(columns: dict[str, Any], settled: Any) -> dict[int, str]:
-    """Return the rows to show, each with its remark: all rows, or of many the fastest and the cheapest."""
+    """Return the rows to show -> their remarks: all rows, or the fastest and the cheapest of many."""
     forward = settled & (columns["speed_m_s"] > 0)
-    if len(settled) <= ROWS or not forward.any():
+    if len(settled) <= MAX_ROWS or not forward.any():
         return dict.fromkeys(range(len(settled)), "")
     fastest = np.where(forward, columns["speed_m_s"], -np.inf).argmax()
     cheapest = np.where(forward, columns["cost_of_transport_j_per_kg_m"], np.inf).argmin()

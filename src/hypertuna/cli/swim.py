@@ -67,7 +67,7 @@ def _record(result: Swim) -> dict[str, Any]:
 
 
 def _band(result: Swim) -> dict[str, float] | None:
-    """Return the JSON record of the speeds [m/s] that the robot's estimates allow; None without uncertain ones."""
+    """Return the JSON record of the band of speeds [m/s] over the robot's uncertain values; None without any."""
     if (band := result.band) is None:
         return None
     return {"low_m_s": float(band.low[0]), "high_m_s": float(band.high[0]), "settled": float(band.settled[0])}
@@ -77,27 +77,27 @@ def _outside(result: Swim) -> list[str]:
     """Return sentences on where the swim lies outside the runs that the coefficients were fitted to."""
     if result.robot.fit is None:
         return []
-    from hypertuna.trials.reach import outside  # here, because its import takes longer than a swim
+    from hypertuna.trials.reach import outside  # imported here, because the import takes longer than a swim
 
     speed = result.speed if result.settled and math.isfinite(result.speed) else None
     return outside(result.robot, frequency=result.gait.frequency, amplitude=result.gait.amplitude, speed=speed)
 
 
 def _elsewhere(result: Swim) -> dict[str, Any] | None:
-    """Return the summary of another settled beat to which a start from rest leads; None without one."""
+    """Return the summary of the settled beat reached from rest, if it is another one, else None."""
     other = result.settled_from_rest
     return None if other is None else values_of(other.summary())
 
 
 def _facts(result: Swim) -> dict[str, Any]:
-    """Return the JSON record of a swim as attributes of a file, tables in it flattened."""
+    """Return the JSON record of a swim as attributes of a file, its nested tables flattened."""
     record = _record(result)
     tables = {name: record.pop(name) or {} for name in ("band", "settled_from_rest")}
     return record | {f"{name}_{key}": value for name, table in tables.items() for key, value in table.items()}
 
 
 def _lines(result: Swim) -> list[Part]:
-    """Return the lines that the terminal shows of a swim, with warnings before its status."""
+    """Return the lines that the terminal prints for a swim, with warnings before its status."""
     *lines, status = card_of(result).lines()
     return [*lines, *((warning, "yellow") for warning in _outside(result)), status]
 

@@ -76,7 +76,7 @@ def import_folder_command(
     output: opt.Manifest,
     format: Annotated[str, opt.text("--format", "Format of the folder: rexeel.")] = "rexeel",
 ) -> None:
-    """Write a manifest for published files as they stand: columns, units, axes."""
+    """Write a manifest for a published data set, whose files stay unchanged: columns, units and axes."""
     document = import_folder(folder, format, relative_to=Path(output).parent)
     comment = f"Made by `hypertuna trials import` {version()}"
     write_atomically(output, manifest_text(document, comment).encode())
@@ -91,7 +91,7 @@ def _summary(trials: Trials, robot: Robot) -> dict[str, Any]:
 
 
 def _lines(summary: dict[str, Any], robot: str) -> Iterator[Any]:
-    """Yield the lines that the terminal shows of trials' summaries."""
+    """Yield the lines that the terminal prints for trials' summaries."""
     for kind in KINDS:
         for entry in summary[kind.key]:
             yield from kind.lines(entry)

@@ -18,8 +18,8 @@ from hypertuna.swimming.cards_sweep import turn_columns, turn_sentences
 from hypertuna.swimming.gait import Gaits, gait_degrees, named_gait
 from hypertuna.swimming.turn import Tightest, Turning, turn
 
-AROUND = np.linspace(0, 320, 9)  # deg of the last joint group's phase: once around, as in the paper's Fig. 14(b)
-MAX_TURNS = 2000  # each is swum a whole circle
+PHASES = np.linspace(0, 320, 9)  # deg, phase of the last joint group, as in the paper's Fig. 14(b)
+MAX_TURNS = 2000  # gaits of one call: each swims a whole circle
 
 
 @opt.grouped
@@ -51,11 +51,11 @@ def turn_command(
 
 
 def _grid(robot: Robot, options: GaitOptions) -> Gaits:
-    """Return the grid of all combinations of the options' values."""
+    """Return the grid of the options' values; without --phase, the last joint group's phase takes PHASES."""
     if options.phase is None:
         first = (0.0,) * (len(robot.joints) - 1) if options.gait is None else named_gait(robot, options.gait).phase[:-1]
         lags = tuple(round(math.degrees(angle), 10) for angle in first)
-        options = replace(options, phase=[[(*lags, last) for last in AROUND.tolist()]])
+        options = replace(options, phase=[[(*lags, last) for last in PHASES.tolist()]])
     count = math.prod(map(len, options.given.values()))
     if count > MAX_TURNS:
         fix = "give fewer values; `hypertuna sweep` gives the radii of many without fitting circles"

@@ -15,7 +15,7 @@ from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import gait_degrees
 
-# Variables in a CSV file.
+# Variables of the dataset that a CSV file holds.
 COLUMNS = (
     *("time", "angle_set", "angle", "angle_measured", "pump_pressure", "unit_pressure", "servo_angle"),
     *("electrical_power", "x", "y", "heading", "speed", "status"),
@@ -80,7 +80,7 @@ def robot_with(robot: opt.RobotOptions, line_bore: float | None) -> Robot:
 
 
 def made_by_twin(robot: Robot) -> dict[str, Any]:
-    """Return the provenance of a run of the twin, without the law of joints, which its controller moves."""
+    """Return the provenance of a run of the twin; without the law of joints, as its controller moves them."""
     return {key: value for key, value in made_by(robot).items() if key != "joints"}
 
 

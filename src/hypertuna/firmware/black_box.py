@@ -29,8 +29,8 @@ WORD, SECTOR = 4, 512  # bytes: of a word, of a sector of the card
 HEAD = 3  # words of the first record of a boot
 FRAME = 2  # further words of a record: mark, checksum
 BLOCKS = (1, 16, 256, 4096)  # records checked at a time: more after good ones
-BOOTS, PIECES = 1_000, 30_000  # of a file; of good records or strange bytes, after which a file is given up
-HUGE = 1e12  # a number beyond it, or not finite, is none that the firmware records
+BOOTS, PIECES = 1_000, 30_000  # limits of a file: boots; runs of good records or of damaged bytes
+HUGE = 1e12  # the firmware records no larger numbers
 MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the first word
 
 
@@ -38,10 +38,10 @@ MARK = (_core.RECORD_MARK >> 16).to_bytes(2, "little")  # upper half of the firs
 class Box:
     """One boot of a black box."""
 
-    layout: int | None  # of the firmware's parameters; None if the record with it is damaged
+    layout: int | None  # checksum of the firmware's parameters; None if the record that holds it is damaged
     joints: int
-    ticks: Ticks  # (T,) of record_dtype: every complete record, later than the one before
-    damaged: int  # places with failed checksums or foreign bytes, and records that cannot be
+    ticks: Ticks  # (T,) of record_dtype: the complete records, in order of time
+    damaged: int  # number of places with wrong checksums or foreign bytes, and of implausible records
     skipped: int  # bytes at those places
     cut: int  # bytes of an incomplete record at the end
 
@@ -116,7 +116,7 @@ def _without_blanks(content: bytes) -> bytes:
 
 
 def _pieces(content: bytes, file: str, report: Callable[[int, int], None] | None) -> Iterator[Ticks | bytes]:
-    """Yield consecutive complete records of one kind as a table of words, and bytes between them as bytes."""
+    """Yield runs of complete records of one kind, each as a table of words, and the bytes between them as bytes."""
     position = begin = tried = 0
     while position < len(content):
         if (tried := tried + 1) > PIECES:
@@ -135,16 +135,16 @@ def _pieces(content: bytes, file: str, report: Callable[[int, int], None] | None
             report(position, len(content))
 
 
-def _table(content: bytes, at: int) -> Ticks | None:
+def _table(content: bytes, begin: int) -> Ticks | None:
     """Return the complete records of one kind that begin at a position; None if there are none."""
-    mark = int.from_bytes(content[at : at + WORD], "little")
+    mark = int.from_bytes(content[begin : begin + WORD], "little")
     width = (mark & 0xFF) + FRAME
-    available = (len(content) - at) // (WORD * width)
+    available = (len(content) - begin) // (WORD * width)
     if mark >> 16 != _core.RECORD_MARK >> 16 or not available:
         return None
     for block in BLOCKS:
         count = min(block, available)
-        table = np.frombuffer(content, "<u4", count * width, at).reshape(count, width)
+        table = np.frombuffer(content, "<u4", count * width, begin).reshape(count, width)
         sums = np.cumsum(table[:, :-1], axis=1, dtype=np.uint32).sum(axis=1, dtype=np.uint32)
         good = (table[:, 0] == mark) & (table[:, -1] == sums)
         if not good.all():
@@ -248,7 +248,7 @@ def mission_record(
             layout = layout.replace("as in the", f"but {table.layout:08x} in the")
             layout += ": the firmware was built from another"
     source = provenance(robot, water=False) | {"source": "black box", "status_text": box.sentence, "parameters": layout}
-    with np.errstate(invalid="ignore"):  # of a NaN that signals
+    with np.errstate(invalid="ignore"):  # no warning for a signaling NaN
         data = {name: box.ticks[name].astype(float) for name in box.ticks.dtype.names or () if name in COLUMNS}
     start = tuple(data["position_estimated"][0].tolist())
     return MissionRecord(

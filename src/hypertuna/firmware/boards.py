@@ -18,12 +18,12 @@ from hypertuna.errors import InputError
 from hypertuna.firmware.lockstep import FROM_BOARD
 from hypertuna.io.files import scratch, write_atomically
 
-BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}
+BOARDS = {"pc": "pc", "qemu": "qemu_mps2.elf"}  # board -> end of the name of its program
 EMULATOR = "qemu-system-arm"
-BOX = "black_box"  # file written by a board
+BOX = "black_box"  # file to which a board writes its black box
 COMPILER = "arm-none-eabi-g++"
-INSTRUCTIONS = 40 / 64  # per count of the clock: an instruction takes 64 ns of emulated time, a count 40 ns
-FOLDER = Path(__file__).parents[3] / "build" / "firmware"
+INSTRUCTIONS = 40 / 64  # per count of the board's clock: an instruction takes 64 ns of emulated time, a count 40 ns
+FOLDER = Path(__file__).parents[3] / "build" / "firmware"  # default folder of the programs
 
 
 def missing(board: str) -> str | None:
@@ -52,7 +52,7 @@ class Board:
 
     def send(self, message: bytes) -> None:
         """Send messages (TO_BOARD) to the board."""
-        with contextlib.suppress(BrokenPipeError):  # the missing answer is reported
+        with contextlib.suppress(BrokenPipeError):  # `answer` reports that the board has ended
             self.to_board.write(message)
             self.to_board.flush()
 
@@ -85,7 +85,7 @@ def started(
     """
     if board == "qemu" and radio is not None:
         _check_free(radio)
-    firmware = firmware.absolute()  # it runs in a folder of its own
+    firmware = firmware.absolute()  # the program runs in another folder
     with scratch() as folder:
         if board == "pc":
             options = [] if radio is None else ["--udp", str(radio)]

@@ -11,8 +11,8 @@ import numpy as np
 
 from hypertuna.ranges import POSITIVE, Range
 
-SIDES = 2  # robot, ground
-COUNTS = ("sent", "lost", "damaged", "dropped", "max_waiting")  # of packets; the last two of bytes
+SIDES = 2  # 0: robot, 1: ground
+COUNTS = ("sent", "lost", "damaged", "dropped", "max_waiting")  # counters of packets; the last two count bytes
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class _Module:
 
     waiting: bytearray = field(default_factory=bytearray)
     written: float = 0.0
-    fading: bool = False
-    held: tuple[float, bytes] | None = None  # arrival and content of a packet to be overtaken
+    fading: bool = False  # whether it is in a burst of losses
+    held: tuple[float, bytes] | None = None  # arrival [s] and content of a late packet, which the next one overtakes
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS, 0))
 
 
@@ -63,9 +63,10 @@ class Air:
         self._modules = tuple(_Module() for _ in range(SIDES))
         self._free = 0.0  # s: the channel is free from this time
         self._last = 0  # the last sender: the other module has priority
+        # Packets on their way to each side: arrival [s], number and content.
         self._coming: tuple[list[tuple[float, int, bytes]], ...] = ([], [])
-        self._count = 0
-        self.deaf = False  # whether the robot's antenna is under water: what is sent then is lost
+        self._count = 0  # packets delivered
+        self.deaf = False  # whether the robot's antenna is under water: all packets are lost
 
     def write(self, side: int, content: bytes, time: float) -> None:
         """Write bytes to a module at `time` [s], which never decreases."""
@@ -73,9 +74,9 @@ class Air:
         if not content:
             return
         module = self._modules[side]
-        room = self.model.buffer - len(module.waiting)
-        module.counts["dropped"] += max(0, len(content) - room)
-        module.waiting += content[:room]
+        capacity_left = self.model.buffer - len(module.waiting)
+        module.counts["dropped"] += max(0, len(content) - capacity_left)
+        module.waiting += content[:capacity_left]
         module.written = time
         module.counts["max_waiting"] = max(module.counts["max_waiting"], len(module.waiting))
 
@@ -119,7 +120,7 @@ class Air:
         """Lose, damage or delay a packet, or deliver it."""
         module, model = self._modules[side], self.model
         module.counts["sent"] += 1
-        # Two states, with the mean length of a burst and the same fraction of losses as without bursts.
+        # Gilbert's two states: mean burst length as given, and the same fraction of losses as without bursts.
         p_end = 1 / model.burst
         p_begin = p_end * model.loss / (1 - model.loss) if model.burst > 1 else model.loss
         in_burst = model.burst > 1 and module.fading

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from hypertuna.control.sensors import fault_texts, fault_times
 from hypertuna.errors import InputError, did_you_mean, shown
 
-SPELLING = re.compile(r"(?P<part>[a-z]+):(?P<kind>[a-z]+)@(?P<times>[^:@]+)")
+SPELLING = re.compile(r"(?P<part>[a-z]+):(?P<kind>[a-z]+)@(?P<times>[^:@]+)")  # pattern of a failure that is typed
 FAILURES = {
     "board:brownout": "the supply dips: the board boots again with what its memory stores, and so does the receiver",
     "board:watchdog": "the watchdog resets the board, which keeps its power",
@@ -16,8 +16,8 @@ FAILURES = {
     "hull:leak": "water in the hull",
     "link:lost": "the ground station falls silent",
 }
-PARTS = {name.partition(":")[0] for name in FAILURES}
-OUTAGE = 0.3  # s from a reset to the first tick of the firmware
+PARTS = {name.partition(":")[0] for name in FAILURES}  # what can fail
+OUTAGE = 0.3  # s from a reset to the firmware's next tick
 
 
 class Failure(NamedTuple):
@@ -52,7 +52,7 @@ def split_faults(spelled: str | Iterable[str]) -> tuple[tuple[str, ...], tuple[F
 
 
 class Failures:
-    """Failures of a run, to be asked for each tick."""
+    """Failures of a run, queried in each tick."""
 
     def __init__(self, failures: Iterable[Failure], tick: float) -> None:
         self.list, self.tick = tuple(failures), tick

@@ -47,15 +47,15 @@ from hypertuna.ranges import Whole
 Messages = NDArray[Any]
 Station = Callable[[int], bytes]  # what a ground station sends in a tick
 
-RADIO_DEPTH = 0.3  # m of fresh water over the antenna that a radio of hundreds of MHz does not pass
-AFLOAT = START + 50  # ticks at the surface
+RADIO_DEPTH = 0.3  # m of fresh water over the antenna, which blocks a radio of hundreds of MHz
+AFLOAT = START + 50  # tick until which the robot is at the surface
 CHUNK = 3000  # random messages sent at a time
 PARTS = ("controller", "pilot", "radio", "whole")  # parts of a tick whose instructions are counted
-TICK = 0.01  # s
+TICK = 0.01  # control period [s]
 STATES = tuple(name for name, *_ in _core.state_table())
 GUIDED = ("mission", "home", "surface")  # states in which the pilot on board makes the command
 MILLI = 1000  # mm in 1 m
-RANGES = {
+RANGES = {  # of options
     "ticks": Whole(min=1, max=100_000_000),  # up to eleven days
     "seed": Whole(min=0, max=2**64 - 1),
     "radio": Whole(min=1, max=65535),  # port
@@ -208,16 +208,16 @@ class Loop:
         ground: bool = True,
         real_time: bool = False,
     ) -> None:
-        self.ground = ground  # whether it stands for the ground's contact, as there is no station on the radio
+        self.ground = ground  # whether to pretend contact with the ground, without a real station
         self.failures, self.station = failures, station
         self.tick_count = self.missed = 0
-        self.ticks: list[int] = []  # of the answers
+        self.ticks: list[int] = []  # tick of each answer
         self.board, self.other, self.relay, self.scenario = board, other, relay, scenario
         self.counts, self.commands = Counts(table, scenario.origin or (0, 0)), dict(scheduled_orders(scenario))
         self.tick = float(table.values[0])
-        self.center = float(table.column("pulse_center")[0])  # s
-        self.last = [self.center] * (2 * len(table.robot.joints) + 2)  # of every servo [s]
-        self.depth = self.counts.names.index("depth")
+        self.center = float(table.column("pulse_center")[0])  # pulse of a centered servo [s]
+        self.last = [self.center] * (2 * len(table.robot.joints) + 2)  # last pulse of every servo [s]
+        self.depth = self.counts.names.index("depth")  # index of its reading
         self.start_depth = scenario.mission.depth if scenario.mission is not None and scenario.cable else 0.0
         self.answers: list[Any] = []
         self._under_way = False
@@ -237,7 +237,7 @@ class Loop:
         commanded = tick in self.commands and reachable
         message = self.commands[tick].copy() if commanded else order("none")
         sensor_count = len(self.counts.zero)
-        if tick < AFLOAT:  # switched on and armed at the surface, whatever depth the cable lets it begin at
+        if tick < AFLOAT:  # it is armed at the surface, even if a mission on a cable begins at depth
             readings[self.depth] -= self.start_depth
         message["sample"] = self.counts.of(np.asarray(readings[:sensor_count]))
         silent = self.scenario.silent
@@ -287,13 +287,13 @@ class Loop:
 
     @property
     def _flown(self) -> bool:
-        """Whether the robot has been under way by its pilot."""
+        """Whether the pilot has ever commanded the robot, so that its mission has begun."""
         self._under_way = self._under_way or STATES[self.answers[-1]["state"]] in GUIDED
         return self._under_way
 
 
 def _before_rest(states: NDArray[Any]) -> str | None:
-    """Return the last state in which the pilot commanded, if the robot rests or is disarmed since; else None."""
+    """Return the last state in which the pilot commanded, if the robot now rests or is disarmed; else None."""
     names = [STATES[number] for number in states[np.flatnonzero(np.diff(states, prepend=-1))]]
     under_way = [k for k, name in enumerate(names) if name in GUIDED]
     return names[under_way[-1]] if under_way and names[-1] in ("rest", "disarmed") else None

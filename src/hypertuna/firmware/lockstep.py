@@ -12,27 +12,31 @@ from hypertuna.description.channels import ANALOG, COUNTED
 from hypertuna.firmware.parameters import CONVERTER, SIGNED, FirmwareTable
 from hypertuna.mission.geodesy import from_local
 
-SIZES = [channel.count(_core.BOARD_JOINTS) for channel in COUNTED.values()]
-SAMPLES = sum(SIZES)
+SIZES = [channel.count(_core.BOARD_JOINTS) for channel in COUNTED.values()]  # samples of each channel in a message
+SAMPLES = sum(SIZES)  # samples of all channels in a message
 DEPTH_MAX = 300_000  # counts of the depth sensor, 30 bar
-NO_SAMPLE = -(2**31)
-NUMBERS = max(16, 3 * _core.BOARD_JOINTS + 3)  # of an order: a mission, or a gait
-DEGREES = 1e7  # counts of the satellite receiver
-FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # flags
+NO_SAMPLE = -(2**31)  # sample of a silent sensor
+NUMBERS = max(16, 3 * _core.BOARD_JOINTS + 3)  # numbers of an order: enough for a mission or a gait
+DEGREES = 1e7  # counts of the satellite receiver in a degree
+FIXED, LEAK, GROUND, LAST, STACK, RESET, KEPT = 1, 2, 4, 8, 16, 32, 64  # bits of the flags
 RADIO = 62  # bytes that the radio can receive in a tick
+# Names of orders, by their numbers
 ORDERS = ("none", "give", "gait", "sticks", "leg", "origin", "begin", "waypoint", "corner", "end", "parameter")
 
+# Fields of sensors and orders in a message to the board
 REQUEST: list[Any] = [("sample", "<i4", SAMPLES), ("fix", "<i4", 2), ("accuracy", "<i4")]
 REQUEST += [(name, "u1") for name in ("flags", "order", "which", "satellites")]
+# Fields of what the board's radio receives
 HEARD: list[Any] = [("missed", "u1"), ("length", "u1"), ("radio", "u1", RADIO)]
 TO_BOARD = np.dtype([*REQUEST, ("number", "<f4", NUMBERS), *HEARD])
+# Fields of an answer that are equal on all boards
 SAME: list[Any] = [("tick", "<u4"), ("pulse", "<f4", _core.BOARD_SERVOS)]
 SAME += [("quaternion", "<f4", 4), ("position", "<f4", 2)]
 SAME += [(name, "<f4") for name in ("depth", "speed", "position_error")]
 SAME += [(name, "<u4") for name in ("status", "reasons", "faults")]
 SAME += [(name, "u1") for name in ("mode", "state", "answer", "refusal", "leg")]
 SAME += [("spare", "u1", 3), ("digest", "<u4")]
-# Board-specific.
+# Fields that differ between boards.
 OWN: list[Any] = [(name, "<u4") for name in ("controller", "pilot", "whole", "radio", "stack")]
 FROM_BOARD = np.dtype(SAME + OWN)
 COMPARED = np.dtype(SAME).itemsize  # bytes that must be equal on all boards
@@ -47,7 +51,8 @@ def order(kind: str, *numbers: float, which: int = 0, fix: tuple[int, int] = (0,
     return message
 
 
-ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())  # of `give`, by their numbers
+# Names of the orders of `give`, in the order of their numbers.
+ORDERS_GIVEN = tuple(name for name, *_ in _core.order_table())
 
 
 def give(name: str) -> Any:

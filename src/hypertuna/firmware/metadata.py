@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 from hypertuna.firmware.parameters import TABLES, FirmwareTable, Parameter
 
 GENERAL, PARAMETERS = "general.json", "parameters.json.xz"  # names in firmware/app/radio/files.hpp
+# Unit of a key in a robot's file -> SI unit on board.
 SI = {"deg": "rad", "deg/s": "rad/s", "us": "s", "us/rad": "s/rad"}
-TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of zero and scale
+TEXTS = {  # parameter or column that is no key of a robot's file -> its text and SI unit
     "amplitude": ("largest amplitude of joint", "rad"),
     "curvature": ("curvature of the path at the largest bias of the tail", "1/m"),
     "sign": ("1: messages must be signed", ""),
@@ -20,7 +21,7 @@ TEXTS = {  # of parameters that are no keys of a robot's file: text and unit of 
     "timeout_ticks": ("time without a command after which the tail rests, in ticks of the controller", ""),
     "tilt_max": ("sine of roll or pitch beyond which the tail rests", ""),
 }
-DIGITS = 6  # of numbers: the last bit of a fit differs from machine to machine
+DIGITS = 6  # significant digits: the last bits of a fit differ from machine to machine
 
 
 class File(NamedTuple):

@@ -1,4 +1,4 @@
-"""Numbers of the firmware from a robot's description, and those that may be set over the radio.
+"""Numbers of the firmware from a robot's description, and the parameters among them, which the radio may set.
 
 The numbers of controller, pilot, calibration and limits are one row, in the order of visit_fields
 (firmware/app/vehicle/parameters.hpp). A parameter is a number of that row with a name and a range.
@@ -31,7 +31,7 @@ Array = NDArray[np.float32]
 
 CONVERTER = 65536  # counts of the analog converter's range
 SIGNED = 32768  # counts of the upper end of a digital sensor's range
-PASCALS = 10.0  # per count of the depth sensor
+PASCALS = 10.0  # Pa per count of the depth sensor
 NAME_LENGTH_MAX = 16  # characters of a name in MAVLink
 TRIM = 2e-4  # maximum correction of a servo's pulse [s]
 OFFSET = SIGNED / 100  # maximum correction of an axis of gyroscope or accelerometer [counts]
@@ -71,8 +71,9 @@ class FirmwareTable:
 
 
 ANALOG_RANGES = {"zero": Radio(0, -CONVERTER, CONVERTER, bounds=True), "scale": Radio(0, 0.25, 4.0)}
-TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}  # by part
-EXTRA = {  # parameters that are no keys of a robot's file, by part and column
+# Part -> its table in a robot's file.
+TABLES: dict[str, type[Part]] = {"controller": Controller, "pilot": Guidance, "limits": Firmware}
+EXTRA = {  # part -> column -> range of parameters that are no keys of a robot's file
     "controller": {"amplitude": Radio(2, 0.0, 1.0)},
     "pilot": {"curvature": Radio(5)},
     "calibration": {

@@ -11,8 +11,9 @@ from hypertuna.firmware.wiring import Wire, Wiring
 # The pins along both edges of a Teensy 4.1, its USB socket on top, by PJRC's card.
 LEFT = ("GND", *map(str, range(13)), "3.3V", *map(str, range(24, 33)))
 RIGHT = ("5V", "GND", "3.3V", *map(str, range(23, 12, -1)), "GND", *map(str, range(41, 32, -1)))
+# Buses, in the order of their colors.
 BUSES = ("pulses", "analog", "digital", "Serial", "I2C")
-HALF, REACH = 1.0, 4.6  # width of half the board; how far the figure reaches from its middle
+HALF, REACH = 1.0, 4.6  # half widths of the board and of the figure
 
 
 @plots.of(Wiring)

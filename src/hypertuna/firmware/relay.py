@@ -12,9 +12,9 @@ from hypertuna.io.files import Closing
 from hypertuna.ranges import FINITE
 
 HOST = "127.0.0.1"
-TIMEOUT = 10.0  # s until an emulated board must listen
-DATAGRAM = 65536  # bytes
-INTEGERS = {"packet", "buffer"}
+TIMEOUT = 10.0  # s within which an emulated board must listen
+DATAGRAM = 65536  # largest datagram [bytes]
+INTEGERS = {"packet", "buffer"}  # attributes of a RadioModel that are whole numbers
 
 
 def radio_model(text: str) -> RadioModel:

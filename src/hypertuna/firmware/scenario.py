@@ -30,13 +30,13 @@ from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.ranges import WHOLE
 from hypertuna.swimming.gait import Gait, lags, named_gait
 
-START = 100  # ticks before the first command: the attitude settles
+START = 100  # ticks before the first command, in which the attitude settles
 COLD = 6100  # ticks that the ground waits for the first fix of a cold receiver
 STORED = 250  # ticks to store the longest mission before arming
 Messages = NDArray[Any]
 
 DEFAULT_TICKS = 6000  # of a scenario that does not end by itself
-FINS, DIVE, SILENT = -0.35, 5000, 5200  # of a dive [rad]; ticks at which it ends, and contact is lost
+FINS, DIVE, SILENT = -0.35, 5000, 5200  # of lost:GAIT: angle of the fins [rad]; ticks at which the dive and contact end
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Scenario:
     origin: tuple[int, int] | None = None  # latitude and longitude of x = y = 0 in the mission [1e-7 deg]
     robot: str | None = None  # named by the mission
     silent: int | None = None  # tick from which there is no contact with the ground
-    cable: bool = False  # to the ground, which the water does not interrupt
+    cable: bool = False  # whether a cable to the ground replaces the radio, which water interrupts
 
     @property
     def ticks(self) -> int | None:
@@ -106,7 +106,7 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
     steps = [order("begin", *numbers, 0.0, 0.0, 0.0, *m.start, m.declination, m.silence_below)]
     steps += [order("waypoint", *waypoint) for waypoint in m.waypoints]
     steps += [order("corner", *corner) for corner in m.fence]
-    # As a ground station does: the origin of the mission's places comes with the mission, the robot's place by a fix.
+    # Like a ground station: the mission brings the origin of its coordinates, a fix the robot's position.
     steps += [order("origin", fix=scenario.origin)] if scenario.origin is not None else []
     begin = START + COLD * m.cold
     yield from enumerate([*steps, order("end")], begin)
@@ -115,7 +115,7 @@ def scheduled_orders(scenario: Scenario) -> Iterator[tuple[int, Any]]:
 
 
 def released_at(scenario: Scenario) -> int:
-    """Return the tick until which someone holds the robot at the surface: that of its last order; 0 with a cable."""
+    """Return the tick of the last order, until which someone holds the robot at the surface; 0 with a cable."""
     return 0 if scenario.cable else max((tick for tick, _ in scheduled_orders(scenario)), default=0)
 
 

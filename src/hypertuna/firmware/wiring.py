@@ -14,12 +14,13 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.description.schema.firmware import PORTS, Firmware
 from hypertuna.firmware.parameters import pins_of
 
-SUPPLY = 3.3  # V of the board's pins and of its converter, by PJRC's card; none takes more
-IMU_BAUD, RECEIVER_BAUD, I2C_RATE = 115_200, 38_400, 400_000  # firmware/boards/teensy41/teensy.hpp
-DEPTH_PINS = {"SDA": 18, "SCL": 19}  # of the bus Wire
+SUPPLY = 3.3  # V of the board's pins and of its converter, by PJRC's card; no pin withstands more
+IMU_BAUD, RECEIVER_BAUD, I2C_RATE = 115_200, 38_400, 400_000  # bit/s, as in firmware/boards/teensy41/teensy.hpp
+DEPTH_PINS = {"SDA": 18, "SCL": 19}  # of the depth sensor, on the bus Wire
+# Resistances of one decade of the series E24.
 E24 = (10, 11, 12, 13, 15, 16, 18, 20, 22, 24, 27, 30, 33, 36, 39, 43, 47, 51, 56, 62, 68, 75, 82, 91)
-UPPER = 100e3  # ohm from the battery to the pin
-# Unit in which people read the range of an analog sensor, and its value of 1 in SI.
+UPPER = 100e3  # resistor from the battery to the pin [ohm]
+# Analog sensor -> unit in which its range is printed, and factor from SI to that unit.
 UNITS = {"bend": ("deg", 180 / math.pi), "pressure": ("kPa", 1e-3), "current": ("A", 1.0), "voltage": ("V", 1.0)}
 
 
@@ -29,10 +30,10 @@ class Wire(NamedTuple):
     pin: int
     part: str  # at the other end
     signal: str  # of the part
-    to: str  # "board" or "part", "both": which way the signal goes
+    to: str  # direction of the signal: "board", "part" or "both"
     bus: str
     rate: int  # of the bus [bit/s], 0 for none
-    level: str  # at the pin
+    level: str  # voltages at the pin
     range: str = ""  # of an analog sensor, from the lower to the higher level
 
 
@@ -44,7 +45,7 @@ class Divider(NamedTuple):
     lift: float
 
     def volts(self, battery: float) -> float:
-        """Return the voltage of the pin [V] at that of the battery [V]."""
+        """Return the voltage of the pin [V] for a voltage of the battery [V]."""
         current = battery / self.upper + SUPPLY / self.lift
         return current / (1 / self.upper + 1 / self.lower + 1 / self.lift)
 
@@ -67,8 +68,8 @@ def wiring_of(robot: Robot) -> Wiring:
 
 
 def _servo_wires(robot: Robot) -> Iterator[Wire]:
-    turned = {group.name: group.drive.place for group in robot.joints}
-    drives = [f"on the {turned[name]} of joint {name}" if name in turned else f"of joint {name.replace('-', ', ')}"
+    places = {group.name: group.drive.place for group in robot.joints}
+    drives = [f"on the {places[name]} of joint {name}" if name in places else f"of joint {name.replace('-', ', ')}"
               for name in drive_names(robot)]  # fmt: skip
     names = [*(f"servo {text}" for text in drives), "servo of the port fin", "servo of the starboard fin"]
     for number, (pin, name) in enumerate(zip(pins_of(robot)["servo"], names, strict=True)):

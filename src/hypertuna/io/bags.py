@@ -1,7 +1,7 @@
-"""Bags of ROS 2: messages of an MCAP file (the extra `log`) or of a database (.db3), and the few kinds that are read.
+"""Bags of ROS 2: messages of an MCAP file (the extra `log`) or of a database (.db3), and the types that are read.
 
-The messages are those of the standard packages, in CDR, whose numbers stand at multiples of their size; of Foxglove's,
-those in JSON.
+These are types of ROS's standard packages, encoded in CDR, which aligns a number to a multiple of its size, and types
+of Foxglove, encoded in JSON.
 """
 
 from __future__ import annotations
@@ -17,24 +17,25 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import opened, parse_json, read_bytes
 from hypertuna.io.mcap import MAGIC, read_messages
 
-DATABASE, ROS1 = b"SQLite format 3\0", b"#ROSBAG"
-MESSAGES, STRING, NAMES = 1_000_000, 4096, 1000  # of a file; bytes of a text; names or transforms of a message
-STEPS = 50_000_000  # of the database's machine, about 10 s
+DATABASE, ROS1 = b"SQLite format 3\0", b"#ROSBAG"  # first bytes of a .db3 file, and of a bag of ROS 1
+# Limits: messages of a file; bytes of a text; names or transforms of a message.
+MESSAGES, STRING, NAMES = 1_000_000, 4096, 1000
+STEPS = 50_000_000  # limit of SQLite's virtual machine, about 10 s
 
 
 @dataclass
 class Topic:
     """The messages of a topic, in the order of the file."""
 
-    kind: str  # of its messages, such as nav_msgs/Odometry
+    kind: str  # type of its messages, such as nav_msgs/Odometry
     time: list[int] = field(default_factory=list)  # when they were recorded [ns]
     content: list[bytes] = field(default_factory=list)
 
 
 class Stamped(NamedTuple):
-    """A pose of one frame in another."""
+    """Pose of the frame `child` in the frame `parent`, with its time."""
 
-    time: int  # of its header [ns], 0 where the sender gave none
+    time: int  # time stamp of its header [ns]; 0 if the sender gave none
     parent: str
     child: str
     place: tuple[float, ...]  # x, y, z [m]
@@ -67,7 +68,7 @@ def read_bag(path: str | Path) -> tuple[dict[str, Topic], str]:
 
 
 def _only_file(path: Path) -> Path:
-    """Return the file of messages of the folder of a bag."""
+    """Return a bag's file of messages: the path itself, or the only such file in a folder."""
     if not path.is_dir():
         return path
     files = sorted(name for name in os.listdir(path) if name.endswith((".mcap", ".db3")))
@@ -89,7 +90,7 @@ def _mcap_topics(path: Path) -> tuple[dict[str, Topic], str]:
 
 
 def _database_topics(path: Path) -> dict[str, Topic]:
-    """Return the topics of a database, of which two tables are read and nothing else runs."""
+    """Return the topics of a database: only its two tables are read, and nothing stored in it is executed."""
     import sqlite3  # slow to import
 
     topics: dict[str, Topic] = {}
@@ -127,19 +128,19 @@ def _database_topics(path: Path) -> dict[str, Topic]:
 
 
 class _Reader:
-    """The numbers and texts of a message in CDR, one after the other."""
+    """A reader of a message in CDR, which returns its numbers and texts one after the other."""
 
     def __init__(self, content: bytes) -> None:
         if content[:1] != b"\0" or content[1:2] not in (b"\0", b"\1"):
             raise ValueError
-        self.body, self.order, self.at = content[4:], "<" if content[1] else ">", 0
+        self.body, self.order, self.offset = content[4:], "<" if content[1] else ">", 0
 
     def number(self, form: str) -> Any:
-        """Return the next number, of a format of `struct`."""
+        """Return the next number; form: its format in `struct`."""
         size = struct.calcsize(form)
-        self.at += -self.at % size
-        (value,) = struct.unpack_from(self.order + form, self.body, self.at)
-        self.at += size
+        self.offset += -self.offset % size
+        (value,) = struct.unpack_from(self.order + form, self.body, self.offset)
+        self.offset += size
         return value
 
     def numbers(self, count: int) -> tuple[float, ...]:
@@ -149,10 +150,10 @@ class _Reader:
     def text(self) -> str:
         """Return the next text."""
         size = self.number("I")
-        if size > STRING or self.at + size > len(self.body):
+        if size > STRING or self.offset + size > len(self.body):
             raise ValueError
-        self.at += size
-        return self.body[self.at - size : self.at].rstrip(b"\0").decode("utf-8", "replace")
+        self.offset += size
+        return self.body[self.offset - size : self.offset].rstrip(b"\0").decode("utf-8", "replace")
 
     def count(self) -> int:
         """Return the length of the next sequence."""
@@ -211,6 +212,7 @@ def _json_pose(content: bytes) -> Iterator[Stamped]:
     )
 
 
+# Message types, and their decoders.
 IN_JSON = ("foxglove.PoseInFrame in json", "foxglove.FrameTransform in json")
 POSES: dict[str, Callable[[_Reader], Iterator[Stamped]]] = {
     "geometry_msgs/PoseStamped": _decode_pose,
@@ -223,7 +225,7 @@ JOINTS = {"sensor_msgs/JointState": _decode_joints}
 
 
 def decoded(file: str, name: str, topic: Topic) -> Iterator[tuple[int, Any]]:
-    """Yield time of recording [ns] and content, a pose or joints, of the messages of a topic."""
+    """Yield the time of recording [ns] and the content, a pose or joints, of each message of a topic."""
     decode: Any = _json_pose if topic.kind in IN_JSON else {**POSES, **JOINTS}[topic.kind]
     for k, (time, content) in enumerate(zip(topic.time, topic.content, strict=True)):
         try:

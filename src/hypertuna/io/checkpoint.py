@@ -18,12 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from hypertuna.errors import DamageWarning, InputError, shown
-from hypertuna.io.door import check_regular, check_room, parse_json, read_bytes
+from hypertuna.io.door import check_memory, check_regular, parse_json, read_bytes
 from hypertuna.io.files import Closing, unwritable
 
-MARK = "hypertuna journal"
+MARK = "hypertuna journal"  # in the header of every journal
+# Fix of errors about a file of another run or with damage
 ANOTHER = "give another file, or remove this one to start over"
-SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # end of a line
+SUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')  # checksum at the end of a line
 
 
 def read_header(path: str | Path) -> dict[str, Any]:
@@ -81,7 +82,7 @@ class Journal(Closing):
     def answer(self, asked: Any, work: Callable[[], Any]) -> Any:
         """Return the answer to the next question: from the journal, else computed by `work` and appended.
 
-        Both are numbers, texts, arrays, lists and mappings of them; arrays return as lists.
+        Question and answer are numbers, texts, arrays, or lists and mappings of them; arrays return as lists.
         """
         if self._file is None:
             return json.loads(_json_line({"told": work()}))["told"]
@@ -120,7 +121,7 @@ class Journal(Closing):
         stored, self._sum = _header(str(self._path), line)
         check_same_header(str(self._path), stored, header, ANOTHER)
         try:
-            check_room(content)
+            check_memory(content)
         except ValueError as error:
             raise InputError(f"has {error}", file=str(self._path), fix=ANOTHER) from None
         records: list[dict[str, Any]] = []
@@ -172,9 +173,9 @@ def _open_or_create(file: str, how: int) -> int:
     return os.open(file, how | os.O_CREAT | os.O_NONBLOCK, 0o666)
 
 
-def check_same_header(file: str, there: Mapping[str, Any], header: Mapping[str, Any], fix: str) -> None:
-    """Check that the header in a file is that of the present work."""
-    old, new = _flat(json.loads(_json_line(there))), _flat(json.loads(_json_line(header)))
+def check_same_header(file: str, stored: Mapping[str, Any], header: Mapping[str, Any], fix: str) -> None:
+    """Check that the header stored in a file is that of the present work."""
+    old, new = _flat(json.loads(_json_line(stored))), _flat(json.loads(_json_line(header)))
     for key in {**old, **new}:
         if old.get(key) != new.get(key):
             rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
@@ -187,13 +188,13 @@ def _json_line(value: Mapping[str, Any]) -> bytes:
 
 
 def _with_checksum(line: bytes, before: int) -> tuple[bytes, int]:
-    """Return a line with its checksum, and the checksum, given that of the lines before."""
+    """Return a line with its checksum, and the checksum; `before` is the checksum of all earlier lines."""
     checksum = zlib.crc32(line, before)
     return line[:-1] + b', "crc32": "%08x"}\n' % checksum, checksum
 
 
 def _checked_record(line: bytes, before: int) -> tuple[dict[str, Any] | None, int]:
-    """Return the record of a line, None if its checksum is wrong, and the checksum."""
+    """Return a line's record, or None if its checksum is wrong, and the checksum; before: that of earlier lines."""
     match = SUM.search(line)
     body = line[: match.start()] + b"}" if match is not None and match.end() == len(line) else b""
     checksum = zlib.crc32(body, before)

@@ -1,4 +1,4 @@
-"""The door: the only place where files of others are opened, within limits that hold before anything is parsed.
+"""The door: the only place where users' files are opened; their limits are checked before anything is parsed.
 
 A file must be a regular one: a pipe or a device may never end. Each kind has its largest size in `KINDS`; texts have
 limits of depth, numbers and values, archives limits of what they unpack to. Whatever breaks one is an `InputError`.
@@ -24,25 +24,25 @@ if TYPE_CHECKING:
 
     from hypertuna.arrays import Array
 
-MB = 1_000_000
+MB = 1_000_000  # bytes
 
 
 class Kind(NamedTuple):
     """A kind of file: its name, its largest size, and the fix where it is missing."""
 
-    name: str  # with its article, as errors have it
+    name: str  # with its article, as in errors
     largest: int  # bytes
-    fix: str = "check the path"  # where there is no such file
+    fix: str = "check the path"  # if the file is missing
 
 
-# The largest size of each kind, and why: what honest files need, and what a gigabyte of memory can read.
+# Kinds of files. Each limit exceeds the size of honest files, and a gigabyte of memory is enough to read it.
 KINDS = {
     "toml": Kind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
     "csv": Kind("a CSV file", 64 * MB),  # half an hour of 12 markers at 60 Hz has 20 MB
     "plan": Kind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
     "points": Kind("a file of tracked points", 256 * MB),  # an hour of 12 markers at 60 Hz has 62 MB
     "bag": Kind("a bag of ROS 2", 256 * MB, "give a .mcap or .db3 file, or the folder of a bag"),
-    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of which 40 minutes are read
+    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of a mission, 40 minutes are read
     "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
     "journal": Kind("a journal", 128 * MB),  # a record of a search has 1 kB, a minute of a flight 1.4 MB
     "manifest": Kind("a manifest of shards", 64 * MB),  # has the labels of all results
@@ -51,32 +51,33 @@ KINDS = {
     "header": Kind("a C++ header", MB),  # HyperTuna's has 20 kB
     "key": Kind("a key", 1000, "make one: openssl rand -out key 32"),
     "scheduler": Kind("a scheduler file of Dask", MB),
-    "state": Kind("a stored state", 250 * MB, "remove the folder to start over"),  # of the finest mesh
+    "state": Kind("a stored state", 250 * MB, "remove the folder to start over"),  # that of the finest mesh fits
     "surface": Kind("a surface", 250 * MB, "remove the folder and run `hypertuna fe bend` again"),
     "film": Kind("a film", 64_000 * MB),  # an hour of a camera at its highest rate has 45 GB; read frame by frame
-    "stored": Kind("a stored result", 16 * MB),  # by another program of this package
+    "stored": Kind("a stored result", 16 * MB),  # written by another program of this package
 }
-DEPTH = 24  # tables and lists in each other, parts of a dotted key
-DIGITS = 100  # of a whole number: a float holds it, and the state of a random generator has 39
-# About the memory of a sign of JSON (a number or a text, half a text, a key, a list, an object), and of all of them.
-SIGNS, ROOM = {",": 40, '"': 32, ":": 100, "[": 64, "{": 240}, 600 * MB
-ENTRIES = 100_000  # of a TOML file
-TABLES = 5_000  # of a list in a TOML file
-CELLS, ROWS = 3_000_000, 1_000_000  # of a table: half an hour of 12 markers at 60 Hz
+DEPTH = 24  # nested tables and lists, and parts of a dotted key
+DIGITS = 100  # of a whole number: a float holds it, and a random generator's state has 39
+# Bytes of memory that JSON takes per sign, roughly (number or text, half a text, key, list, object), and their limit.
+BYTES_PER_SIGN, MAX_MEMORY = {",": 40, '"': 32, ":": 100, "[": 64, "{": 240}, 600 * MB
+ENTRIES = 100_000  # values of a TOML file
+TABLES = 5_000  # tables in a list of a TOML file
+CELLS, ROWS = 3_000_000, 1_000_000  # cells and lines of a table: half an hour of 12 markers at 60 Hz
 RUNS = 50_000  # rows of a table whose rows are runs, samples or places, each an object
-LONGEST = 100_000  # characters of its lines
-MEMBERS, UNPACKED = 1_000, 32 * MB  # files of an archive, and their bytes
-DIRECTORY = 300 * MEMBERS  # bytes of its list of files
-END, END64 = 22, 20  # bytes of the record at its end, and of the one before in large archives
-NPY_HEADER = 10_000  # bytes
-PIECE = 65_536  # bytes
+LONGEST = 100_000  # characters of a table's line
+MEMBERS, UNPACKED = 1_000, 32 * MB  # files of an archive, and their bytes when unpacked
+DIRECTORY = 300 * MEMBERS  # bytes of an archive's list of files
+END, END64 = 22, 20  # bytes of an archive's end record, and of the locator before it in a 64-bit archive
+NPY_HEADER = 10_000  # bytes of the header of a .npy file
+PIECE = 65_536  # bytes read at a time; shorter JSON needs no check of its memory
 
-# Texts and comments of TOML. An open text goes to the end of its line or of the file, so that no end is sought twice.
+# Strings and comments of TOML. An unclosed string matches to the end of its line or file: no end is sought twice.
 QUOTED = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+"{0,5}|'
     r'\'\'\'.*?(?:\'{3,5}|\Z)|"(?:[^"\\\n]|\\.)*+"?|\'[^\'\n]*+\'?|#[^\n]*+',
     re.DOTALL,
 )
+# Pattern of a dotted key that is nested too deeply
 DOTTED = re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEPTH},}}")
 # What to do about errors of `tomllib`, which names the line where it gave up.
 TOML_FIXES = {
@@ -91,7 +92,7 @@ def opened(path: str | Path, kind: str, *, file: str | None = None) -> IO[bytes]
     """Open a regular file of a kind (a key of `KINDS`) for reading; errors name it by `file`, the path by default."""
     name, fix = file or str(path), KINDS[kind].fix
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOCTTY | os.O_NONBLOCK)  # waits for no writer
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOCTTY | os.O_NONBLOCK)  # does not wait for a writer
     except FileNotFoundError:
         raise InputError("must be a file", file=name, value="missing", fix=fix) from None
     except (OSError, ValueError) as error:
@@ -120,25 +121,25 @@ def read_bytes(path: str | Path, kind: str, *, file: str | None = None) -> bytes
     largest = KINDS[kind].largest
     try:
         with opened(path, kind, file=file) as stream:
-            size = os.fstat(stream.fileno()).st_size  # by which memory is taken
+            size = os.fstat(stream.fileno()).st_size  # memory for this size is allocated
             content: bytes | None = stream.read(size + 1)
             while content and size < len(content) <= largest and (extra := stream.read(PIECE)):
                 content += extra
     except OSError as error:
         raise _unreadable(file or str(path), kind, error) from None
-    if content is None:  # /proc has pipes that say they are regular files; this one is empty now
+    if content is None:  # a pipe in /proc that claims to be a regular file, and is empty now
         raise _endless(file or str(path), kind)
-    if len(content) > largest:  # of those that state no size, as in /proc
+    if len(content) > largest:  # a file without a stated size, as in /proc
         raise _too_large(file or str(path), kind)
     return content
 
 
 def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
-    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with its mark."""
+    """Read a text file in UTF-8; a table may be in UTF-16, as spreadsheets write it, with a byte order mark."""
     content = read_bytes(path, kind, file=file)
     encoding = "utf-16" if kind == "csv" and content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # all ends of lines as \n
+        return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # turns all line ends into \n
     except ValueError as error:
         raise _unreadable(file or str(path), kind, error) from None
 
@@ -164,7 +165,7 @@ def parse_json(content: str | bytes) -> Any:
     """Parse JSON of a sane depth and size; ValueError says what is wrong."""
     text = content if isinstance(content, str) else content.decode("utf-8-sig")
     if len(text) > PIECE:
-        check_room(text)
+        check_memory(text)
     try:
         value = DECODER.decode(text)
     except RecursionError:
@@ -175,7 +176,7 @@ def parse_json(content: str | bytes) -> Any:
 
 
 def read_npz(path: str | Path, kind: str = "policy", largest: int = UNPACKED) -> dict[str, Array]:
-    """Read the arrays of a file, whose headers must fit what is unpacked: at most `largest` bytes."""
+    """Read the arrays of a .npz file of at most `largest` unpacked bytes; headers must agree with their content."""
     import numpy as np  # slow to import
 
     arrays = {}
@@ -209,7 +210,7 @@ def archived(stream: IO[bytes], largest: int = UNPACKED, *, stored: bool = False
     end = stream.seek(0, os.SEEK_END)
     stream.seek(max(end - END - END64, 0))
     tail = stream.read()
-    # Where the list of files lies: `zipfile` would look for another end before a comment, or for one of 64 bits.
+    # The end record must come last: else `zipfile` would search for one before a comment, or for a 64-bit one.
     if not tail[-END:].startswith(b"PK\5\6") or not tail.endswith(b"\0\0") or tail.startswith(b"PK\6\7"):
         raise ValueError("its end is damaged")
     large = int.from_bytes(tail[-10:-6], "little") > DIRECTORY
@@ -227,7 +228,7 @@ def archived(stream: IO[bytes], largest: int = UNPACKED, *, stored: bool = False
 
 
 def unpacked(archive: zipfile.ZipFile, file: zipfile.ZipInfo | str) -> bytes:
-    """Return the content of a file of an archive; of one that is larger than it states, no more is unpacked."""
+    """Return the content of a file in an archive, unpacked to no more bytes than the archive states."""
     with archive.open(file) as content:
         return content.read((archive.getinfo(file) if isinstance(file, str) else file).file_size)
 
@@ -243,7 +244,7 @@ def _check_npy(content: bytes) -> None:
     read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     try:
         shape, _, dtype = read_header(stream, NPY_HEADER)
-    except Exception:  # NumPy parses it as Python, and may raise whatever its tokens do
+    except Exception:  # NumPy parses the header as Python, and may raise any error
         raise ValueError("its header is damaged") from None
     size = math.prod(shape) * dtype.itemsize
     if dtype.hasobject or dtype.kind not in "biufU" or size != len(content) - stream.tell():
@@ -251,7 +252,7 @@ def _check_npy(content: bytes) -> None:
 
 
 def _check_toml(text: str) -> None:
-    """Check before parsing that TOML is at most DEPTH deep: dotted keys take memory by the square of their parts."""
+    """Check before parsing that TOML is at most DEPTH deep: a dotted key takes memory by the square of its parts."""
     bare = QUOTED.sub(lambda found: "" if found[0][0] == "#" else "q", text)
     depth = 0
     for bracket in re.findall(r"[\[{\]}]", bare):
@@ -262,11 +263,11 @@ def _check_toml(text: str) -> None:
         raise ValueError(f"more than {DEPTH} tables and lists in each other")
 
 
-def check_room(text: str | bytes) -> None:
-    """Check before parsing that JSON takes at most about ROOM bytes of memory."""
+def check_memory(text: str | bytes) -> None:
+    """Check before parsing that JSON will take at most about MAX_MEMORY bytes."""
     occurrences = text.count if isinstance(text, str) else lambda sign: text.count(sign.encode())
-    if sum(size * occurrences(sign) for sign, size in SIGNS.items()) > ROOM:
-        raise ValueError(f"more values than {ROOM / MB:g} MB of memory hold")
+    if sum(size * occurrences(sign) for sign, size in BYTES_PER_SIGN.items()) > MAX_MEMORY:
+        raise ValueError(f"more values than {MAX_MEMORY / MB:g} MB of memory hold")
 
 
 def _check_depth(value: Any) -> None:

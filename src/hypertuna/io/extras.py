@@ -14,12 +14,12 @@ def need(extra: str, *modules: str, by: str) -> None:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs the packages of an extra, by name: it serves a clone and a wheel alike."""
+    """Return the command that installs the packages of an extra by their names, for a clone and a wheel alike."""
     from importlib import metadata
 
     try:
         lines = metadata.requires("hypertuna") or []
-    except metadata.PackageNotFoundError:  # the sources alone
+    except metadata.PackageNotFoundError:  # the package is not installed
         return f"pip install '.[{extra}]' in the folder of the clone"
     of_extra = re.compile(rf"""extra\s*==\s*["']{extra}["']""")
     return " ".join(["pip install", *(f"'{r.partition(';')[0].strip()}'" for r in lines if of_extra.search(r))])

@@ -59,7 +59,7 @@ def dataset(variables: Mapping[str, Any], coordinates: Mapping[str, Any], attrib
 
 
 class Csv(NamedTuple):
-    """A CSV file: a line of names and rows, and what made them, which stands in a JSON file beside it."""
+    """A CSV file: a line of names, and rows; its provenance `facts` goes into a JSON file beside it."""
 
     text: str
     facts: Mapping[str, Any]
@@ -76,7 +76,7 @@ class Csv(NamedTuple):
 def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], *, digits: int | None = 6) -> Csv:
     """Return columns as a CSV file with their provenance.
 
-    Text, and without `digits` all cells, are written in full; else NaN leaves its cell empty.
+    Numbers have `digits` significant digits, and NaN an empty cell; text, and without `digits` all cells, are in full.
     """
 
     def cell(value: Any) -> str:
@@ -91,10 +91,10 @@ def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], 
 def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str]) -> dict[str, Any]:
     """Return variables and coordinates as columns NAME_LABEL_unit: angles in degrees, pressures in kPa, codes in words.
 
-    A dimension with labels (joints, sides) stands in the names of columns, every combination of the others is a row.
+    Labels of a dimension (joints, sides) are parts of column names; every combination of the other dimensions is a row.
     `names` may map variables to the names of their columns, which may end in the unit.
     """
-    import numpy as np  # `hypertuna version` does without
+    import numpy as np  # imported here: `hypertuna version` does not need it
 
     names = names if isinstance(names, Mapping) else {name: name for name in names}
     labels = {dim: data[dim].values for dim in data.dims if dim in data.coords and data[dim].dtype.kind in "UO"}
@@ -120,13 +120,13 @@ def data_columns(data: xr.Dataset) -> dict[str, Any]:
 
 
 def coordinate_names(data: xr.Dataset) -> list[str]:
-    """Return the names of the coordinates that are numbers, each once: an index repeats one of them."""
+    """Return the names of the numeric coordinates, without those that only repeat another (attribute `same_as`)."""
     coordinates = data.coords.items()
     return [str(name) for name, c in coordinates if c.dtype.kind not in "UO" and "same_as" not in c.attrs]
 
 
 def _unit_and_values(variable: xr.DataArray) -> tuple[str, Any]:
-    """Return the end of a column's name and the values in that unit; coordinates in degrees are rounded."""
+    """Return the unit's suffix for a column's name, and the values in that unit; coordinates in degrees are rounded."""
     import numpy as np
 
     values, unit = variable.values, variable.attrs.get("units", "1")
@@ -153,7 +153,7 @@ def _csv(facts: Mapping[str, Any], rows: Iterable[Iterable[Any]]) -> Csv:
 
 
 def check_replaceable(path: str | Path) -> None:
-    """Check that what a new file would replace is a file: never a device or a pipe."""
+    """Check that a path is free or a regular file, so that a new file replaces no device or pipe."""
     if os.path.exists(path) and not os.path.isfile(path):
         value = "a folder" if os.path.isdir(path) else "a pipe or a device"
         raise InputError("must be a file", file=str(path), value=value, fix="choose another path")
@@ -212,10 +212,10 @@ def write_atomically(path: str | Path, content: bytes) -> Path:
     return Path(path)
 
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a full disk is called
-CONVENTIONS = "CF-1.11"
-# Coordinates that CF names: its `time` is a date, its `pressure` that of the air.
-CF_UNITS = {"deg": "degree", "Wh": "W h"}  # as UDUNITS knows them
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error codes of a full disk, quota or file
+CONVENTIONS = "CF-1.11"  # version of the CF conventions, in NetCDF files
+CF_UNITS = {"deg": "degree", "Wh": "W h"}  # unit -> its name in UDUNITS
+# New names of coordinates: CF's own `time` is a date, its `pressure` that of the air.
 CF_NAMES = {"time": "elapsed_time", "pressure": "gauge_pressure"}
 
 
@@ -223,7 +223,7 @@ def write_netcdf(dataset: xr.Dataset | xr.DataTree, path: str | Path) -> Path:
     """Write a dataset, or a tree as groups, as NetCDF by the CF conventions, whole or not at all."""
     tree: Any = dataset
     data: Any = tree.map_over_datasets(by_conventions) if hasattr(dataset, "groups") else by_conventions(tree)
-    content = io.BytesIO()  # HDF5 ends the program where a disk is full
+    content = io.BytesIO()  # in memory, since HDF5 ends the program if the disk is full
     data.to_netcdf(content, engine="h5netcdf")
     return write_atomically(path, content.getvalue())
 
@@ -234,7 +234,7 @@ def by_conventions(data: xr.Dataset) -> xr.Dataset:
     CF's `time` is a date and its `pressure` that of the air; its axes are numbers, so that labels along `joint` are
     `joint_name`.
     """
-    import numpy as np  # `hypertuna version` does without
+    import numpy as np  # imported here: `hypertuna version` does not need it
 
     labels = {name: f"{name}_name" for name in data.indexes if data[name].dtype.kind in "UO"}
     names = {name: re.sub(r"\W", "_", str(name)) for name in data.variables}
@@ -260,7 +260,7 @@ def unwritable(path: object, error: OSError) -> InputError:
 
 def shipped(name: str) -> Path:
     """Return the folder of files that ship with the package: ``"robots"``, ``"missions"``, ``"data/published"``, ..."""
-    package = Path(__file__).parents[1]  # in a wheel; in a source tree the folders stand at its root
+    package = Path(__file__).parents[1]  # of a wheel; in a source tree, the folders are at its root
     root = package.parents[1]
     return next(path for base in (package, root, root / "firmware") if (path := base / name).is_dir())
 

@@ -1,4 +1,4 @@
-"""HDF5 files of others, read in a process of its own: a damaged file can hold up or end the library that reads it."""
+"""Users' HDF5 files, read in a process of their own: a damaged file can hang or crash the library that reads it."""
 
 import json
 import math
@@ -15,13 +15,13 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 
-WAIT = 120.0  # s by the clock
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
+WAIT = 120.0  # s of wall-clock time for reading a file
+SIGNATURE = b"\x89HDF\r\n\x1a\n"  # first bytes of a file
 
 
 @dataclass(frozen=True)
 class Hdf5:
-    """Content of an HDF5 file, by the path of names within it."""
+    """Content of an HDF5 file, by the path within the file."""
 
     file: str
     arrays: dict[str, Array] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Hdf5:
     left_out: tuple[str, ...] = ()  # arrays that are too large
 
     def array(self, name: str, dimensions: int) -> Array:
-        """Return an array of numbers that must be there."""
+        """Return a required array of numbers with so many dimensions, or raise InputError."""
         if name in self.left_out:
             rule, fix = "must have at most 12 million numbers", "cut the film into parts, and export each"
             raise InputError(rule, file=self.file, key=name, value="more", fix=fix)

@@ -1,7 +1,7 @@
 """The program that reads an HDF5 file in a process of its own, within limits of time and memory.
 
 It is started by `hypertuna.io.hdf5` and imports nothing of the package: the file is its input, its output a line of
-JSON (names, types, shapes, attributes) and the numbers behind it. Only what lies in the file itself is read: no links
+JSON (names, types, shapes, attributes) followed by the numbers. Only what lies in the file itself is read: no links
 to other files, no stored programs, no references.
 """
 
@@ -10,8 +10,9 @@ import resource
 import sys
 from typing import Any
 
-SECONDS, MEMORY = 40, 3 << 30  # of the processor; bytes of address space
-DEPTH, OBJECTS, TEXTS, LETTERS = 8, 2000, 20_000, 4_000_000  # of groups in each other, of groups and arrays; of texts
+SECONDS, MEMORY = 40, 3 << 30  # limits: s of processor time; bytes of address space
+# Limits: nested groups; groups and arrays; texts of an array; letters of all texts.
+DEPTH, OBJECTS, TEXTS, LETTERS = 8, 2000, 20_000, 4_000_000
 LARGEST, MOST = 12_000_000, 24_000_000  # numbers of an array and of all: an hour of 12 markers at 60 Hz has 8 million
 
 
@@ -21,7 +22,7 @@ def attributes(item: Any) -> dict[str, Any]:
     for name in list(item.attrs)[:200]:
         try:
             value = item.attrs[name]
-        except Exception:  # of a type that this library does not know
+        except Exception:  # an attribute of a type that h5py does not know
             continue
         value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
         value = value.decode("latin-1") if isinstance(value, bytes) else value

@@ -15,12 +15,13 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import MB, read_bytes
 
-SIGNATURE = b"MATLAB 5.0 MAT-file"
-LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # bytes unpacked; arrays; of cells and structures in each other
+SIGNATURE = b"MATLAB 5.0 MAT-file"  # first bytes of a file
+LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # limits: bytes unpacked; arrays; nested cells and structures
+# Types of elements: of numbers -> type in NumPy; others.
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8", 16: "u1", 17: "u2"}
-MATRIX, COMPRESSED = 14, 15  # types of elements
+MATRIX, COMPRESSED = 14, 15  # types of elements that hold others
 CELL, STRUCT, OBJECT, CHAR, SPARSE, DOUBLE, UINT64 = 1, 2, 3, 4, 5, 6, 15  # classes of arrays
-HEADER = 128
+HEADER = 128  # bytes
 
 
 @dataclass
@@ -31,7 +32,7 @@ class MatFile:
     order: str = "<"  # of bytes
     arrays: dict[str, Array] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
-    count: int = 0
+    count: int = 0  # arrays read so far
 
 
 def read_matlab(path: str | Path) -> MatFile:
@@ -61,7 +62,7 @@ def read_matlab(path: str | Path) -> MatFile:
 
 
 def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> Array:
-    """Return a sparse array as a full one: values, their rows, and where each column begins."""
+    """Return the full array of a sparse one, given its values, their rows, and the index at which a column begins."""
     columns, count = len(begin) - 1, len(values)
     valid = begin.dtype.kind in "iu" and row.dtype.kind in "iu" and row.ndim == begin.ndim == values.ndim == 1
     if not valid or columns < 1 or rows * columns > LARGEST // 8 or (np.diff(begin.astype(float)) < 0).any():
@@ -81,7 +82,7 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of each element; small content stands in its tag itself."""
+    """Yield type and content of each element; content of up to 4 bytes is inside its tag."""
     offset = 0
     while offset + 8 <= len(data):
         kind, size = struct.unpack_from(f"{order}II", data, offset)

@@ -1,6 +1,6 @@
-"""MCAP files of missions and radio: what their writers share, and a reader of all whole chunks.
+"""MCAP files of missions and radio: their common writer, and a reader of all complete chunks.
 
-Chunks are checked by their checksums, also those of a file that was cut short. Needs the extra `log`.
+The checksum of every chunk is checked, also in a file that was cut short. Needs the extra `log`.
 """
 
 import fcntl
@@ -16,17 +16,20 @@ from hypertuna.io.extras import need
 from hypertuna.io.files import Closing, check_replaceable, unwritable
 
 CHUNK = 64 * 1024  # bytes before compression: a few seconds of a mission
-NANO = 1_000_000_000
-METADATA, ENDING = "hypertuna", "hypertuna-end"
-LINK = "link"  # metadata key of a radio log
-MAGIC = b"\x89MCAP0\r\n"
-# A file is unpacked to at most this, against bombs: logs of missions shrink to a third.
-MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30  # bytes; bytes for each byte of the file
-FOREIGN_CHUNK = 32 << 20  # bytes, of files of other programs
-# What is read of a file: bytes of its chunks, of all other records, of its header; messages. 40 minutes of a mission.
+NANO = 1_000_000_000  # ns in 1 s
+METADATA, ENDING = "hypertuna", "hypertuna-end"  # names of the metadata records at the start and the end of a log
+LINK = "link"  # metadata key that only a radio log has
+MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a file
+# Limits against decompression bombs; logs of missions shrink to a third. Bytes of a chunk; a file may unpack to
+# MAX_UNPACKED bytes and MAX_RATIO times its size.
+MAX_CHUNK, MAX_UNPACKED, MAX_RATIO = 4 << 20, 4 << 20, 30
+FOREIGN_CHUNK = 32 << 20  # bytes of a chunk in files of other programs
+# Limits of a file, enough for 40 minutes of a mission: bytes in chunks, in other records, in one metadata record;
+# messages.
 MOST, OTHERS, HEADER, MESSAGES = 200 << 20, 32 << 20, 1 << 20, 1_000_000
+# What is wrong with a record that is too long
 LONG = f"longer than is read at once ({MOST >> 20} MB or {MESSAGES} messages)"
-LAST = 2**63  # ns: a time beyond it is none
+LAST = 2**63  # ns: a later time can only be damage
 
 
 def need_log() -> None:
@@ -53,7 +56,7 @@ class _Memory(io.RawIOBase):
         return self._before + self._content.tell()
 
     def taken(self) -> bytes:
-        """Return the bytes and forget them."""
+        """Return the buffered bytes and clear the buffer."""
         content, self._content = self._content.getvalue(), io.BytesIO()
         self._before += len(content)
         return content
@@ -121,7 +124,7 @@ class McapWriter(Closing):
 
 
 def _open_locked(path: Path, overwrite: bool) -> io.FileIO:
-    """Open an empty file for writing, which no other process writes meanwhile."""
+    """Open and empty a file for writing, locked against other processes that would write it."""
     check_replaceable(path)
     file = io.FileIO(path, "a" if overwrite else "x")
     try:
@@ -141,19 +144,20 @@ class Messages:
     """Messages of a file until its end or its first fault."""
 
     times: dict[str, list[int]]  # of the messages of each topic [ns]
-    contents: dict[str, list[bytes]]  # of the same messages
+    contents: dict[str, list[bytes]]  # contents of the same messages
     metadata: dict[str, str] | None = None  # of the file's header
     chunks: int = 0  # number of whole chunks
     fault: str = ""  # description, empty for a sound file
-    kinds: dict[str, tuple[str, str]] = field(default_factory=dict)  # encoding and name of the schema of each topic
+    kinds: dict[str, tuple[str, str]] = field(default_factory=dict)  # topic -> encoding and name of its schema
 
 
 def read_messages(
     path: str | Path, name: Callable[[str, bytes], str] | None = None, *, foreign: bool = False
 ) -> Messages:
-    """Read the messages of all whole chunks of a file by topic, or by the `name` of a topic and a message's content.
+    """Read the messages of all complete chunks of a file, by topic.
 
-    foreign: the file is that of another program, which may write messages outside of chunks.
+    name: returns another key for a message, from its topic and content. foreign: the file is that of another program,
+    which may write messages outside of chunks.
     """
     need_log()
     content = read_bytes(path, "log")
@@ -203,7 +207,7 @@ def _chunks(content: bytes, messages: Messages, *, foreign: bool = False) -> Ite
     stream, size = io.BytesIO(content), len(content)
     chunk_limit = FOREIGN_CHUNK if foreign else MAX_CHUNK
     room, largest = MAX_UNPACKED + MAX_RATIO * size, min(size, chunk_limit + HEADER)
-    done = packed = 0  # bytes of chunks, unpacked and as they are in the file
+    done = packed = 0  # bytes of the chunks so far, unpacked and as stored
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=largest).records:
             if isinstance(record, Metadata) and sum(map(len, record.metadata.values())) > HEADER:

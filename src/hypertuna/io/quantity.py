@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, get_type_hints
 
-DEGREES = 180 / math.pi  # in a radian
+DEGREES = 180 / math.pi  # per radian
 ZERO_CELSIUS = 273.15  # K
 
 
@@ -24,7 +24,7 @@ class Format(NamedTuple):
     note: str | None = ""  # behind its name on the terminal; None: not on the terminal
 
 
-# What an SI value is multiplied with, divided by, and what is then added.
+# Unit -> factor, divisor and offset of the value in it: SI value * factor / divisor + offset.
 SCALES = {
     "deg": (DEGREES, 1.0, 0.0),
     "degC": (1.0, 1.0, -ZERO_CELSIUS),
@@ -36,8 +36,9 @@ SCALES = {
     "h": (1.0, 3600.0, 0.0),
     "Wh": (1.0, 3600.0, 0.0),
 }
+# Names whose label is not made of the same words.
 NUMBERS = {"strouhal": "Strouhal number", "reynolds": "Reynolds number"}
-ENDS = ("max", "min", "peak")  # of names, that labels begin with
+ENDS = ("max", "min", "peak")  # last words of names; in labels they come first
 
 
 def suffix(unit: str) -> str:
@@ -58,7 +59,7 @@ def label(name: str, note: str = "") -> str:
 
 
 def summarized(result: Any, shown: Mapping[str, Format]) -> dict[str, Quantity]:
-    """Return the attributes of a result as quantities: names in JSON and labels are those in Python, with units."""
+    """Return the attributes of a result as quantities, by their names in JSON."""
     return {
         key_of(name, unit): quantity(name, getattr(result, name), unit, note) for name, (unit, note) in shown.items()
     }
@@ -71,7 +72,7 @@ def quantity(name: str, value: Any, unit: str = "", note: str | None = "") -> Qu
 
 
 def key_of(name: str, unit: str = "") -> str:
-    """Return the name of a quantity in JSON and files."""
+    """Return the name of a quantity in JSON and files: that in Python, and its unit."""
     return name + (suffix(unit) if not name.endswith("_bl") else suffix(unit).removeprefix("_bl"))
 
 
@@ -84,7 +85,7 @@ def scaled(value: Any, unit: str) -> Any:
 
 
 def columns(result: Any) -> dict[str, Any]:
-    """Return the fields of a result that have a `Format`, by its name and in its unit."""
+    """Return the fields of a result that have a `Format`: name in files -> value in the unit of the format."""
     values = {}
     for name, (unit, _) in _columns(type(result)).items():  # type: ignore[arg-type]  # mypy: a type has no hash
         values[key_of(name, unit)] = scaled(getattr(result, name), unit)
@@ -98,7 +99,7 @@ def column_units(kind: type) -> dict[str, str]:
 
 @functools.cache
 def _columns(kind: type) -> dict[str, Format]:
-    """Return the columns of a type of results, by the names of their fields."""
+    """Return the formats of the fields that are columns, of a type of results, by field."""
     hints = get_type_hints(kind, include_extras=True).items()
     return {key: part for key, hint in hints for part in getattr(hint, "__metadata__", ()) if isinstance(part, Format)}
 
@@ -109,7 +110,7 @@ def values_of(summary: Mapping[str, Quantity]) -> dict[str, Any]:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun, in the plural but for one."""
+    """Return a number with its noun, in the plural except for 1."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 

@@ -12,8 +12,8 @@ from hypertuna.io.door import CELLS, LONGEST, ROWS, read_text
 
 R = TypeVar("R")
 
-MAX_NAMED, MAX_BAD = 5, 1000  # bad rows in an error; after which a file is given up
-# Ends of names of columns, by what they measure: the size of a unit in one of them.
+MAX_NAMED, MAX_BAD = 5, 1000  # bad rows that an error describes; bad rows after which reading stops
+# Units at the ends of column names, a dict per quantity: unit -> its size in the unit whose size is 1.
 UNITS: tuple[dict[str, float], ...] = (
     {"m_s": 1, "cm_s": 1e-2, "mm_s": 1e-3, "km_h": 1 / 3.6},
     {"m": 1, "cm": 1e-2, "mm": 1e-3, "km": 1e3},
@@ -33,9 +33,9 @@ class Table:
     """A CSV file: names of its columns, and its rows."""
 
     file: str
-    line: int  # of the names
+    line: int  # number of the line of names
     head: list[str]
-    rows: list[tuple[int, list[str]]]  # lines and cells
+    rows: list[tuple[int, list[str]]]  # line number and cells of each row
 
     def keys(
         self,
@@ -79,7 +79,7 @@ class Table:
             if key not in keys and key not in suggested:
                 errors.append(InputError("must be a column", file=self.file, key=column, value="missing", fix=fix))
         if errors:
-            # more mistakes than columns, unless these are like ours: another file, or that of another robot
+            # more errors than columns: a file of another kind or robot, unless its names are only misspelled
             foreign = len(errors) > len(self.head) and (bool(keys) or not suggested - {""})
             unknown = [column for column in self.head if column not in known]
             if foreign and len(unknown) > 1:
@@ -102,7 +102,7 @@ class Table:
         return InputError(rule, value=f"{len(row)} long", fix=fix)
 
     def check_once(self, names: Iterable[str]) -> None:
-        """Check that no column of these names is there twice: which of them counts would be unclear."""
+        """Check that none of these names is that of two columns, which would be ambiguous."""
         for name in names:
             if (count := self.head.count(name)) > 1:
                 rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"
@@ -114,9 +114,9 @@ class Table:
         keys: Sequence[str] | None = None,
         names: Mapping[str, str] | None = None,
     ) -> list[R]:
-        """Return for each row what `make` makes of its line and its cells by key; bad rows are reported together.
+        """Return `make(line number, cells by key)` for each row; bad rows are reported together, in one error.
 
-        keys: of the columns (default: their names); names: of columns that the file may lack, for errors in their keys.
+        keys: one per column (default: its name); names: key -> name of columns that the file may lack, for errors.
         """
         keys = self.head if keys is None else keys
         columns = {**(names or {}), **dict(zip(keys, self.head, strict=True))}
@@ -186,7 +186,7 @@ def too_large(file: str, most: str) -> InputError:
 
 
 def conversion(column: str, near: str) -> str:
-    """Return how to convert a column whose name has another unit than the nearest name; empty if it has not."""
+    """Return how to convert a column to the unit of the nearest known name; empty if only the unit does not differ."""
     for units in UNITS:
         unit, goal = (max((u for u in units if name.endswith(f"_{u}")), key=len, default="") for name in (column, near))
         if unit and goal and unit != goal and column.removesuffix(unit) == near.removesuffix(goal):
@@ -196,7 +196,7 @@ def conversion(column: str, near: str) -> str:
 
 
 def parse_float(text: str) -> float:
-    """Parse a number; NaN if it is not one, as `1_000` or digits of other scripts, which Python would take."""
+    """Parse a number; NaN for other text, also `1_000` or digits of other scripts, which Python would accept."""
     try:
         return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:

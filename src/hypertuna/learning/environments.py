@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: of one swimmer, and of many that step in one call."""
+"""Environments of Gymnasium: for one swimmer, and for many that step in one call."""
 
 from __future__ import annotations
 
@@ -27,16 +27,17 @@ from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 Batch = NDArray[np.floating[Any]]
 Flags = NDArray[np.bool_]
 
-LOST = -10.0  # reward of a twin that left what a robot can do
-CHANGING = ("_np_random", "_np_random_seed", "_rngs", "_ended")  # of an environment, beside its swimmers
+LOST = -10.0  # reward of a twin that left the limits of a robot
+# Attributes of an environment that change, besides its swimmers.
+CHANGING = ("_np_random", "_np_random_seed", "_rngs", "_ended")
 
 
 @dataclass(frozen=True)
 class EnvState:
     """State of an environment: swimmers, goals, random generators and ended episodes."""
 
-    kind: tuple[object, ...]  # of the swimmers
-    moments: tuple[dict[str, Any], dict[str, Any]]  # of environment and swimmers
+    kind: tuple[object, ...]  # `Swimmers.kind`
+    moments: tuple[dict[str, Any], dict[str, Any]]  # changing attributes of environment and swimmers
 
 
 class _Saved:
@@ -48,7 +49,7 @@ class _Saved:
     def save_state(self) -> EnvState:
         """Save the state, with the random generators: a restored environment has the same future, to the last bit."""
         kept = {name: value for name, value in vars(self).items() if name in CHANGING}
-        kept["_np_random"] = self.np_random  # made at its first use
+        kept["_np_random"] = self.np_random  # the property makes the generator at its first use
         return EnvState(self.swimmers.kind, copy.deepcopy((kept, self.swimmers.moment)))
 
     def restore_state(self, state: EnvState) -> None:
@@ -56,7 +57,7 @@ class _Saved:
         if not isinstance(state, EnvState) or state.kind != self.swimmers.kind:
             rule, fix = "must be of an environment of the same task, robots, number and step", "save it in this one"
             raise InputError(rule, key="state", fix=fix)
-        kept, swimmers = copy.deepcopy(state.moments)  # which may be restored again
+        kept, swimmers = copy.deepcopy(state.moments)  # a copy: the state may be restored again
         vars(self).update(kept)
         vars(self.swimmers).update(swimmers)
 
@@ -153,7 +154,7 @@ class SwimmerVectorEnv(_Saved, VectorEnv[Batch, Batch, Batch]):
         self.observation_space = batch_space(single.observation, self.num_envs)
         self.render_mode = render_mode
         self._rngs = [self.np_random] * self.num_envs
-        self._ended = np.zeros(self.num_envs, dtype=bool)  # episodes that no other follows yet
+        self._ended = np.zeros(self.num_envs, dtype=bool)  # swimmers whose episode has ended and is not yet reset
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -236,7 +237,7 @@ def _as_float32(observation: NDArray[np.float64]) -> Batch:
 
 
 def _stepped(swimmers: Swimmers, actions: Any) -> tuple[Batch, Flags, Flags, Flags]:
-    """Make a step; return rewards, ends of tasks and of time, and successes; a twin beyond a robot's limits ends."""
+    """Make a step; return rewards, ends of tasks and of time, and successes. A twin beyond its limits ends, too."""
     reward, done, success = swimmers.act(np.asarray(actions, dtype=float))
     beyond = swimmers.lost
     done = done | beyond

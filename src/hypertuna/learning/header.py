@@ -10,7 +10,7 @@ from hypertuna.learning.policy import Policy
 from hypertuna.learning.spans import BIAS, LAG, knobs, sensed, span_of, ticks_of
 from hypertuna.learning.tasks import TASKS
 
-NEURONS_MAX = 128  # core control/policy.hpp
+NEURONS_MAX = 128  # limit of core control/policy.hpp
 
 
 def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> str:

@@ -26,10 +26,10 @@ Act = Callable[[NDArray[Any]], NDArray[Any]]  # observations (N, size) to action
 class Policy:
     """A perceptron with tanh between its layers; its output is clipped to -1 and 1."""
 
-    weights: tuple[Array, ...]  # of each layer (out, in)
-    biases: tuple[Array, ...]  # (out,)
-    step: float | None = None  # s, of the training
-    task: str | None = None  # of the training
+    weights: tuple[Array, ...]  # of each layer, (out, in)
+    biases: tuple[Array, ...]  # of each layer, (out,)
+    step: float | None = None  # step of an action in the training [s]
+    task: str | None = None  # task of the training
 
     def __call__(self, observation: NDArray[Any]) -> Array:
         """Return the actions (N, out) of observations (N, in)."""
@@ -63,7 +63,7 @@ def read_policy(path: str | Path) -> Policy:
     task = str(stored.pop("task")) if "task" in stored else None
     try:
         arrays = {name: np.asarray(value, dtype=float) for name, value in stored.items()}
-    except ValueError:  # texts
+    except ValueError:  # an array of texts
         raise InputError("must be a whole .npz file of numbers", file=str(path), fix=KINDS["policy"].fix) from None
     step = None
     if "step" in arrays:
@@ -84,7 +84,7 @@ def read_policy(path: str | Path) -> Policy:
 
 
 def plain_pilot(swimmers: Swimmers, *, frequency: float = 2.0, amplitude: float = 0.5, gain: float = 2.0) -> Act:
-    """Return a pilot for Goto: one gait [Hz, part of the largest bend]; a tail that bends to the left turns right."""
+    """Return a simple pilot for Goto: one gait [Hz, part of the largest bend], biased in proportion to the bearing."""
     joints, size = len(swimmers.robot.joints), swimmers.task.size
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
@@ -108,7 +108,7 @@ def success_rate(env: SwimmerVectorEnv, act: Act, *, episodes: int, seed: int) -
     swimmers, successes, seconds, energy = env.swimmers, [], [], []
     joules = np.zeros(env.num_envs)
     elapsed = np.zeros(env.num_envs)
-    quota = np.full(env.num_envs, episodes // env.num_envs)  # alike for each: quick ones do not count more often
+    quota = np.full(env.num_envs, episodes // env.num_envs)  # equal: short episodes are not counted more often
     quota[: episodes % env.num_envs] += 1
     while quota.any():
         actions = act(observation)

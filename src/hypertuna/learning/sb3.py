@@ -23,7 +23,7 @@ class Sb3VecEnv(VecEnv):
     def reset(self) -> VecEnvObs:
         """Start an episode of every swimmer, from the seed that `seed` gave."""
         observation, _ = self.env.reset(seed=self._seeds[0])
-        self._reset_seeds()  # both are for one reset
+        self._reset_seeds()  # seeds and options hold for one reset
         self._reset_options()
         return observation
 

@@ -13,9 +13,9 @@ from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE
 
-STEP = 0.1  # s, of an action
-LAG = math.pi  # rad, the largest lag of a joint behind the one before
-BIAS = 0.5  # of a joint's largest bend, for steering
+STEP = 0.1  # duration of an action [s]
+LAG = math.pi  # largest lag of a joint behind the joint before it [rad]
+BIAS = 0.5  # largest bias, for steering, as a part of a joint's largest bend
 
 
 def knobs(robot: Robot) -> tuple[str, ...]:
@@ -30,7 +30,7 @@ def knobs(robot: Robot) -> tuple[str, ...]:
 
 
 def sensed(robot: Robot) -> int:
-    """Return the count of an observation's numbers without the task's: speed, turn, bends measured and set, action."""
+    """Return how many numbers of an observation are not the task's: speed, turn, bends measured and set, action."""
     return 2 + 2 * len(robot.joints) + len(knobs(robot))
 
 
@@ -38,8 +38,8 @@ def sensed(robot: Robot) -> int:
 class Span:
     """Ranges that turn actions into a gait."""
 
-    frequency: float  # Hz
-    bend: Array  # (joints,) rad
+    frequency: float  # largest frequency [Hz]
+    bend: Array  # largest bends (joints,) [rad]
 
     def gait(self, action: Array) -> tuple[Array, Array, Array, Array]:
         """Return frequency, amplitude, phase and bias of actions (N, 3 joints) from -1 to 1."""

@@ -22,23 +22,24 @@ from hypertuna.learning.spans import STEP, sensed, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
-LIMIT = 4.0  # observations are held within this
+LIMIT = 4.0  # observations are clipped to -LIMIT and LIMIT
+# Attributes that steps change.
 CHANGING = ("goal", "current", "steps", "action", "seen", "effort", "_batch", "_columns", "_drift", "_before")
 
 
 @dataclass
 class Swimmers:
-    """Twins under actions; each start samples one of `robots`, whose controller has the numbers of `robot`."""
+    """Twins that follow actions; each restart samples one of `robots`. All controllers have the numbers of `robot`."""
 
     task: Task
     robot: Robot
     count: int
     robots: Sequence[Robot] = ()
     threads: int = 1
-    step: float = STEP  # s, of an action
-    goal: Array = field(init=False)  # (N, numbers of a goal)
-    current: Array = field(init=False)  # (N, 2) BL/s
-    steps: Array = field(init=False)  # (N,) made since the start
+    step: float = STEP  # duration of an action [s]
+    goal: Array = field(init=False)  # (N, numbers of a goal), see `Task.goal`
+    current: Array = field(init=False)  # velocity of the water (N, 2) [BL/s]
+    steps: Array = field(init=False)  # (N,) steps since the start of the episode
 
     def __post_init__(self) -> None:
         self.ticks = ticks_of(self.robot, self.step)
@@ -57,10 +58,10 @@ class Swimmers:
         self.goal = np.stack([self.task.goal(rng) for _ in range(self.count)])
         self.current, self.steps = np.zeros((self.count, 2)), np.zeros(self.count, dtype=int)
         self._drift, self._before = np.zeros((self.count, 2)), np.zeros(self.count)
-        self.power = _largest_power(self.robot)  # W
+        self.power = _largest_power(self.robot)  # largest electrical power [W]
         self._columns = self._batch.columns()
         self.seen = self._look(self._columns["x"], self._columns["y"])
-        self.effort = np.zeros(self.count)  # of the last step, also where an episode has begun since
+        self.effort = np.zeros(self.count)  # that of the last step, even if a new episode has begun since
 
     @property
     def rest(self) -> Array:
@@ -127,11 +128,11 @@ class Swimmers:
 
     @property
     def moment(self) -> dict[str, Any]:
-        """State that steps change, in place, by the name of the attribute."""
+        """The attributes that steps change in place, by name."""
         return {name: getattr(self, name) for name in CHANGING}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Swimmers:
-        """Copy what changes; all else is shared."""
+        """Copy the attributes that steps change; the copy shares all others."""
         other = copy.copy(self)
         vars(other).update(copy.deepcopy(self.moment, memo))
         return other
@@ -141,7 +142,7 @@ class Swimmers:
         return parts.plant, self._controller, _core.Sensors(parts.sensors, int(rng.integers(2**63))), 0.0
 
     def _look(self, x: Array, y: Array) -> Seen:
-        """Return what swimmers are seen to do, from where they were a step ago, `x`, `y` [m]."""
+        """Return the state and motion of the swimmers, which were at `x`, `y` [m] a step ago."""
         c, length = self._columns, self.robot.body.length
         ahead = -(np.cos(c["heading"]) * (c["x"] - x) + np.sin(c["heading"]) * (c["y"] - y))
         energy, self._before = c["energy"] - self._before, c["energy"].copy()
@@ -158,7 +159,7 @@ def _largest_power(robot: Robot) -> float:
     power = sum(group.stall_power for group in robot.joints)
     if has_oil(robot):
         pump = pump_servo(robot)
-        power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)  # which it has
+        power += pump.count * (pump.voltage or 0) * (pump.stall_current or 0)
     return power
 
 

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 
-CAPTURED = 0.5  # BL from the nose to a point that counts as reached
-TURNED = np.radians(10)  # of a heading that counts as reached
-EFFORT = 0.1  # reward that a step costs at the largest electrical power
+CAPTURED = 0.5  # BL: a point this near to the nose counts as reached
+TURNED = np.radians(10)  # rad: a heading this near to the goal counts as reached
+EFFORT = 0.1  # subtracted from the reward of a step at the largest electrical power
 
 
 class Seen(NamedTuple):
-    """Swimmers at the end of a step; x east, y north, headings counter-clockwise from x, of the way ahead."""
+    """Swimmers at the end of a step; x east, y north, headings point ahead, counter-clockwise from x."""
 
     position: Array  # (N, 2) of the nose over ground [BL]
     heading: Array  # (N,) [rad]
@@ -33,8 +33,8 @@ class Outcome(NamedTuple):
     """Rewards, ends and successes of all swimmers in a step."""
 
     reward: Array  # (N,)
-    done: NDArray[np.bool_]  # (N,) the task has come to its end
-    success: NDArray[np.bool_]  # (N,) the task is fulfilled now
+    done: NDArray[np.bool_]  # (N,) whether the task has ended
+    success: NDArray[np.bool_]  # (N,) whether the task is fulfilled now
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Task(ABC):
     """A task: its goals, what a swimmer observes of them, and the reward of a step."""
 
     size: ClassVar[int]  # numbers of an observation that describe the task
-    seconds: float = 60.0  # of an episode
-    current: float = 0.0  # BL/s at most, of a uniform current toward anywhere
+    seconds: float = 60.0  # duration of an episode
+    current: float = 0.0  # largest speed of a uniform current, in a random direction [BL/s]
 
     @abstractmethod
     def goal(self, rng: np.random.Generator) -> Array:
@@ -141,7 +141,7 @@ class Station(Task):
 
     def observe(self, goal: Array, seen: Seen, current: Array) -> Array:
         """Return what each swimmer observes of its task (N, size)."""
-        return np.concatenate([_toward(goal - seen.position, seen.heading), _turned(current, seen.heading)], axis=1)
+        return np.concatenate([_toward(goal - seen.position, seen.heading), _body_axes(current, seen.heading)], axis=1)
 
     def outcome(self, goal: Array, seen: Seen, before: Seen) -> Outcome:
         """Return reward, end and success of a step."""
@@ -150,15 +150,15 @@ class Station(Task):
         return Outcome(reward, np.zeros(len(distance), dtype=bool), distance < 1)
 
 
-TASKS: dict[str, type[Task]] = {"Swim": Swim, "Turn": Turn, "Goto": Goto, "Station": Station}
+TASKS: dict[str, type[Task]] = {"Swim": Swim, "Turn": Turn, "Goto": Goto, "Station": Station}  # classes by name
 
 
 def wrapped(angle: Array) -> Array:
-    """Return angles from -pi to pi."""
+    """Return angles wrapped to the range from -pi to pi."""
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _turned(vector: Array, heading: Array) -> Array:
+def _body_axes(vector: Array, heading: Array) -> Array:
     """Return the components ahead and to the left of vectors over ground (N, 2)."""
     cosine, sine = np.cos(heading), np.sin(heading)
     x, y = vector.T
@@ -166,6 +166,6 @@ def _turned(vector: Array, heading: Array) -> Array:
 
 
 def _toward(vector: Array, heading: Array) -> Array:
-    """Return cosine and sine of the bearing from ahead, and the distance in 4 BL, shape (N, 3)."""
+    """Return cosine and sine of the bearing relative to the heading, and the distance over 4 BL, (N, 3)."""
     distance = np.linalg.norm(vector, axis=1, keepdims=True)
-    return np.concatenate([_turned(vector, heading) / np.maximum(distance, 1e-9), distance / 4], axis=1)
+    return np.concatenate([_body_axes(vector, heading) / np.maximum(distance, 1e-9), distance / 4], axis=1)

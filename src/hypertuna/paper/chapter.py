@@ -11,11 +11,11 @@ from hypertuna.reports import html
 from hypertuna.reports.html import Section
 
 T = TypeVar("T")
-Trials: TypeAlias = Mapping[str, Trial]  # swims of all that the paper reports, by model
+Trials: TypeAlias = Mapping[str, Trial]  # model -> its swims of all tests in the paper
 
 
 def _trials(trials: Trials, full: bool, step: Callable[[], None]) -> Any:
-    """Return the trials as they are: the result of chapters that compute nothing else."""
+    """Return the trials unchanged, as the result of chapters that compute nothing else."""
     return trials
 
 
@@ -28,13 +28,13 @@ def _no_findings(result: Any) -> Iterable[Finding]:
 class Chapter(Generic[T]):
     """A chapter of the ledger: how it is computed, its findings and its sections."""
 
-    name: str  # of its result
+    name: str  # key of its result in `Ledger.results`
     sections: Callable[[T], list[Section]]
     findings: Callable[[T], Iterable[Finding]] = _no_findings
-    # From the swims, whether to compute in full, and a function to call after every step but the last.
+    # Computes the result from the trials and `full`; calls the function after every step but the last.
     compute: Callable[[Trials, bool, Callable[[], None]], T] = _trials
-    steps: int = 1  # of progress
-    full_steps: int = 1  # the same, if computed in full
+    steps: int = 1  # number of steps of `compute`
+    full_steps: int = 1  # number of its steps in full
 
 
 compose = partial(html.compose, "hypertuna.paper")  # sections of a template of this room

@@ -22,25 +22,27 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PAPER = "ideal joints"  # the paper's own model
-OURS = "joint bandwidth"  # with our one parameter more
+OURS = "joint bandwidth"  # our model: one more parameter, the joints' bandwidth
+# Options of a robot, by name of the model
 MODELS: dict[str, dict[str, str]] = {PAPER: {"joints": "ideal"}, OURS: {"joints": "bandwidth"}}
+# The same models with the areas that the paper prints
 AS_PRINTED = {f"{name}, areas as printed": choice | {"areas": "as-printed"} for name, choice in MODELS.items()}
-TWIN = "twin"
+TWIN = "twin"  # name of the twin among the models
 STRIPS = "strips"  # the strip law, with joints that lag
 TARGETS = ("0.3", "0.4", "0.5", "max")  # expected speeds of Table IV [m/s]
-COSTS = TARGETS[:3]  # those whose costs of transport the paper compares
-SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)
-REST = 20.0  # s: Fig. 12(c), from rest until long after the speed has settled, and beyond the tank
+COSTS = TARGETS[:3]  # speeds at which the paper compares costs of transport
+SPEEDS = tuple(f"{kind}optimised-{speed}" for kind in ("un", "") for speed in TARGETS)  # gaits of Table IV
+REST = 20.0  # s: duration of the start of Fig. 12(c), in which the speed settles beyond the tank's length
 
-# By bore of the oil lines [m] and gait: speed [m/s], swing of each joint [rad] and power [W].
+# Bore of the oil lines [m] -> gait -> speed [m/s], swing of each joint [rad] and power [W].
 Bores: TypeAlias = dict[float, dict[str, tuple[float, Array, float]]]
 
-THREADS = 2
-SWIM = 20.0  # s: from the speed of the lagging joints, until the controller's own transients are over
-TANK = "large"  # amplitude of the tank tests at which joints are watched over frequency
+THREADS = 2  # for runs of the twin
+SWIM = 20.0  # s: duration of a run that starts at the settled speed; the controller's transients end sooner
+TANK = "large"  # amplitude of the tank tests that the twin swims over frequency
 LEVELS = ("small", "large")  # amplitudes whose best phase is published
-TANK_PHASE = 40.0  # deg, of the fastest gait
-BORES = (0.003, 0.004, 0.005, 0.006)  # m, possible oil lines
+TANK_PHASE = 40.0  # phase difference of the fastest gait [deg]
+BORES = (0.003, 0.004, 0.005, 0.006)  # possible bores of the oil lines [m]
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,12 @@ class Trial:
     gaits: dict[str, Swim]  # the robot's named gaits
     tank: xr.Dataset  # the grid of the paper's tank tests
     turning: xr.Dataset  # the turning gait over phases
-    feasible: xr.Dataset  # the same with strokes that end at the joints' largest bends
+    feasible: xr.Dataset  # the turning gait with strokes up to the joints' largest bends
     start: Swim  # from rest, as in Fig. 12(c)
 
 
 def bandwidths(robot: Robot) -> str:
-    """Return the bandwidths of a robot's joints in Hz as text, each once."""
+    """Return the distinct bandwidths of a robot's joints [Hz] as text."""
     return " and ".join(dict.fromkeys(f"{group.bandwidth:.3g}" for group in robot.joints if group.bandwidth))
 
 
@@ -103,7 +105,7 @@ def _turns(robot: Robot, paper: Mapping[str, Any], gait: Gait) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class Twins:
-    """Runs of the twin of the tests that the paper reports."""
+    """The twin's runs of the tests reported in the paper."""
 
     robot: Robot
     gaits: dict[str, TwinRun]  # the eight gaits of Table IV
@@ -115,7 +117,7 @@ class Twins:
 def run_published(
     robot: Robot, paper: Mapping[str, Any], *, full: bool = False, progress: Callable[[], None] | None = None
 ) -> Twins:
-    """Return runs of the twin of all tests in the paper; in full also with other oil lines."""
+    """Return the twin's runs of all tests in the paper; in full also with other oil lines."""
     tank, posture = paper["tank"], paper["posture"]
     amplitude, phase = tank["amplitude_deg"][TANK], (0.0, TANK_PHASE)
     swept = [Gait.from_degrees(frequency=hertz, amplitude=amplitude, phase=phase) for hertz in tank["frequency_hz"]]

@@ -22,17 +22,17 @@ CLASSES: dict[Class, str] = {  # of computed numbers: whether they could have co
 # Only a prediction is "reproduced"; a number of another class that is met "agrees", which proves little. A bound
 # "holds" or is "violated"; a robot that is 20 % faster or slower keeps most bounds too.
 VERDICTS = ("reproduced", "agrees", "holds", "deviates", "violated", "contradicted", "undetermined", "not-computed")
-MARKS = dict(zip(VERDICTS, "✓≈⊂≠⊄✗○…", strict=True))
-ENOUGH = 0.9  # of the seeds must hold
+MARKS = dict(zip(VERDICTS, "✓≈⊂≠⊄✗○…", strict=True))  # sign of each verdict
+ENOUGH = 0.9  # fraction of the seeds that must agree
 
 
 class Finding(NamedTuple):
     """A computed value for a number of the paper."""
 
     id: str
-    model: str  # that computed it
+    model: str  # model that computed the number
     class_: Class
-    computed: float | None  # in the published unit; over seeds their median
+    computed: float | None  # in the published unit; the median over seeds
     note: str = ""
     interval: tuple[float, float] | None = None  # 95 %, of an identified number
     values: tuple[float, ...] = ()  # by seed, where there is noise
@@ -48,7 +48,7 @@ class Rule:
     tolerance: float  # max difference: a fraction of the published number, or absolute in its unit
     absolute: bool
     reason: str  # for the tolerance
-    how: Literal["within", "at most", "at least", "open"] = "within"  # "open": what is published cannot be checked
+    how: Literal["within", "at most", "at least", "open"] = "within"  # "open": the published claim cannot be checked
 
     def holds(self, published: float, computed: float) -> bool:
         """Return whether a computed number agrees with the published one: within the tolerance, with the same sign."""
@@ -58,14 +58,15 @@ class Rule:
         return abs(computed - published) <= self.tolerance * scale and computed * published > 0
 
 
+# `Rule.how` -> sign of the bound.
 BOUNDS = {"at most": "≤", "at least": "≥"}
-CLAIM = "the accuracy that the paper claims for its own model, section III.E"
-# Within 1/11 nothing that is 20 % off counts: from 1 - 1/11 a fifth more, from 1 + 1/11 a fifth less is outside.
+CLAIM = "the accuracy that the paper claims for its own model, section III.E"  # reason for a tolerance
+# A tolerance below 1/11 never admits both a robot and one that is 20 % faster: 1.2 (1 - 1/11) = 1 + 1/11.
 WIDEST = 0.09
-LARGE = "the largest tolerance that no robot 20 % faster or slower meets"
+LARGE = "the largest tolerance that no robot 20 % faster or slower meets"  # reason for a tolerance
 
-# The first rule that fits an entry decides its verdict. What does not hold deviates; where both numbers are the
-# paper's own, one derived from the others, it is contradicted.
+# The first rule that fits an entry decides its verdict. A number that fails it deviates; if the
+# published number is derived from others of the paper, it is contradicted.
 RULES = (
     Rule("*/model-error*", "*", 0.0, False, "claimed of the paper's validation set, which is not published", "open"),
     Rule("*/change-*", "*", WIDEST, False, f"small differences of two measured numbers; {LARGE}"),
@@ -97,8 +98,8 @@ RULES = (
     Rule("*", "*", 0.05, False, CLAIM),
 )
 
-# Numbers of gaits at 4.75 to 6 Hz, and trends up to 6 Hz. There the joints need all the moment that they have, and it
-# depends on what the paper does not publish. At 2 and 3 Hz the default robot is judged as if everything were known.
+# Numbers of gaits at 4.75 to 6 Hz, and trends up to 6 Hz. These gaits need the joints' whole moment, which depends
+# on unpublished values. At 2 and 3 Hz the default robot is judged as if everything were known.
 FAST = (
     *("speed/*-0.5", "speed/*-max", "speed/optimised-0.4", "speed/over-frequency", "speed/slows", "lake/speed"),
     *("cost-of-transport/change-0.[45]", "cost-of-transport/minimum", "cost-of-transport/cheapest-*"),
@@ -126,11 +127,11 @@ class Entry:
     source: str  # place in the paper
     unit: str
     kind: str  # of the published number, as in data/published
-    published: float | None  # None where the paper claims something in words alone
+    published: float | None  # None if the paper's claim is in words only
     computed: float | None
-    model: str  # that computed it
+    model: str  # model that computed the number
     class_: Class
-    relative_error: float | None  # computed / published - 1; None of zero
+    relative_error: float | None  # computed / published - 1; None if the published number is 0
     verdict: str  # of `VERDICTS`
     note: str
     interval: tuple[float, float] | None = None  # 95 %, of an identified number
@@ -224,7 +225,7 @@ def _verdict(finding: Finding, fact: Mapping[str, Any], rule: Rule) -> str:
     else:
         values = finding.values or (finding.computed,)
         holds = sum(rule.holds(value, one) for one in values) >= ENOUGH * len(values)
-    if finding.band is not None and _open(finding, value, rule, holds):
+    if finding.band is not None and _is_open(finding, value, rule, holds):
         return "undetermined"
     if rule.how != "within":
         return "holds" if holds else "violated"
@@ -233,7 +234,7 @@ def _verdict(finding: Finding, fact: Mapping[str, Any], rule: Rule) -> str:
     return "contradicted" if fact["kind"] == "derived" else "deviates"
 
 
-def _open(finding: Finding, published: float, rule: Rule, holds: bool) -> bool:
+def _is_open(finding: Finding, published: float, rule: Rule, holds: bool) -> bool:
     """Return whether the family leaves the verdict open: some member disagrees, or may agree where the robot fails.
 
     A robot that fails at 2 or 3 Hz deviates, however wide the family is.

@@ -15,9 +15,10 @@ from hypertuna.paper.reproduce import Ledger, ledger_record, ledger_sections
 from hypertuna.reports.html import WIDTH, Fact, Picture, Section, page
 from hypertuna.reports.studio import studio_page
 
+# Verdict -> its name on the page; first word of an id -> title of its entries.
 NAMES = dict(zip(VERDICTS, VERDICTS, strict=True)) | {"not-computed": "to come"}
 TITLES = {"fe": "Finite elements", "start": "From rest"}
-CARDS = tuple(
+CARDS = tuple(  # for what readers may do next
     dict(zip(("title", "text", "command", "page"), card, strict=True))
     for card in (
         ("Swim", "The settled beat of a gait.", "hypertuna swim --gait unoptimised-max", "start/first-swim.md"),
@@ -31,8 +32,8 @@ CARDS = tuple(
         ("Firmware", "The same controller on board.", "hypertuna hil --board pc", "howto/build-firmware.md"),
     )
 )
-FRAME = "the page of the studio"  # in the template, where that page goes
-CLOSED = ("coefficient", "optimum")  # chapters of the ledger that are closed at first: they repeat tables
+FRAME = "the page of the studio"  # placeholder in the template for the studio's page
+CLOSED = ("coefficient", "optimum")  # groups of entries that are folded at first, as they repeat tables
 
 
 def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
@@ -47,7 +48,7 @@ def write_ledger(ledger: Ledger, folder: str | Path) -> Path:
     for picture in (part for section in sections for part in section.parts if isinstance(part, Picture)):
         write_atomically(folder / f"{picture.name}.svg", picture.svg.encode())
     write_atomically(folder / "ledger.json", (json.dumps(ledger_record(ledger), indent=2) + "\n").encode())
-    docs = "../docs" if (folder.parent / "docs/start/own-robot.md").is_file() else ""  # of a clone
+    docs = "../docs" if (folder.parent / "docs/start/own-robot.md").is_file() else ""  # in a clone of the repository
     return write_atomically(folder / "index.html", ledger_html(ledger, sections, docs).encode())
 
 
@@ -68,7 +69,7 @@ computed as you turn."""
     text = page(title, sections, lede=lede, template="ledger.html.j2", values=values)
     return text.replace(
         FRAME, html.escape(studio_page(best.robot, best.gait, ledger="")), 1
-    )  # as it is: no typography in scripts
+    )  # inserted last, as typography would damage its scripts
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:

@@ -14,17 +14,17 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gait, Gaits
 
-PLACES = {"front of joint II": 5, "middle of joint II": 6, "root of the fin": 7}  # link whose front bends
-PLACE = "root of the fin"  # of the hinge in the answer
+PLACES = {"front of joint II": 5, "middle of joint II": 6, "root of the fin": 7}  # place of the hinge -> link behind it
+PLACE = "root of the fin"  # place of the hinge whose costs are compared with the active joint
 ROOT = PLACES[PLACE]
-LAWS = {"lumped": "lumped", "strip": "strips"}  # waters and their labels
-KINDS = ("active", "passive")
-PUMP = "piston pump"
+LAWS = {"lumped": "lumped", "strip": "strips"}  # water law -> its label
+KINDS = ("active", "passive")  # joint II driven, or on a spring
+PUMP = "piston pump"  # name of the pumps' servo
 RELAXATION = 0.005  # s, damping over stiffness of a hinge of silicone: the relaxation time of HyperTuna's materials
 STIFFNESS = tuple(np.geomspace(0.015, 6.0, 46).tolist())  # N m/rad
 FREQUENCY = tuple(np.geomspace(0.8, 6.0, 21).tolist())  # Hz
 AMPLITUDE = (8.0, 12.0, 16.0)  # deg, of joint I
-AT_SEA = ("guidance", "firmware", "fins", "spatial")  # tables that know of two joints, and count at sea alone
+AT_SEA = ("guidance", "firmware", "fins", "spatial")  # tables with values for two joints, used at sea only
 
 
 def passive_robot(robot: Robot, stiffness: float, *, relaxation: float = RELAXATION, link: int = ROOT) -> Robot:
@@ -46,7 +46,7 @@ def passive_robot(robot: Robot, stiffness: float, *, relaxation: float = RELAXAT
 
 
 def with_fin(robot: Robot, span: float, chord: float) -> Robot:
-    """Return a robot with a fin of other span and chord, as factors; the mass of its link follows the area."""
+    """Return a robot whose fin's span and chord are multiplied by factors; the mass of its link follows the area."""
     mass = f"links.mass[{len(robot.links.name) - 1}]"
     factors = {"fin.span": span, "fin.chord": chord, mass: robot.links.mass[-1] * span * chord}
     design = [variable(robot, name, 0.99 * value, value) for name, value in factors.items()]
@@ -97,7 +97,7 @@ def gait_of(best: Best) -> Gait:
 
 
 def cheapest(swum: Swum, target: float) -> list[Best | None]:
-    """Return for each row the cheapest gait at a speed [m/s], by power laws between neighbors; None if not reached."""
+    """Return each row's cheapest gait at a speed [m/s], by power laws between neighbors; None if out of its reach."""
     best: list[Best | None] = [None] * len(swum.rows)
     axes = np.meshgrid(swum.frequency, swum.size, indexing="ij")
     for axis in (1, 2):
@@ -144,7 +144,7 @@ def best_of(swum: Swum, target: float) -> Best | None:
 def tuned(swum: Swum, target: float) -> tuple[float, float, float, float] | None:
     """Return the least cost [J/(kg m)], its stiffness, and the lowest and highest stiffness that cost at most 5 % more.
 
-    The least is that of a parabola through the three lowest, over the logarithm of the stiffness.
+    The least cost is that of a parabola through the lowest cost and its neighbors, over the stiffness's logarithm.
     """
     rows = cheapest(swum, target)
     cost = np.array([np.inf if g is None else g.cost for g in rows])

@@ -32,7 +32,7 @@ from hypertuna.paper.computed import AS_PRINTED, MODELS, SPEEDS, swim_published
 from hypertuna.paper.ledger import CLASSES, RULES, VERDICTS, Entry, judge, published
 from hypertuna.reports.html import Section
 
-# In the order of the page, and of the entries with the same id.
+# Chapters in the order of the page; entries with the same id are in this order too.
 CHAPTERS: tuple[Chapter[Any], ...] = (
     gaits.CHAPTER,
     tank.CHAPTER,
@@ -92,7 +92,7 @@ def reproduce(*, full: bool = False, progress: Callable[[int, int], None] | None
     order = list(paper["values"])
     entries = tuple(judge(paper, finding) for finding in sorted(findings, key=lambda finding: order.index(finding.id)))
     made_by = provenance(robot)
-    for key in ("joints", "areas"):  # each entry names its own
+    for key in ("joints", "areas"):  # each entry's model has its own
         del made_by[key]
     return Ledger(entries, _summary(entries), made_by, trials, results, full)
 

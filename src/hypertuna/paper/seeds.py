@@ -27,9 +27,9 @@ from hypertuna.paper.ledger import Class, Finding
 from hypertuna.paper.studies import STUDIES
 
 SEEDS = tuple(range(32))
-DIGITS = 6  # stored
-AGAIN = "`hypertuna paper --full` computes it again"
-Numbers: TypeAlias = Mapping[str, Array]  # by name, a value for each seed (seeds,)
+DIGITS = 6  # significant digits of stored numbers
+AGAIN = "`hypertuna paper --full` computes it again"  # which command repeats stored results, for reasons
+Numbers: TypeAlias = Mapping[str, Array]  # name -> its value for each seed (seeds,)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def all_seeds(*, full: bool = False, step: Callable[[], None] | None = None) -> 
 
 
 def taken_hash(robot: Robot) -> str:
-    """Return the SHA-256 of a robot's values that the twin uses: without water laws that are not chosen."""
+    """Return the SHA-256 of a robot's values that the twin uses, without water laws other than the chosen one."""
     others = {"description", "sources", "guidance", "firmware"}  # no study has a pilot
     content = robot.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=others)
     content["sensors"] = [part for part in content["sensors"] if not CHANNELS[part["quantity"]].pilot]

@@ -17,12 +17,12 @@ from hypertuna.simulation.twin import twin, twin_at_sea
 from hypertuna.swimming.gait import Gait, named_gait
 from hypertuna.swimming.turn import fit_circle
 
-SHORT = 8.0  # s: of the runs for best phases, whose speeds are compared with one another
-ROUND = 30.0  # s: in its last half a quarter of a circle and more
-HERTZ = (2.0, 6.0)  # of the tank tests over phases
+SHORT = 8.0  # s: duration of the runs for best phases, which are compared only with one another
+ROUND = 30.0  # s: duration of a turn, whose second half is a quarter of a circle or more
+HERTZ = (2.0, 6.0)  # frequencies of the tank tests over phases [Hz]
 PHASES = tuple(phase for phase in published()["tank"]["phase_deg"] if phase <= 80)  # deg, as far as Eq. 41
-LAKE = 60.0  # s: of a straight run in still water
-SHALLOW = 0.4  # m: depth of the mission `lake`
+LAKE = 60.0  # s: duration of a straight run in still water
+SHALLOW = 0.4  # depth of the mission `lake` [m]
 LAKE_GAITS = ("optimised-0.5", "unoptimised-0.4")  # the paper's, and the pilot's next slower one
 
 
@@ -101,7 +101,7 @@ def turns(robot: Robot, seed: int) -> dict[str, float]:
 
 
 def lakes(robot: Robot, seed: int) -> dict[str, float]:
-    """Return ground speed [m/s] and servo power [W] of straight swims in shallow water, over the last half."""
+    """Return ground speed [m/s] and servo power [W] of straight swims in shallow water, over each run's second half."""
     numbers: dict[str, float] = {}
     for name in LAKE_GAITS:
         run = twin_at_sea(robot, named_gait(robot, name), duration=LAKE, depth=SHALLOW, seed=seed)
@@ -139,7 +139,7 @@ class Study:
 
 
 ROBOT = "hypertuna"
-STUDIES = {
+STUDIES = {  # studies of the ledger, by name
     "swims": Study(swims),
     "postures": Study(postures),
     "phases": Study(phases),
@@ -166,7 +166,7 @@ def phase_name(level: str, hertz: float, phase: float) -> str:
 
 
 def _swim(robot: Robot, gait: Gait, seconds: float, seed: int) -> TwinRun:
-    """Return a run that starts at the speed of the settled swim, in which the joints lag."""
+    """Return a run of the twin that starts at the speed of the settled swim with lagging joints."""
     run = twin(robot, gait, duration=seconds, start="swimming", seed=seed)
     _check(run)
     return run

@@ -13,7 +13,7 @@ from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.reproduce import Ledger, reproduce
 
 COMMAND = "python -m hypertuna.paper.verdicts"
-FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")
+FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")  # facts of provenance that are stored with the verdicts
 
 
 def verdicts_of(ledger: Ledger) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def verdicts_of(ledger: Ledger) -> dict[str, Any]:
         "command": COMMAND,
         "marks": MARKS,
         "classes": CLASSES,
-        "models": {name: {"water": water} | choice for name, choice in MODELS.items()},  # that swim a settled beat
+        "models": {name: {"water": water} | choice for name, choice in MODELS.items()},  # of a settled beat
         "entries": entries,
     }
 

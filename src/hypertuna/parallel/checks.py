@@ -1,4 +1,4 @@
-"""Checks of a folder of shards before its numbers are read: it may come from a stranger."""
+"""Checks of a folder of shards before its numbers are read: the folder may come from a stranger."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from hypertuna.arrays import Array
 from hypertuna.io.door import KINDS, MB, archived, opened, parse_json, unpacked
 from hypertuna.parallel.layout import Layout
 
-NAME = re.compile(r"\w[\w .+-]{0,99}", re.ASCII)  # of variables and dimensions
-ABOUT = "zarr.json"
-CODECS = {"bytes": "", "vlen-utf8": "string"}  # of columns: their type, if it is one alone
-TEXTS = 2_000_000  # of a column: of 100 bytes each in memory
+NAME = re.compile(r"\w[\w .+-]{0,99}", re.ASCII)  # allowed names of variables and dimensions
+METADATA = "zarr.json"  # file with the metadata of a group or an array
+# zarr codecs that a column may have, and the data type that each requires ("": any).
+CODECS = {"bytes": "", "vlen-utf8": "string"}
+TEXTS = 2_000_000  # texts of a column, which take 100 bytes of memory each
 
 
 def checksum(facts: Mapping[str, Any]) -> str:
@@ -64,19 +65,19 @@ def read_columns(
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return columns of a shard, by default all, each of `count` rows in one whole piece; and its attributes.
 
-    A row has so many `entries`, if it is known. Zarr would take any shape, and zeros for a piece that is missing. The
-    checksum of each piece is in the archive. The file is opened once, so that what is checked is what is read.
+    A row has `entries` values, if given. Zarr itself would accept any shape, and read a missing piece as zeros. The
+    archive holds the checksum of each piece. The file is opened once, so that the content checked is the content read.
     """
     with opened(path, "shard") as file, archived(file, KINDS["shard"].largest, stored=True) as archive:
         members = {member.filename: member for member in archive.infolist()}
         if sum(member.file_size for member in members.values()) > os.fstat(file.fileno()).st_size:
             raise ValueError("its pieces lie on each other")
-        if any(member.file_size > MB for name, member in members.items() if name.endswith(ABOUT)):
+        if any(member.file_size > MB for name, member in members.items() if name.endswith(METADATA)):
             raise ValueError("its metadata is too large")
-        stored = sorted(name.removesuffix(f"/{ABOUT}") for name in members if name.endswith(f"/{ABOUT}"))
+        stored = sorted(name.removesuffix(f"/{METADATA}") for name in members if name.endswith(f"/{METADATA}"))
         names = stored if names is None else names
         columns = {name: _column(archive, members, name, count, entries) for name in names}
-        return columns, dict(parse_json(unpacked(archive, ABOUT))["attributes"])
+        return columns, dict(parse_json(unpacked(archive, METADATA))["attributes"])
 
 
 def _column(
@@ -86,7 +87,7 @@ def _column(
     import zarr
     from zarr.buffer.cpu import Buffer
 
-    text = unpacked(archive, f"{name}/{ABOUT}")
+    text = unpacked(archive, f"{name}/{METADATA}")
     metadata = parse_json(text)
     shape, dtype = metadata["shape"], metadata["data_type"]
     chunk = "/".join(["c", *("0" for _ in shape)])
@@ -107,7 +108,7 @@ def _column(
             complete = int.from_bytes(content.read(4), "little") == total <= TEXTS
     if not complete:
         raise ValueError(f"the size of {name} is not that of its shape")
-    parts = {ABOUT: text, chunk: unpacked(archive, piece)}
+    parts = {METADATA: text, chunk: unpacked(archive, piece)}
     store = {key: Buffer.from_bytes(part) for key, part in parts.items()}
     column: Any = zarr.open_array(zarr.storage.MemoryStore(store), mode="r")
     return np.asarray(column[...])

@@ -29,7 +29,7 @@ R = TypeVar("R")
 Executors: TypeAlias = Executor | Callable[[], AbstractContextManager[Executor]]
 
 IN_FLIGHT = 256  # shards submitted and not yet consumed: bounds the memory of their results
-LOSSES = 5  # of one shard with its worker, before the work stops
+LOSSES = 5  # workers that one shard may lose before the work stops
 TIMEOUT = 30  # seconds to reach a scheduler
 
 
@@ -64,7 +64,7 @@ def map_shards(
                     losses += 1
                     if losses > LOSSES:
                         raise _too_many_losses(shard)
-                    waiting[0] = shard, pool.submit(task, shard)  # alone: no other shard ends its worker
+                    waiting[0] = shard, pool.submit(task, shard)  # the others wait: only this shard can end its worker
                     continue
                 try:
                     result = future.result()
@@ -85,7 +85,7 @@ def map_shards(
 
 @dataclass(frozen=True)
 class _Task(Generic[S, R]):
-    """Work on a worker, which must be of the same version and instruction set: else results differ."""
+    """A call of `work` on a worker, which must have the same version and instruction set, else results differ."""
 
     work: Callable[[S], R]
     version: str
@@ -101,7 +101,7 @@ class _Task(Generic[S, R]):
 
 
 class _Pool:
-    """An executor that is made anew where it broke, if it is given as a function that makes it."""
+    """An executor; if it breaks, a new one replaces it, where a function that makes executors was given."""
 
     def __init__(self, executor: Executors) -> None:
         self._stack = contextlib.ExitStack()
@@ -133,7 +133,7 @@ class _Pool:
 
 
 def _end_processes(pool: Executor) -> None:
-    """End the idle processes of a pool: one that was killed may hold the lock of the queue on which the others wait."""
+    """Kill the idle processes of a pool: a process that died may hold the lock of the queue for which they wait."""
     processes: dict[int, Any] = getattr(pool, "_processes", None) or {}
     for process in list(processes.values()):
         process.kill()

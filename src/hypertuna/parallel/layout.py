@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Layout:
-    """Dimensions, labels and facts of results that are columns with one entry per item, the last dimension fastest."""
+    """Dimensions, labels and facts of results in columns, an entry per item; the last dimension varies fastest."""
 
-    sizes: Mapping[str, int]  # of the dimensions
-    variables: Mapping[str, Mapping[str, Any]]  # attributes of each column
-    coordinates: Mapping[str, tuple[str, Any, Mapping[str, str]]]  # labels: dimension, values, attributes
+    sizes: Mapping[str, int]  # dimension -> size
+    variables: Mapping[str, Mapping[str, Any]]  # column -> its attributes
+    coordinates: Mapping[str, tuple[str, Any, Mapping[str, str]]]  # name -> dimension, labels, attributes
     facts: Mapping[str, Any]  # attributes of the dataset
-    table: Mapping[str, str]  # columns of a CSV file after the coordinates: variable and head
+    table: Mapping[str, str]  # of a CSV file, after the coordinates: variable -> head of its column
 
     def dataset(self, columns: Mapping[str, Array]) -> xr.Dataset:
         """Return columns, each with an entry per item, as a labeled dataset."""
@@ -39,4 +39,4 @@ class Layout:
         return {name: name for name in names} | dict(self.table)
 
 
-NO_LAYOUT = Layout({}, {}, {}, {}, {})
+NO_LAYOUT = Layout({}, {}, {}, {}, {})  # before the first shard is known

@@ -29,34 +29,34 @@ from hypertuna.ranges import Whole
 if TYPE_CHECKING:
     import xarray as xr
 
-MARK = "hypertuna shards"
+MARK = "hypertuna shards"  # format's name in the manifest
 MANIFEST = "manifest.json"
-SUFFIX = ".shards"  # of the folder
-LARGEST = 131_072  # items of a shard by default: 20 MB of gaits
-SMALLEST, USUAL = 256, 64  # by default items of a shard at least, and shards of work that is not large
+SUFFIX = ".shards"  # of the folder's name
+LARGEST, SMALLEST = 131_072, 256  # limits of the default size of a shard [items]; the largest is 20 MB of gaits
+USUAL = 64  # shards of work whose default size is within these limits
 SIZES = Whole(min=1, max=1_000_000)  # items of a shard: 200 MB of gaits
 MOST = 1_000_000  # shards of a folder
 MERGED = 50_000_000  # values merged at once: 0.8 GB
 LISTED = 10  # shards that an error names
-# What makes missing shards. A manifest may be a stranger's: its command is shown to nobody as one to paste.
+# Fix for missing shards. A manifest may come from a stranger, so its command is not printed for pasting.
 AGAIN = f"run the command again that made the folder; {MANIFEST} has it, for you to read before"
-IN_FLIGHT = 2048  # a written shard returns a number only
-WHOLE = {"write_empty_chunks": True}  # zeros are stored, so that a piece that is missing is told
-TEXT = np.dtypes.StringDType()  # as Zarr stores it
+IN_FLIGHT = 2048  # shards submitted at once: each returns only a number
+WHOLE = {"write_empty_chunks": True}  # store zeros too, so that a missing piece is noticed
+TEXT = np.dtypes.StringDType()  # the type of texts in Zarr
 
 Columns = Mapping[str, Array]
 
 
 @dataclass(frozen=True)
 class Shards:
-    """A folder of shards, its manifest read or written."""
+    """Folder of shards, whose manifest has been read or written."""
 
     folder: Path
     header: Mapping[str, Any]  # what the results depend on
     total: int  # items
-    size: int  # items of a shard, of the last maybe fewer
+    size: int  # items of a shard; the last may have fewer
     layout: Layout
-    command: str  # that made the folder, as its manifest says
+    command: str  # the command that made the folder, according to its manifest
     digest: str = ""  # checksum of the manifest, which each shard carries
 
     def __len__(self) -> int:
@@ -71,7 +71,7 @@ class Shards:
         return self.folder / f"shard-{shard:06}.zarr.zip"
 
     def missing(self, part: tuple[int, int] = (1, 1)) -> list[int]:
-        """Return the shards without a file; of part I of N parts every N-th, from the I-th."""
+        """Return the shards without a file, in part I of N: every N-th shard from the I-th."""
         return [shard for shard in range(part[0] - 1, len(self), part[1]) if not self.path(shard).exists()]
 
     def write(self, shard: int, columns: Columns) -> int:
@@ -114,7 +114,7 @@ class Shards:
 
 
 def shard_size(total: int, size: int | None = None) -> int:
-    """Return the items of a shard: a pure function of the total, so that all who share work split it alike."""
+    """Return the number of items of a shard; it depends only on `total`, so that all machines split the work alike."""
     if size is not None:
         SIZES.check(size, "size", "leave it out for the default")
     else:
@@ -159,7 +159,7 @@ def open_shards(folder: str | Path) -> Shards:
 
 @dataclass(frozen=True)
 class Cases:
-    """Independent cases, which shards hold in ranges."""
+    """Independent cases; each shard holds a range of them."""
 
     header: Mapping[str, Any]  # what the results depend on
     total: int
@@ -205,7 +205,7 @@ def _opened(folder: str | Path, cases: Cases, size: int | None, command: str) ->
         facts = json.loads(json.dumps({**facts, "layout": vars(cases.layout)}, default=np.ndarray.tolist))
         text = json.dumps({"mark": MARK, "sha256": checksum(facts), **facts}, indent=1)
         write_atomically(path, text.encode())
-    present = open_shards(folder)  # of whoever was first
+    present = open_shards(folder)  # the manifest of the process that wrote it first
     sizes = {"items": shards.total, "shard size": present.size if size is None else shards.size}
     old = {**present.header, "items": present.total, "shard size": present.size}
     check_same_header(
@@ -284,13 +284,13 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
                 parts.append(shards.read(shard, [name])[name])
                 progress(v * len(shards) + shard + 1, len(names) * len(shards))
             data = shards.layout.dataset({name: np.concatenate(parts)}).assign_attrs(command=shards.command)
-            if shutil.disk_usage(file.parent).free < data.nbytes + MB:  # where HDF5 ends the program
+            if shutil.disk_usage(file.parent).free < data.nbytes + MB:  # else HDF5 would end the program
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             by_conventions(data).to_netcdf(file, mode="a" if v else "w", engine="h5netcdf")
 
 
 def _check_values(shards: Shards, variables: int) -> None:
-    """Check by the manifest how many values are merged at once, for a number of variables."""
+    """Check that so many variables at once, by the sizes in the manifest, are not too many values to merge."""
     values = math.prod(shards.layout.sizes.values()) * variables
     if values > MERGED:
         rule = f"must have at most {MERGED} values to merge at once"
@@ -299,7 +299,7 @@ def _check_values(shards: Shards, variables: int) -> None:
 
 
 def check_complete(shards: Shards) -> None:
-    """Check that all shards are there, and none that is not of this work."""
+    """Check that all shards are there, and none of other work."""
     expected = {shards.path(shard).name for shard in range(len(shards))}
     if foreign := sorted(file.name for file in shards.folder.glob("shard-*") if file.name not in expected):
         fix = "remove it" if len(foreign) == 1 else f"remove it and {len(foreign) - 1} more"

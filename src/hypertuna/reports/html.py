@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from matplotlib.figure import Figure
 
-WIDTH = 4.3  # of a plot on a page, inches: its text stays readable on a phone
-COLUMN = 502  # px, of two on a wide page
+WIDTH = 4.3  # width of a plot on a page [inch], whose text stays readable on a phone
+COLUMN = 502  # width of one of two columns on a wide page [px]
 
 
 @dataclass(frozen=True)
 class Picture:
     """A figure of a page, with its caption and a sentence on how it was made."""
 
-    name: str  # of its file and of the parts inside: letters, digits and hyphens, unique on the page
+    name: str  # of its file and its ids: letters, digits and hyphens, unique on the page
     figure: Figure | str | bytes  # at most `WIDTH` wide; an ``<svg>`` element; or the content of a PNG file
     shows: str  # caption: what the figure shows, a sentence
     made: str  # how it was made, a sentence
 
     @cached_property
     def svg(self) -> str:
-        """The figure as an SVG file, its letters as text; around a PNG, which it holds."""
+        """The figure as an SVG file with its letters as text; a PNG is embedded in one."""
         if isinstance(self.figure, str):
             return self.figure
         if isinstance(self.figure, bytes):
@@ -45,9 +45,9 @@ class Picture:
             return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {high}">{image}</svg>'
         import matplotlib
 
-        from hypertuna.figures import take_texts_as_they_are
+        from hypertuna.figures import disable_formulas
 
-        take_texts_as_they_are(self.figure)
+        disable_formulas(self.figure)
         text = io.StringIO()
         with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": self.name}):
             self.figure.savefig(text, format="svg", metadata={"Date": None})
@@ -234,7 +234,7 @@ def _rows(sections: Sequence[Section]) -> list[list[Section]]:
 
 
 def _narrow(section: Section) -> bool:
-    """Return whether a section would leave much of one of two columns empty."""
+    """Return whether a section, laid out in two columns, would leave much of one empty."""
     if any(isinstance(part, Table) and _wide(part) for part in section.parts):
         return False
     heights = [height for part in section.parts for height in _heights(part)]
@@ -243,7 +243,7 @@ def _narrow(section: Section) -> bool:
 
 
 def _heights(part: Part) -> list[float]:
-    """Return estimated heights [px], in one column, of the pieces of a part that are not broken."""
+    """Return estimated heights [px], in one column, of the pieces of a part, between which a column may break."""
     if isinstance(part, str):
         return [26 * (len(block) // 56 + 1) + 14 for block in part.split("\n\n")]
     caption = 20 * (len(part.shows + part.made) // 75 + 1) + 28

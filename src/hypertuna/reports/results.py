@@ -15,7 +15,7 @@ from hypertuna.reports.html import WIDTH, Part, Picture, Section, Table, table_o
 from hypertuna.reports.studio import studio_command
 from hypertuna.swimming.gait import Gait
 
-QUANTITY = ("quantity", "value")
+QUANTITY = ("quantity", "value")  # head of a table of facts
 
 
 @checked
@@ -74,7 +74,7 @@ def _unique(section: Section, k: int, titles: Container[str]) -> Section:
 def _sections(result: Displayed) -> list[Section]:
     """Return the sections of one result."""
     if isinstance(result, Fit):
-        from hypertuna.reports.fit import fit_sections  # here, because the import of matplotlib takes long
+        from hypertuna.reports.fit import fit_sections  # imported here, because the import of matplotlib takes long
 
         return fit_sections(result)
     return [Section(card_of(result).title, [*_parts(result)])]

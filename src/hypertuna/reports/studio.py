@@ -25,16 +25,16 @@ from hypertuna.mission.read_log import read_log
 from hypertuna.ranges import Whole
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait, gait_of, gait_text
 
-PAGE = "studio.html"
-LOG = ".mcap"
-MODEL = ("water", "joints", "areas")
+PAGE = "studio.html"  # file in data/studio
+LOG = ".mcap"  # suffix of a mission's log
+MODEL = ("water", "joints", "areas")  # options that choose a robot's model
 HEIGHTS = Whole(min=200, max=4000)  # px, of a frame in a notebook
 _ROBOTS = re.compile(r'(<script type="application/json" id="robots">)(.*?)(</script>)', re.DOTALL)
 
 
 @dataclass(frozen=True)
 class Studio:
-    """A robot on a page that swims it in the browser; a notebook shows the page."""
+    """A page on which a robot swims, computed in the browser; a notebook shows it."""
 
     robot: Robot
     gait: Gait | None  # at the start; None for the robot's first
@@ -80,7 +80,7 @@ class Studio:
 def studio(
     robot: Robot | str | Path, gait: Gait | str | None = None, *, log: str | Path | None = None, height: int = 720
 ) -> Studio:
-    """Show a robot that swims in a notebook, with a knob for each part of its gait.
+    """Show a swimming robot in a notebook, with a knob for each part of its gait.
 
     The page computes in the browser, by the same core as Python, and needs no network.
 
@@ -148,14 +148,14 @@ def studio_command(robot: Robot, gait: Gait) -> str:
 
 
 def _holds(name: str, robot: Robot) -> bool:
-    """Return whether a name or a file is that of a robot, with any of its models."""
+    """Return whether a name or a file holds this robot, whatever its chosen model."""
     with contextlib.suppress(InputError):
         return load(name).using(**{key: getattr(robot.model, key) for key in MODEL}).hash == robot.hash
     return False
 
 
 def studio_page(robot: Robot, gait: Gait | None = None, *, ledger: str | None = None, log: Path | None = None) -> str:
-    """Return the page of the studio with a robot put first, beside those that the page comes with.
+    """Return the page of the studio with a robot before those that the page already holds.
 
     `ledger` is the address, as seen from the page, of the ledger's rows, each with the anchor number-ID; empty where
     the page stands in a frame of the ledger, None where there is no ledger. `log` is the file of a mission's log.
@@ -182,7 +182,7 @@ def _log_part(log: Path | None) -> str:
 
 
 def _page_parts() -> tuple[str, str, str, str, str]:
-    """Return the page that ships with the package, cut where its robots stand."""
+    """Return the page that ships with the package, cut before and after the list of its robots."""
     page = shipped_page()
     match = _ROBOTS.search(page)
     if match is None:

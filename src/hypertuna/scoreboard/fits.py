@@ -13,17 +13,17 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.scoreboard.prediction import predict
 from hypertuna.scoreboard.swimmers import Run
 
-AREAS = 1e-7, 1.0  # of the length squared: drag areas that are tried
-TOLERANCE = 0.1  # within which other speeds count, beside their published error
+AREAS = 1e-7, 1.0  # range of the drag areas tried, over the length squared
+TOLERANCE = 0.1  # relative error within which another speed counts as predicted, beside the published error
 
 
 class Other(NamedTuple):
-    """A speed of a swimmer, predicted with the drag area that another of its runs was fitted with."""
+    """A predicted speed of a swimmer, with the drag area that was fitted to another of its runs."""
 
-    fitted: str  # run
-    run: str
+    fitted: str  # run whose speed the drag area meets
+    run: str  # run whose speed is predicted
     ratio: float  # predicted over published; NaN where no drag area meets the fitted speed
-    error: float  # relative, as published for both runs; 0 where it is not
+    error: float  # published relative errors of both runs, combined; 0 if there are none
 
     @property
     def holds(self) -> bool:

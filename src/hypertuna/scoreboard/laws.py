@@ -16,7 +16,7 @@ from hypertuna.description.robot import parse
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits, named_gait
 
-FISH, SEED = 100, 35  # random fish, and where their numbers begin
+FISH, SEED = 100, 35  # number of random fish, and seed of their random numbers
 LAMINAR = 1e4  # swimming number below which the boundary layer is laminar
 
 

@@ -19,9 +19,9 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, settle
 from hypertuna.swimming.gait import Gait, Gaits, named_gait
 from hypertuna.swimming.model import core_model
 
-EXCURSION = 0.2  # of the length, peak to peak, where none is published: that of most swimmers (Saadat et al. 2017)
-STEEPEST = math.radians(80)  # largest amplitude of a joint that is tried
-SCALES = 24  # of the default wave, tried at once
+EXCURSION = 0.2  # assumed excursion over length, peak to peak: that of most swimmers (Saadat et al. 2017)
+STEEPEST = math.radians(80)  # largest amplitude of a joint tried [rad]
+SCALES = 24  # scales of the default wave tried at once
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Predicted:
     thrust: float = math.nan  # N, of a fish held fixed
     power: float = math.nan  # W, mechanical
     excursion: float = math.nan  # m, peak to peak
-    band: tuple[float, float] = (math.nan, math.nan)  # m/s, that the estimates leave
+    band: tuple[float, float] = (math.nan, math.nan)  # speeds that the robot's estimates allow [m/s]
 
 
 def first_robot(swimmer: Swimmer) -> Robot:
@@ -94,7 +94,7 @@ def run_gait(robot: Robot, run: Run) -> Gait | None:
 def _scaled_to(robot: Robot, wave: Gait, excursion: float, *, held: bool) -> Gait | None:
     """Return a wave scaled so that the tail tip has an excursion [m]; None if no amplitude reaches it."""
     low, high = 0.02, STEEPEST / max(wave.amplitude)
-    for _ in range(3):  # each narrows the interval by 23
+    for _ in range(3):  # each pass divides the logarithmic interval by 23
         scales = np.geomspace(low, high, SCALES)
         gaits = [replace(wave, amplitude=tuple(scale * a for a in wave.amplitude)) for scale in scales.tolist()]
         excursions = held_excursion(robot, gaits) if held else settle(robot, Gaits.of(gaits))["tail_excursion"]
@@ -113,7 +113,7 @@ def held(robot: Robot, gait: Gait) -> Predicted:
     """
     joints = _joint_motion(robot, gait)
     state = _core.dynamics(core_model(robot), joints, np.zeros((len(joints), 3)))
-    power = float(state["loss"].mean())  # all that the joints do, since the energy returns
+    power = float(state["loss"].mean())  # equals the joints' mean power, as the energy returns every beat
     excursion = float(held_excursion(robot, [gait])[0])
     return Predicted(gait, thrust=-float(state["wrench"][:, 0].mean()), power=power, excursion=excursion)
 

@@ -14,7 +14,7 @@ from hypertuna.scoreboard.prediction import Predicted, first_robot, own_robot, p
 from hypertuna.scoreboard.scores import Score, Scoreboard
 from hypertuna.scoreboard.swimmers import Run, Swimmer, read_swimmer, swimmers
 
-OUT_OF_REACH = "no amplitude of the default wave reaches the excursion"
+OUT_OF_REACH = "no amplitude of the default wave reaches the excursion"  # reason why a swimmer has no score
 
 
 @checked

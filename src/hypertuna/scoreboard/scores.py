@@ -21,12 +21,12 @@ from hypertuna.scoreboard.laws import Shoal
 if TYPE_CHECKING:
     import xarray as xr
 
-UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical power": "W"}
-SIZES = {"length": "m", "frequency": "Hz", "excursion": "m"}  # of a score, beside its number
-NEAR, FAR = 1.3, 2.0  # factors within which swimmers are counted
-MODEL = "robot new"
-# Swimmers' excursions are 0.1 to 0.3 of their length (Saadat et al. 2017): over the 0.2 that is assumed where none is
-# published. Speed is proportional to the excursion.
+UNITS = {"speed": "m/s", "thrust": "N", "electrical power": "W", "mechanical power": "W"}  # of quantities
+SIZES = {"length": "m", "frequency": "Hz", "excursion": "m"}  # other fields of a score -> unit
+NEAR, FAR = 1.3, 2.0  # factors of predicted over published within which swimmers are counted
+MODEL = "robot new"  # name of the model that is scored
+# Limits of a true excursion over the assumed one: swimmers' excursions are 0.1 to 0.3 of their length (Saadat et al.
+# 2017), and 0.2 is assumed if none is published. Speed is proportional to the excursion.
 EXCURSIONS = 0.5, 1.5
 
 
@@ -40,7 +40,7 @@ class Score:
     published: float
     published_error: float | None  # relative, as published
     predicted: float  # by `hypertuna robot new` and its defaults; NaN without a prediction
-    low: float = math.nan  # band that the estimates of the robot leave; NaN without one
+    low: float = math.nan  # band of speeds that the robot's estimates allow; NaN without one
     high: float = math.nan
     own: float = math.nan  # predicted with the swimmer's own sections; NaN where none are published
     length: float = math.nan  # m, of the swimmer
@@ -94,13 +94,13 @@ class Score:
 class Statistics:
     """How well speeds are predicted; every swimmer counts once, by the geometric mean of its runs."""
 
-    swimmers: int  # with a prediction
-    missing: int  # without one
+    swimmers: int  # number with a prediction
+    missing: int  # number without one
     rms_log: float  # root mean square of the natural logarithm of predicted over published
     mean_ratio: float  # geometric
     within_near: int  # swimmers within a factor of 1.3
     within_far: int  # swimmers within a factor of 2
-    factor: float  # within which nine of ten swimmers are
+    factor: float  # nine of ten swimmers are within this factor
 
 
 def statistics(scores: Sequence[Score], *, own: bool = False) -> Statistics:
@@ -145,7 +145,7 @@ def swimmer_logs(ratios: Mapping[str, Sequence[float]]) -> dict[str, float]:
 def leave_one_out(logs: Mapping[str, float]) -> Array:
     """Return each logarithm less the mean of all others (swimmers,).
 
-    It says what one factor, fitted to the scoreboard, would bring for a swimmer that it was not fitted to.
+    This is the error left in a swimmer's prediction after a correction by one factor, fitted to the others.
     """
     values = np.array([*logs.values()])
     if len(values) < 2:
@@ -263,7 +263,7 @@ def ratios_of(scores: Iterable[Score], *, own: bool = False) -> dict[str, list[f
 
 
 def _rms(values: Array) -> float:
-    """Return the root mean square; NaN of none."""
+    """Return the root mean square of values; NaN if there are none."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
 
 

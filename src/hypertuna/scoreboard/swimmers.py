@@ -29,8 +29,8 @@ from hypertuna.io.door import read_toml
 from hypertuna.io.files import shipped
 
 FOLDER = "data/swimmers"
-MOST = 100  # runs of a swimmer
-LONGEST = 60  # characters of the name of a run
+MOST = 100  # largest number of a swimmer's runs
+LONGEST = 60  # longest name of a run, in characters
 
 
 class Body(Part, table="body"):

@@ -23,16 +23,16 @@ import pytest
 
 FOLDER = Path(os.environ["HYPERTUNA_LINES"])
 PACKAGE = str(Path(__file__).resolve().parents[3] / "src" / "hypertuna") + os.sep
-SEEN: dict[str, set[int]] = defaultdict(set)
+SEEN: dict[str, set[int]] = defaultdict(set)  # lines executed since the last test, by module
 
 
 def _called(frame: FrameType, event: str, argument: object) -> Any:
-    """Follow the lines of the package's functions only."""
+    """Trace the lines of the package's functions only."""
     return _line(frame, event, argument) if frame.f_code.co_filename.startswith(PACKAGE) else None
 
 
 def _line(frame: FrameType, event: str, argument: object) -> Any:
-    """Note a line."""
+    """Record a line."""
     SEEN[frame.f_code.co_filename].add(frame.f_lineno)
     return _line
 
@@ -46,7 +46,7 @@ def write(test: str, seconds: float = 0.0) -> None:
 
 
 def follow() -> None:
-    """Follow this process and its forks; what a test started writes its lines at exit."""
+    """Trace this process and its forks; a process that a test started writes its lines at exit."""
     atexit.register(sys.settrace, None)
     if test := os.environ.get("PYTEST_CURRENT_TEST"):
         atexit.register(write, test.rpartition(" (")[0])
@@ -56,7 +56,7 @@ def follow() -> None:
 
 
 def _forked(_: object) -> None:
-    """Follow a process of multiprocessing, which ends without `atexit`."""
+    """Trace a process of multiprocessing, which ends without `atexit`."""
     SEEN.clear()
     util.Finalize(None, write, (os.environ.get("PYTEST_CURRENT_TEST", "").rpartition(" (")[0],), exitpriority=0)
 
@@ -73,7 +73,7 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, Any, Any]:
-    """Note what collecting a file executes."""
+    """Record the lines that collecting a file executes."""
     result = yield
     write(collector.nodeid.partition("::")[0])
     return result
@@ -81,7 +81,7 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, A
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Note what a test executes, with its fixtures, and without the caches that a test before filled."""
+    """Record the lines that a test and its fixtures execute, with caches of earlier tests cleared."""
     for name, module in list(sys.modules.items()):
         for value in list(vars(module).values()) if name.startswith("hypertuna") else ():
             if isinstance(value, functools._lru_cache_wrapper):

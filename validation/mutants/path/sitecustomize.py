@@ -11,15 +11,15 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 
-CORE = os.environ.get("HYPERTUNA_CORE")
+CORE = os.environ.get("HYPERTUNA_CORE")  # file of the built extension
 MUTANT = json.loads(os.environ.get("HYPERTUNA_MUTANT", "null"))
 
 
 class Mutated(SourceFileLoader):
-    """Compile the mutated source, and no bytecode of former ones."""
+    """Loader that compiles the mutated source, and uses no bytecode of earlier ones."""
 
     def get_code(self, fullname: str) -> CodeType:
-        """Compile."""
+        """Return the mutated module's code."""
         sys.path.insert(0, str(Path(__file__).parents[1]))
         from mutants import mutated
 
@@ -31,12 +31,12 @@ class Mutated(SourceFileLoader):
 
 
 class Finder(importlib.abc.MetaPathFinder):
-    """Find the mutated module before all others do."""
+    """Finder of the mutated module, asked before all others."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find it by name, and the extension as it is, without a build."""
+        """Find the mutated module by its name, and the extension as it is, without a build."""
         if fullname == "hypertuna._core" and CORE:
             return importlib.util.spec_from_file_location(fullname, CORE)
         if MUTANT is None or fullname != MUTANT["name"]:

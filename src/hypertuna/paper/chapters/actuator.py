@@ -18,8 +18,8 @@ from hypertuna.reports.html import WIDTH, Section, Table
 
 ACTUATOR = "actuator"
 PRINTED = "actuator, equations as printed"
-TESTED = np.array([100.0, 150.0, 200.0, 250.0])  # kPa
-LINES = ("bending/linear", "bending/below-250kpa")  # ids of the numbers that a straight line decides
+TESTED = np.array([100.0, 150.0, 200.0, 250.0])  # pressures of the test [kPa]
+LINES = ("bending/linear", "bending/below-250kpa")  # starts of the ids of the two measures of straightness
 SPAN = "100, 150, 200 and 250 kPa"
 POINTS = 51  # of a curve from no pressure to the largest
 
@@ -48,7 +48,7 @@ def bend_published(robot: Robot) -> Bends:
     sets: dict[str, dict[str, Bend]] = {}
     printed, steps = {}, {}
     for group in robot.joints:
-        assert group.pressure_max is not None  # of the paper's robot
+        assert group.pressure_max is not None  # the paper's robot has it
         pressure = np.linspace(0, group.pressure_max, POINTS)
         printed[group.name] = bend(robot, group.name, pressure, law="as_printed")
         steps[group.name] = misprints(robot, group.name, group.pressure_max)

@@ -20,9 +20,9 @@ from hypertuna.paper.ledger import UNPUBLISHED, Finding, published, published_va
 from hypertuna.paper.seeds import Stored, taken_hash
 from hypertuna.reports.html import Section, Table
 
-POWERS = {"power/fastest": "unoptimised-max", "power/lake": published()["lake"]["gait"]}  # gait of each
-PERCENT = (5.0, 50.0, 95.0)
-# Of the numbers of the eight gaits that the file holds by themselves: table and gait, by id.
+POWERS = {"power/fastest": "unoptimised-max", "power/lake": published()["lake"]["gait"]}  # id of a power -> its gait
+PERCENT = (5.0, 50.0, 95.0)  # percentiles of a band
+# Id of a number of the eight gaits -> table of the stored record that holds its band, and gait.
 TABLES = {f"speed/{name}": ("speed_m_s", name) for name in SPEEDS}
 TABLES |= {key: ("power_w", gait) for key, gait in POWERS.items()}
 TABLES |= {f"power/bound-{speed}": ("power_w", f"unoptimised-{speed}") for speed in COSTS}

@@ -23,7 +23,7 @@ from hypertuna.trials.trials import Trials as Runs
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TIES = "[0,1-6,7]"  # Table III: head, six links alike, fin
+TIES = "[0,1-6,7]"  # links that share a coefficient in Table III: head, six links, fin
 NINE = tuple(f"water.{name}{TIES}" for name in ("added_mass", "friction", "drag"))
 INITIAL = {"water.added_mass": 0.2, "water.friction": 0.2, "water.drag": 10.0}  # Table III, column mu_0
 UNOPTIMISED, OPTIMISED = SPEEDS[:4], SPEEDS[4:]

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 
 FE = "finite elements"
 ROBOT = "hypertuna"
-MESH = "medium"
+MESH = "medium"  # name of the mesh of stored results
 PRESSURES = "0:250:6"  # kPa
-FAST_ALONE = {"friction", "stiffness_factor"}  # values that elements do not use
-AGAIN = "validation/fe/ledger.py computes it again"
+FAST_ALONE = {"friction", "stiffness_factor"}  # keys that only the fast model uses
+AGAIN = "validation/fe/ledger.py computes it again"  # which command repeats stored results, for reasons
 NESTED = "nested.json"  # stored series of nested spaces of displacements
 
 

@@ -15,7 +15,7 @@ from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim
 
 ARITHMETIC = "the paper's own numbers"
-ALIKE = 0.1  # relative difference of every number of two gaits, up to which they are the same swim
+ALIKE = 0.1  # two gaits are the same swim if all their numbers differ by at most this fraction
 
 
 def findings(trials: Trials) -> Iterator[Finding]:

@@ -21,10 +21,11 @@ from hypertuna.reports.html import WIDTH, Section
 LAKE = "mission lake"  # the model in the ledger
 MISSION = "lake"
 STORED = "missions/lake.json"  # below data
-AGAIN = "validation/missions/lake.py flies it again"
-HOUR = 3600.0
+AGAIN = "validation/missions/lake.py flies it again"  # which command repeats the stored flight, for reasons
+HOUR = 3600.0  # s
+# Columns of the flight that are stored and plotted.
 PLOTTED = ("position", "attitude", "position_estimated", "depth_estimated", "mode", "energy", "charge_left")
-EVERY = 5.0  # s between rows to plot
+EVERY = 5.0  # s between stored rows
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,13 @@ from hypertuna.swimming.swim import swim
 
 METHODS = ("pso", "gradient")
 NAMES = {"pso": "particle swarm", "gradient": "gradient"}
+# Variables that the fastest gait has at their bounds.
 BOUNDED = {"frequency_hz", "amplitude_I_deg", "amplitude_II_deg"}
+# Last part of an id -> variable of a gait.
 COLUMNS = {"frequency": "frequency_hz", "phase": "phase_II_deg"} | {
     f"amplitude-{joint}": f"amplitude_{joint}_deg" for joint in ("I", "II")
 }
-FLAT = 8.0  # deg off the best phase, less than half a percent of the largest speed is lost
+FLAT = 8.0  # deg: this far from the best phase, less than half a percent of the largest speed is lost
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ COMPUTED = "HyperTuna, computed"
 
 
 def computed_among(trials: Trials) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return the rows of Tables V and VI with the computed robot among them; VI is sorted from the largest cost on."""
+    """Return the rows of Tables V and VI with the computed robot among them; VI is sorted by falling cost."""
     others, trial = published("others"), trials[OURS]
     published_row = next(row for row in others["hydraulic"]["robots"] if row["name"].startswith("HyperTuna"))
     fastest_swim, turning = trial.gaits["optimised-max"], trial.gaits["turning"]

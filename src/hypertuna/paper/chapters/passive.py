@@ -22,35 +22,35 @@ from hypertuna.reports.html import Section, Shown, Table
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import swim
 
-SAME = 0.02  # of a speed or cost that is swum again: the search interpolates between gaits of a grid
-SURE = 1.0  # %, below which the grid leaves the sign of a change open
-FIN_KEYS = ("active", "0.3"), ("passive", "0.3"), ("passive", "max")  # of the table of fins: joint II, and the speed
+SAME = 0.02  # largest relative difference of recomputed speeds and costs: the search interpolated on a grid of gaits
+SURE = 1.0  # %: the grid of gaits does not determine the sign of a smaller change
+FIN_KEYS = ("active", "0.3"), ("passive", "0.3"), ("passive", "max")  # columns of the table of fins: joint II, speed
 
 
 @dataclass(frozen=True)
-class Passive:
+class PassiveJoints:
     """The stored results of robots with a passive joint, or why there are no valid ones."""
 
     robot: Robot
     record: Mapping[str, Any] = field(default_factory=dict)  # empty where there is no valid one
     reason: str = ""  # why there is none; without a full stop
-    gap: float = math.nan  # largest relative difference of what was swum again
+    gap: float = math.nan  # largest relative difference between the stored results and those recomputed now
 
 
-def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Passive:
+def compute(trials: Trials, full: bool, step: Callable[[], None]) -> PassiveJoints:
     """Read the stored results, and swim their best settled gaits again."""
     return read_passive(trials[OURS].robot)
 
 
-def read_passive(robot: Robot) -> Passive:
+def read_passive(robot: Robot) -> PassiveJoints:
     """Read the stored results, and swim their best settled gaits again."""
     record, reason = read_stored("passive", robot)
     if reason:
-        return Passive(robot, reason=reason)
+        return PassiveJoints(robot, reason=reason)
     gap = max(gaps(robot, record))
     if gap > SAME:
         reason = f"stale: its gaits swim up to {100 * gap:.1f} % differently now; validation/twin/passive.py"
-    return Passive(robot, {} if reason else record, reason, gap)
+    return PassiveJoints(robot, {} if reason else record, reason, gap)
 
 
 def gaps(robot: Robot, record: Mapping[str, Any]) -> Iterator[float]:
@@ -67,7 +67,7 @@ def gaps(robot: Robot, record: Mapping[str, Any]) -> Iterator[float]:
 
 
 def _robot_and_gait(robot: Robot, kind: str, stored: Mapping[str, float]) -> tuple[Robot, Gait]:
-    """Return the robot and the gait of a stored best gait."""
+    """Return the robot, active or passive, and the gait that a stored result is of."""
     if kind == "active":
         amplitude = stored["amplitude_I"], stored["amplitude_II"]
         phase = 0.0, stored["phase_II"]
@@ -274,7 +274,7 @@ def _of_law(record: Mapping[str, Any], law: str, name: str) -> tuple[str, bool |
     return answers[name]
 
 
-def sections(passive: Passive) -> list[Section]:
+def sections(passive: PassiveJoints) -> list[Section]:
     """Show the tables of costs, springs, fins and claims."""
     if not passive.record:
         return compose("passive", {}, record={}, reason=passive.reason, gap=0.0, verdicts={})

@@ -13,7 +13,7 @@ from hypertuna.paper.ledger import Class, Finding
 from hypertuna.reports.html import Section
 from hypertuna.swimming.gait import named_gait
 
-AXES = ("free axis", "any axis")  # what may lie on the axis of a joint: nothing that carries, or anything
+AXES = ("free axis", "any axis")  # what may lie on a joint's axis: nothing that bears load, or anything
 IN = "the member that swims the four unoptimised gaits best, found by a search"
 
 

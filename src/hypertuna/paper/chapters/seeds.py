@@ -20,7 +20,7 @@ BEND = "by the true bend"  # instead of the sensor's reading
 AT_SEA = "at sea"
 FASTEST = "unoptimised-max"
 TANK_HERTZ = np.array(published()["tank"]["frequency_hz"])
-# The areas of Table II were read so that ideal joints have these speeds; at 2 and 3 Hz the twin's joints are ideal.
+# Gaits at 2 and 3 Hz, where the twin's joints are ideal; Table II was read so that ideal joints have their speeds.
 READ = ("unoptimised-0.3", "unoptimised-0.4")
 SERVOS = "servos as data sheets have them, chosen with this number in view"
 FIG_8 = "the family was chosen by this test, and the controller's learning with it in view"
@@ -169,7 +169,7 @@ def _tank_trends(model: str, stored: Stored) -> Iterator[Finding]:
 
 
 def _by_seed(trends: Callable[..., Mapping[str, float]], *numbers: Array) -> dict[str, Array]:
-    """Apply a function to the numbers of each seed, along their last axis; return its results by name (seeds,)."""
+    """Apply `trends` to the numbers of each seed, along their last axis; return its results by name (seeds,)."""
     rows = [trends(*(one[..., k] for one in numbers)) for k in range(numbers[0].shape[-1])]
     return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 

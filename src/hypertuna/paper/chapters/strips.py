@@ -24,11 +24,12 @@ from hypertuna.paper.seeds import Stored, read_seeds
 from hypertuna.reports.html import Section, Table
 from hypertuna.swimming.gait import named_gait
 
-FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the lag that goes with this law
+FREE = ("water.blunt_area[0]", "joints.bandwidth")  # form drag of the head, and the joints' lag
 IN_TWIN = f"{STRIPS}, {TWIN}"
 DRAG = "form drag of the head as in the robot's file, fitted to the unoptimised gaits with joints that lag"
 FORM = "the form of the fin's force was weighed with the best phases in view"
 FIN = "the sharp-edged fin was chosen with these changes in view"
+# Gaits over which errors of speeds are averaged.
 PARTS = {"fitted": UNOPTIMISED, "others": OPTIMISED, "all": SPEEDS}
 
 
@@ -37,10 +38,10 @@ class Strips:
     """The strip law with two numbers fitted on four gaits: the fit, the swims of all tests, the twin's numbers."""
 
     fit: Fit
-    values: tuple[float, ...]  # of the fit, to three digits: those of the trial
+    values: tuple[float, ...]  # of the fit, to three digits, with which `trial` swims
     trial: Trial
     optima: Mapping[str, Optimum]  # by expected speed of Table IV
-    swims: Stored  # of the twin: the eight gaits
+    swims: Stored  # the twin's runs of the eight gaits
 
 
 def compute(trials: Trials, full: bool, step: Callable[[], None]) -> Strips:

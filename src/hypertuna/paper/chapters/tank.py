@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FREQUENCY, PHASE = "cost-of-transport/cheapest-hz", "cost-of-transport/cheapest-phase"
-# The areas of Table II were read so that ideal joints have the published best phases, docs/paper.md.
+# Table II was interpreted so that ideal joints have the published best phases (docs/paper.md).
 IN_SIGHT: Class = "in sight"
 AHEAD = f"phases up to {PHASES[-1]:g} deg"
-FLAT = 1e-3  # part of a step's rise by which a later step must rise less
+FLAT = 1e-3  # a step in frequency slows the rise if it rises less than the last step by this fraction
 
 
 def findings(trials: Trials) -> Iterator[Finding]:
@@ -69,7 +69,7 @@ def best_phase(model: str, level: str, speed: Array, hertz: Sequence[float], cla
     """Return the phase that is fastest at most frequencies, from speeds (frequency, phase) [m/s] at one amplitude."""
     tank = published()["tank"]
     best = [float(tank["phase_deg"][k]) for k in speed.argmax(axis=1)]
-    commonest = max(reversed(best), key=best.count)  # of equally many, that of the higher frequency
+    commonest = max(reversed(best), key=best.count)  # if two are best equally often, the one at the higher frequency
     rows = zip(hertz, best, speed, strict=True)
     phases = ", ".join(f"{f:g} Hz: {phase:g} deg, by {100 * _lead(row):.1f} %" for f, phase, row in rows)
     return Finding(f"optimal-phase/{level}", model, class_, commonest, f"best, and its lead over the next, at {phases}")
