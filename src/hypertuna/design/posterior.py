@@ -15,45 +15,45 @@ from hypertuna.design.unknowns import Unknowns
 from hypertuna.errors import InputError
 from hypertuna.identification.coefficients import bounds_of
 
-ROUNDS = 12  # of linearization
-FAR = 1.0  # of a scaled coefficient: the largest step of one round
-DONE = 1e-2  # of the prior's standard deviation
+ROUNDS = 12  # largest number of Gauss-Newton steps
+MAX_STEP = 1.0  # largest change of a scaled coefficient in one step
+DONE = 1e-2  # steps end when no coefficient moves by more than this part of its prior standard deviation
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """One pair of sizes, of discrepancy and days' offsets, with its probability and conditional distribution."""
+    """One pair of sizes, of the discrepancy and of days' offsets, with its probability and the results' covariance."""
 
-    size: float
-    day: float
+    size: float  # standard deviation of the discrepancy
+    day: float  # standard deviation of the offsets of days
     weight: float  # probability of these sizes, given the runs
-    inverse: Array  # (rows, rows) of the covariance of the results
-    weighted: Array  # (rows,) that inverse times the residuals
+    inverse: Array  # (rows, rows) inverse of the covariance of the results
+    weighted: Array  # (rows,) `inverse` times the residuals
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Knowledge after runs: a mixture over sizes of the discrepancy."""
+    """Posterior after runs: a mixture of normal distributions, one for each size of discrepancy and days' offsets."""
 
     unknowns: Unknowns
     results: tuple[Measurement, ...]
-    x: Array  # (n,) mean of the scaled coefficients, about which all is linear
-    rows: tuple[Row, ...]  # of the results
-    jacobian: Array  # (rows, n)
+    x: Array  # (n,) scaled coefficients about which the model is linearized
+    rows: tuple[Row, ...]  # runs and quantities of the results
+    jacobian: Array  # (rows, n) derivatives of the logarithms at x
     kernels: tuple[Kernel, ...]
 
     @cached_property
     def size(self) -> float:
-        """Root mean square of the discrepancy's standard deviation."""
+        """Root mean square, over the kernels, of the discrepancy's standard deviation."""
         return float(np.sqrt(sum(kernel.weight * kernel.size**2 for kernel in self.kernels)))
 
     @cached_property
     def day(self) -> float:
-        """Root mean square of the standard deviation of the days' offsets."""
+        """Root mean square, over the kernels, of the standard deviation of the days' offsets."""
         return float(np.sqrt(sum(kernel.weight * kernel.day**2 for kernel in self.kernels)))
 
     def predict(self, rows: Sequence[Row]) -> tuple[Array, Array]:
-        """Return mean and standard deviation (rows,) of the logarithms of quantities without noise."""
+        """Return mean and standard deviation (rows,) of the true logarithms, without the noise of a measurement."""
         predicted = predict(self.unknowns, self.x, rows)
         return self._mixed(predicted.log, predicted.jacobian, correlation(rows, self.rows))
 
@@ -63,7 +63,7 @@ class Posterior:
         return self._mixed(self.x, np.eye(len(self.x)), None)
 
     def _mixed(self, value: Array, jacobian: Array, near: Array | None) -> tuple[Array, Array]:
-        """Return mean and sd of linear functions; `near` relates their discrepancies to those of the results."""
+        """Return mean and sd of linear functions; `near` correlates their discrepancies with those of the results."""
         prior = self.unknowns.covariance
         start = value + jacobian @ (self.unknowns.mean - self.x)
         prior_variance = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
@@ -82,10 +82,9 @@ class Posterior:
 
 
 def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[float] = SIZES) -> Posterior:
-    """Return the posterior given results, with discrepancies of sizes that the results make likely.
+    """Return the posterior given results, with each size of the discrepancy weighted by its probability.
 
-    Gauss-Newton steps toward the mean of the mixture. The offset of a day counts where results of several days are
-    known.
+    Gauss-Newton steps go toward the mean of the mixture. Offsets of days count only if the results are of several days.
     """
     rows = tuple(Row(result.run, result.quantity) for result in results)
     x = unknowns.mean.copy()
@@ -102,7 +101,7 @@ def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[fl
         residuals = measured - at_x.log + at_x.jacobian @ (x - unknowns.mean)
         known = at_x.jacobian @ unknowns.covariance @ at_x.jacobian.T
         post = Posterior(unknowns, tuple(results), x, rows, at_x.jacobian, _kernels(results, residuals, known, sizes))
-        step = np.clip(post.coefficients[0] - x, -FAR, FAR)
+        step = np.clip(post.coefficients[0] - x, -MAX_STEP, MAX_STEP)
         next_x = np.clip(x + step, lower, upper)
         if np.all(np.abs(next_x - x) <= DONE * unknowns.sd):
             break
@@ -121,7 +120,7 @@ def _check_swims(results: Sequence[Measurement], log: Array) -> None:
 def _kernels(
     results: Sequence[Measurement], residuals: Array, known: Array, sizes: Sequence[float]
 ) -> tuple[Kernel, ...]:
-    """Return each pair of sizes with its probability; `known` is the residuals' covariance by the coefficients."""
+    """Return each pair of sizes with its probability; `known` is the part of the covariance due to coefficients."""
     rows = [Row(result.run, result.quantity) for result in results]
     noise = np.diag([result.noise**2 for result in results])
     correlated, days_equal = correlation(rows, rows), same_day([result.day for result in results])

@@ -1,8 +1,8 @@
-"""A joint without end effects: its sections in uniform bending, by finite elements in the section's plane.
+"""A joint without end effects: its sections in uniform bending, by finite elements in the plane of a section.
 
-In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x, l
-the stretch of the axis and k the curvature per length at rest. With these two unknowns beside u, energies, pressure and
-braids are those of the body (model.py), at a hundredth of the cost. The body bends less because plates hold its ends.
+In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x,
+where l is the stretch of the axis and k the curvature per length at rest. The unknowns are u, l and k. Energies,
+pressure and braids are as in model.py, at a hundredth of the cost. A real joint bends less, since plates hold its ends.
 """
 
 import math
@@ -23,18 +23,18 @@ from hypertuna.fe.geometry import MM, JointBody, joint_body
 from hypertuna.fe.model import FeOptions, axis_of, soft_parts
 from hypertuna.fe.newton import Problem, lead
 
-ORDER = 3  # of displacements and curved elements
+ORDER = 3  # polynomial order of displacements and of curved elements
 AROUND = 0.8  # size of edges on the channels over their radius
-INSIDE = 1e-9  # mm: points on the edge of a mesh may belong to no element
-FIRST = 5e3  # Pa, first step, because of slack braids
+INSIDE = 1e-9  # mm, distance of a point from the mesh's edge, where it might belong to no element
+FIRST = 5e3  # Pa, first load step, small because braids are slack
 
 
 @dataclass(frozen=True)
 class Section:
-    """Stretch of the axis and curvature of a joint's sections at rising pressures."""
+    """Bend and axial stretch of a joint's sections in uniform bending, at rising pressures."""
 
-    angle: Array  # (n,) of a joint of such sections, toward the side with the pressure [rad]; NaN without convergence
-    axis: Array  # (n,) mean stretch of the line y = z = 0 at rest [1]
+    angle: Array  # (n,) bend of a joint of such sections, toward the side with the pressure [rad]; NaN: not converged
+    axis: Array  # (n,) mean stretch of the axis, the line y = z = 0 at rest [1]
 
 
 def section_bend(
@@ -48,7 +48,7 @@ def section_bend(
 ) -> Section:
     """Return the deformation of a joint's sections at pressures (n,) [Pa] of one side, without friction.
 
-    Without `segments`, one mean section stands for all.
+    segments: solve each segment's section; if False, one mean section stands for all.
     """
     check_side(side)
     need_fe()
@@ -68,7 +68,7 @@ def section_bend(
 def _bent(
     robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
 ) -> Array:
-    """Return stretch of the axis [1] and curvature per length at rest [1/m] of a section, at each pressure (n, 2)."""
+    """Return axial stretch [1] and curvature per length at rest [1/m] of a section at each pressure (n, 2)."""
     import ngsolve as ngs
 
     matrix, w = soft_parts(robot, options)
@@ -93,7 +93,7 @@ def _bent(
 
 
 def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
-    """Return a mesh of a section's upper half in mm; its x is the body's y, its y the body's z."""
+    """Return a mesh of a section's upper half in mm; the mesh's x and y are the body's y and z."""
     import ngsolve as ngs
     from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 
@@ -138,7 +138,7 @@ def _energy(space: Any, axis: Axis, matrix: Solid, wall: Wall, load: Any, side: 
     energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx)
     Fs = in_plane(ngs.grad(uy).Trace(), ngs.grad(uz).Trace())
     outward = ngs.specialcf.normal(2)
-    # Netgen orients normals of plane edges along its curves: the channels' area must be positive.
+    # Netgen orients normals of plane edges by its curves; the right sign makes the channels' area positive.
     sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds(f"wall_{side}"), space.mesh) > 0 else -1.0
     normal = sign * outward
     around = Fs * ngs.CF((-normal[1], normal[0]))
@@ -147,7 +147,7 @@ def _energy(space: Any, axis: Axis, matrix: Solid, wall: Wall, load: Any, side: 
     energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
     if axis.width > 0:
         energy += ngs.Variation((MM * axis_energy(axis, stretch - 1, stretch - 1)).Compile() * ngs.ds("axis"))
-    # Volume per length at rest: the stretch integrated over the channel, as the flux of its antiderivative along y.
+    # Volume per length at rest: the integral of the stretch over the channel, as the flux of its antiderivative in y.
     flux = ((1 + long) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
     energy += ngs.Variation((load * flux).Compile() * ngs.ds(f"wall_{side}"))
     return energy
