@@ -1,4 +1,4 @@
-"""Figures: one swim, a sweep as the paper's Fig. 10, computed beside published."""
+"""Figures of a swim, of a sweep as in the paper's Fig. 10, and of computed beside published numbers."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from hypertuna.swimming.trajectory import body_of, nose_points
 if TYPE_CHECKING:
     import xarray as xr
 
-BEATS = 4  # of a straight path
-MAX_BEATS = 80  # of a turn
-MAP = 6  # values along both axes of a grid from which on a map shows it: lines would cross too often
+BEATS = 4  # beats of a straight path
+MAX_BEATS = 80  # most beats of a turn
+MAP = 6  # a grid with this many frequencies and phases is shown as a map: lines would cross too often
 
 
 @plots.of(Swim)
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
-    """Plot how a gait swims: `width` [inch]."""
+    """Plot a swim: paths, midlines, speed and power over a beat; `width` [inch]."""
     robot, gait = swim.robot, swim.gait
     lines, paths = midlines(swim), _paths(swim)
     all_points = np.concatenate(list(paths.values()))
@@ -158,9 +158,9 @@ def plot_ledger(
     label: str = "speed [m/s]",
     width: float = WIDTH,
 ) -> Figure:
-    """Plot numbers published and computed, one row each.
+    """Plot published and computed numbers side by side, with a row for each name.
 
-    `published` (rows,) [any unit], `computed` (rows,) [the same unit], `width` [inch].
+    `published` (rows,) and each of `computed` (rows,) in one unit, that of `label`; `width` [inch].
     """
     figure = Figure(figsize=(width, 0.36 * len(names) + 1.1), layout="constrained")
     axes = figure.subplots()
@@ -182,9 +182,9 @@ def plot_ledger(
 
 
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
-    """Return the path of a point of the body continued over more beats, which all move and turn the body alike.
+    """Continue the path of a point of the body over more beats, each of which moves and turns the body equally.
 
-    `z` (times,) [m]; returns (beats (times - 1) + 1,) [m].
+    `z`: path over one beat (times,) [m]; returns (beats (times - 1) + 1,) [m].
     """
     nose, heading = nose_points(motion), motion.heading.values
     spin = np.exp(1j * (heading[-1] - heading[0]))
@@ -196,7 +196,7 @@ def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
 
 
 def _paths(swim: Swim) -> dict[str, Points]:
-    """Return paths x + i y [m] of tail tip and nose: of the run from rest, some beats or a whole turn; and the body."""
+    """Return paths x + i y [m] of tail tip and nose, over the run from rest, some beats or a turn; and the body."""
     motion = swim.trajectory
     nose, tail = nose_points(motion), motion.tail_x.values + 1j * motion.tail_y.values
     body = body_of(swim.robot, motion.isel(time=0 if swim.from_rest is None else -1))[0]
@@ -226,7 +226,7 @@ def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
 
 
 def _draw_speed(axes: Axes, swim: Swim) -> None:
-    """Draw the forward speed through the beat, or through time from rest."""
+    """Draw the forward speed over the settled beat, or over time from rest."""
     motion = swim.trajectory
     settled = swim.from_rest is None
     time = motion.time.values * (swim.gait.frequency if settled else 1.0)
@@ -238,7 +238,7 @@ def _draw_speed(axes: Axes, swim: Swim) -> None:
 
 
 def _draw_power(axes: Axes, swim: Swim) -> None:
-    """Draw the mechanical power of each joint group and of all through the last beat."""
+    """Draw the mechanical power of each joint group, and of all together, over the last beat."""
     motion = last_beat(swim)
     part = np.linspace(0, 1, motion.sizes["time"])
     for g, group in enumerate(motion.group.values):
@@ -253,7 +253,7 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
 
 
 def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
-    """Draw midlines of one beat with a bar of their colors."""
+    """Draw midlines of one beat, with a color bar for the time within the beat."""
     for line, color in zip(lines, sequence(len(lines)), strict=True):
         axes.plot(line.real, line.imag, color=color, lw=1.5, solid_joinstyle="round")
     axes.set(aspect="equal" if to_scale else "auto", xlabel="along the mean path [m]", ylabel="across [m]")
@@ -264,13 +264,13 @@ def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
 
 
 def _mean_line(axes: Axes, value: float, text: str) -> None:
-    """Mark a mean, and write it above the axes."""
+    """Draw a line at a mean, and write its text above the axes."""
     axes.axhline(value, color=FAINT, lw=1, ls=(0, (4, 3)))
     axes.set_title(text, loc="right", color=FAINT, fontweight="normal", fontsize=8.5)
 
 
 def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
-    """Return the last joint group's angles [deg] along a dimension, and a text for each: all groups' for amplitudes."""
+    """Return the last joint group's angles [deg] along a dimension, and texts; for amplitudes of all groups."""
     columns = grid_angles(grid, dim)
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
@@ -278,7 +278,7 @@ def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
 
 
 def phase_label(grid: xr.Dataset) -> str:
-    """Return the label of a grid's phases, which are those of the last joint group."""
+    """Return the label of an axis of phases, which names the last joint group."""
     groups = [str(name).removeprefix("phase_") for name in grid.coords if str(name).startswith("phase_")]
     return f"phase of joint {groups[-1]}"
 
