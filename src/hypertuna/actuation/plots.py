@@ -93,17 +93,17 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
     frequency and over keys, since the corner does not depend on frequency or on most keys.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
-    (along, xlabel, _), *across = _axes(sizes)
-    lines = list(dict.fromkeys(_values(size, across) for size in sizes))
-    varied = [axis for axis in across if len({_value(size, axis[0]) for size in sizes}) > 1]
-    powers = along == "frequency_hz" or along in sizes[0].values
+    (x_column, xlabel, _), *other_axes = _axes(sizes)
+    lines = list(dict.fromkeys(_values(size, other_axes) for size in sizes))
+    varied = [axis for axis in other_axes if len({_value(size, axis[0]) for size in sizes}) > 1]
+    powers = x_column == "frequency_hz" or x_column in sizes[0].values
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
     for column, joint in enumerate(joints):
-        mine = [size for size in sizes if size.joint == joint]
+        joint_sizes = [size for size in sizes if size.joint == joint]
         for k, (line, color) in enumerate(zip(lines, sequence(len(lines)), strict=True)):
-            chosen = [size for size in mine if _values(size, across) == line]
-            x = [_value(size, along) for size in chosen]
+            chosen = [size for size in joint_sizes if _values(size, other_axes) == line]
+            x = [_value(size, x_column) for size in chosen]
             bend = np.degrees([size.bend for size in chosen])
             label = ", ".join(axis[2].format(_value(chosen[0], axis[0])) for axis in varied)
             growth = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # first marks are larger: others cover them
@@ -114,8 +114,12 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **open_marks)
             lower = [size.electrical_power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, lower, **marks)
-        fixed = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis in AXES and axis not in varied]
-        command = float(np.degrees(mine[0].command))
+        fixed = [
+            axis[2].format(_value(joint_sizes[0], axis[0]))
+            for axis in other_axes
+            if axis in AXES and axis not in varied
+        ]
+        command = float(np.degrees(joint_sizes[0].command))
         panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
         panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *fixed]))
         panels[1, column].set_xlabel(xlabel)

@@ -219,9 +219,9 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
     settling_rows = math.ceil((SETTLED + LAGS * line["line_resistance"] * line["capacity_rest"]) / time[1])
     extremes = [last_beat[round(share * period)] * fraction for share in (0.25, 0.75)]
     held_bends = [simulate(np.tile(angles, (settling_rows, 1)))["bend"][-1] for angles in extremes]
-    static = abs(held_bends[0] - held_bends[1]) / 2
+    slow_bend = abs(held_bends[0] - held_bends[1]) / 2
     volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
-    flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
+    peak_flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     size = Size(
         joint=group.name,
         frequency=frequency,
@@ -229,16 +229,19 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         temperature=hydraulics.temperature,
         viscosity=hydraulics.viscosity,
         command=amplitude,
-        pressure_drop=line["line_resistance"] * flow + column["loss"] * flow**2,
-        reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
+        pressure_drop=line["line_resistance"] * peak_flow + column["loss"] * peak_flow**2,
+        reynolds=4 * peak_flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
         **_servo(column, rows[0], last_beat, time[1], supply / column["voltage"], limit),
-        **_beat(column, run, fraction * last_beat, frequency, time[1], fraction, amplitude, static),
+        **_beat(column, run, fraction * last_beat, frequency, time[1], fraction, amplitude, slow_bend),
     )
-    bad = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
-    if bad:
-        rule, fix = f"must have sizes with which {bad[0]} is a finite number", "check their units and powers of ten"
+    not_finite = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
+    if not_finite:
+        rule, fix = (
+            f"must have sizes with which {not_finite[0]} is a finite number",
+            "check their units and powers of ten",
+        )
         raise InputError(rule, file=robot.file or None, key=f"{joint_key(robot, group.name)}", fix=fix)
     return size
 
@@ -266,9 +269,9 @@ def _beat(
     interval: float,
     fraction: float,
     command: float,
-    static: float,
+    slow_bend: float,
 ) -> dict[str, Any]:
-    """Return bend, pressures, powers and limits of a run's last beat; static: amplitude of a very slow beat [rad]."""
+    """Return bend, pressures, powers and limits of a run's last beat; slow_bend: amplitude if it were very slow [rad]."""
     period, rows = len(target), len(run["bend"])
     clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))
@@ -276,8 +279,8 @@ def _beat(
     pressure = run["pump_pressure"][-period:]
     parts: dict[str, float] = {}  # part of the command that each limit passes
     if fraction > 0:
-        parts = {"servo": float(np.min(actual / commanded)), "compliance": static / (fraction * command)}
-        parts["line"] = abs(harmonic) / (static * min(1.0, parts["servo"]))
+        parts = {"servo": float(np.min(actual / commanded)), "compliance": slow_bend / (fraction * command)}
+        parts["line"] = abs(harmonic) / (slow_bend * min(1.0, parts["servo"]))
     too_small = abs(harmonic) < REACHED * command
     limits = {
         "pressure": fraction < 1,
@@ -384,10 +387,10 @@ def _simulator(
 def _limited(
     run: Callable[[Array], dict[str, Array]], target: Array, period: int, limit: float
 ) -> tuple[dict[str, Array], float]:
-    """Return the run with the largest part of the command that keeps cylinders below the pressure limit; the part."""
-    full, low, high = run(target), 0.0, 1.0
-    if full["pump_pressure"][-period:].max() <= limit:
-        return full, 1.0
+    """Return the run with the largest part of the command that keeps the pressure below its limit, and the part."""
+    full_run, low, high = run(target), 0.0, 1.0
+    if full_run["pump_pressure"][-period:].max() <= limit:
+        return full_run, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         within = run(middle * target)["pump_pressure"][-period:].max() <= limit

@@ -157,9 +157,9 @@ class _Solver:
         finally:
             self.tick()
 
-    def _fault(self, side: int, pressure: float, fault: str, how: str = "") -> str:
+    def _fault(self, side: int, pressure: float, fault: str, condition: str = "") -> str:
         """Return a sentence that finite elements did not reach a pressure [Pa]; empty if there was no fault."""
-        where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{how}"
+        where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{condition}"
         text = f"{where}: {pressure / 1e3:g} kPa was not reached by finite elements ({fault.rstrip('.')})."
         return text if fault else ""
 

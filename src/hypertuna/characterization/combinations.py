@@ -90,16 +90,16 @@ def _combination(
         scaled = exponents * prior_sd
         return math.sqrt(float(scaled @ cov @ scaled))
 
-    def exponents_by(by: Sequence[int]) -> Array:
+    def exponents_by(indices: Sequence[int]) -> Array:
         # the exponents that give the narrowest product of unknown k and these unknowns, by regression
         vector = np.eye(n)[k]
-        vector[by] = -np.linalg.solve(cov[np.ix_(by, by)], cov[by, k])
+        vector[indices] = -np.linalg.solve(cov[np.ix_(indices, indices)], cov[indices, k])
         return np.asarray(vector * prior_sd[k] / prior_sd)
 
     used = list(others)
     acceptable = max(WIDER * sd_of(exponents_by(used)), SLIGHT)
     while used:
-        fewer = min(([j for j in used if j != i] for i in used), key=lambda by: sd_of(exponents_by(by)))
+        fewer = min(([j for j in used if j != i] for i in used), key=lambda indices: sd_of(exponents_by(indices)))
         if sd_of(exponents_by(fewer)) > acceptable:
             break
         used = fewer

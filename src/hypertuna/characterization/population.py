@@ -54,8 +54,8 @@ def populate(
     while True:
         fit = np.array([design.fit for design in members])
         step = _step(log_weight, fit, 1 - power)
-        power, chance = power + step, np.exp(log_weight + step * fit - (log_weight + step * fit).max())
-        chosen = np.searchsorted(np.cumsum(chance) / chance.sum(), (rng.random() + np.arange(count)) / count)
+        power, weights = power + step, np.exp(log_weight + step * fit - (log_weight + step * fit).max())
+        chosen = np.searchsorted(np.cumsum(weights) / weights.sum(), (rng.random() + np.arange(count)) / count)
         points, members = points[chosen], [members[k] for k in np.minimum(chosen, count - 1)]
         for part, tried in _moves(space, points, members, power, rng):
             evaluations += tried
@@ -79,8 +79,8 @@ def _step(weight: Array, fit: Array, rest: float) -> float:
     """Return the largest increase of the power, at most `rest`, that keeps enough points effective."""
 
     def effective_fraction(step: float) -> float:
-        chance = np.exp(weight + step * fit - (weight + step * fit).max())
-        return float(chance.sum() ** 2 / (chance**2).sum()) / len(chance)
+        weights = np.exp(weight + step * fit - (weight + step * fit).max())
+        return float(weights.sum() ** 2 / (weights**2).sum()) / len(weights)
 
     needed = min(KEPT, 0.9 * effective_fraction(0.0))
     if effective_fraction(rest) >= needed:

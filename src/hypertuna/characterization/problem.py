@@ -128,10 +128,10 @@ def computed(robot: Robot, bench: Bench, joint: int | None = None) -> dict[str, 
     for loop in bench.loops:
         if joint is not None and loop.joint != joint:
             continue
-        rising, at = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
+        rising, index = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
         unload = bench.unload[loop.rows]
         path = _path(robot, loop, rising, unload=bool(unload.any()))
-        on_path = np.where(unload, len(path["shortening"]) - 1 - at[:-1], at[:-1])  # unloading starts at the top
+        on_path = np.where(unload, len(path["shortening"]) - 1 - index[:-1], index[:-1])  # unloading starts at the top
         for kind, values in path.items():
             result[kind][loop.rows] = values[on_path]
     for k in np.flatnonzero(np.isfinite(bench.moment)).tolist():

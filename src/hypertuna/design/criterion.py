@@ -124,9 +124,9 @@ def design(posterior: Posterior, want: str, candidates: Sequence[TankRun], targe
     )
 
 
-def narrowed(covariance: Array, at: NDArray[np.intp], noise: Array) -> Array:
-    """Return a covariance (m, m) after its k rows `at` were measured with noise of covariance (k, k)."""
-    if not len(at):
+def narrowed(covariance: Array, rows: NDArray[np.intp], noise: Array) -> Array:
+    """Return a covariance (m, m) after k of its rows were measured with noise of covariance (k, k)."""
+    if not len(rows):
         return covariance
-    cross = covariance[:, at]
-    return np.asarray(covariance - cross @ np.linalg.solve(covariance[np.ix_(at, at)] + noise, cross.T))
+    cross = covariance[:, rows]
+    return np.asarray(covariance - cross @ np.linalg.solve(covariance[np.ix_(rows, rows)] + noise, cross.T))

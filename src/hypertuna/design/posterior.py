@@ -62,8 +62,8 @@ class Posterior:
         """Mean and standard deviation (n,) of the scaled coefficients."""
         return self._mixed(self.x, np.eye(len(self.x)), None)
 
-    def _mixed(self, value: Array, jacobian: Array, near: Array | None) -> tuple[Array, Array]:
-        """Return mean and sd of linear functions; `near` correlates their discrepancies with those of the results."""
+    def _mixed(self, value: Array, jacobian: Array, cross_correlation: Array | None) -> tuple[Array, Array]:
+        """Return mean and sd of linear functions; `cross_correlation`: of discrepancies with the results'."""
         prior = self.unknowns.covariance
         start = value + jacobian @ (self.unknowns.mean - self.x)
         prior_variance = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
@@ -71,8 +71,8 @@ class Posterior:
         for kernel in self.kernels:
             cross = jacobian @ prior @ self.jacobian.T
             variance = 0.0
-            if near is not None:
-                cross, variance = cross + kernel.size**2 * near, kernel.size**2
+            if cross_correlation is not None:
+                cross, variance = cross + kernel.size**2 * cross_correlation, kernel.size**2
             means.append(start + cross @ kernel.weighted)
             variances.append(prior_variance + variance - np.einsum("ij,jk,ik->i", cross, kernel.inverse, cross))
         weight = np.array([kernel.weight for kernel in self.kernels])
@@ -99,8 +99,15 @@ def infer(unknowns: Unknowns, results: Sequence[Measurement], sizes: Sequence[fl
         at_x = predict(unknowns, x, rows)
         _check_swims(results, at_x.log)
         residuals = measured - at_x.log + at_x.jacobian @ (x - unknowns.mean)
-        known = at_x.jacobian @ unknowns.covariance @ at_x.jacobian.T
-        post = Posterior(unknowns, tuple(results), x, rows, at_x.jacobian, _kernels(results, residuals, known, sizes))
+        coefficient_covariance = at_x.jacobian @ unknowns.covariance @ at_x.jacobian.T
+        post = Posterior(
+            unknowns,
+            tuple(results),
+            x,
+            rows,
+            at_x.jacobian,
+            _kernels(results, residuals, coefficient_covariance, sizes),
+        )
         step = np.clip(post.coefficients[0] - x, -MAX_STEP, MAX_STEP)
         next_x = np.clip(x + step, lower, upper)
         if np.all(np.abs(next_x - x) <= DONE * unknowns.sd):
@@ -118,16 +125,16 @@ def _check_swims(results: Sequence[Measurement], log: Array) -> None:
 
 
 def _kernels(
-    results: Sequence[Measurement], residuals: Array, known: Array, sizes: Sequence[float]
+    results: Sequence[Measurement], residuals: Array, coefficient_covariance: Array, sizes: Sequence[float]
 ) -> tuple[Kernel, ...]:
-    """Return each pair of sizes with its probability; `known` is the part of the covariance due to coefficients."""
+    """Return each pair of sizes with its probability; `coefficient_covariance`: part due to coefficients."""
     rows = [Row(result.run, result.quantity) for result in results]
     noise = np.diag([result.noise**2 for result in results])
     correlated, days_equal = correlation(rows, rows), same_day([result.day for result in results])
     several_days = len({result.day for result in results}) > 1
     parts, logs = [], []
     for size, day in product(sizes, DAYS if several_days else (0.0,)):
-        covariance = known + noise + size**2 * correlated + day**2 * days_equal
+        covariance = coefficient_covariance + noise + size**2 * correlated + day**2 * days_equal
         inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         weighted = inverse @ residuals
         logs.append(0.5 * (np.linalg.slogdet(inverse)[1] - residuals @ weighted))

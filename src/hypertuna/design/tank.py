@@ -114,7 +114,7 @@ class TankDesign(TankState):
     """
 
     kind, names = "design", frozenset(("robot", "want", "width", "bounds", "prior", "tow", "hold", "glide"))
-    command, first, outlives = "design ask", "--robot fit.toml", ("isa", "version")  # measurements stay valid without
+    command, example, ignored = "design ask", "--robot fit.toml", ("isa", "version")  # measurements stay valid
 
     def __init__(
         self,
@@ -131,9 +131,9 @@ class TankDesign(TankState):
     ) -> None:
         options: dict[str, Any] | None = None
         if robot is not None:
-            has = {"tow": tow, "hold": hold, "glide": glide}
+            equipment = {"tow": tow, "hold": hold, "glide": glide}
             wishes = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
-            options = {"robot": robot_of(robot).document()} | wishes | has
+            options = {"robot": robot_of(robot).document()} | wishes | equipment
         self.steps: list[Step] = []
         super().__init__(path, options)
 

@@ -66,7 +66,7 @@ def section_bend(
 
 
 def _bent(
-    robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
+    robot: Robot, joint: str | int, rising: Array, side: str, semi_axes: tuple[float, float], options: FeOptions
 ) -> Array:
     """Return axial stretch [1] and curvature per length at rest [1/m] of a section at each pressure (n, 2)."""
     import ngsolve as ngs
@@ -74,11 +74,11 @@ def _bent(
     matrix, w = soft_parts(robot, options)
     wall = replace(w, outer=MM * w.outer, inner=MM * w.inner, braid_stiffness=MM * w.braid_stiffness)
     body = joint_body(robot, joint)
-    mesh = _mesh(body, half)
+    mesh = _mesh(body, semi_axes)
     in_plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = in_plane[0] * in_plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
-    scale = MM * half[1]
+    scale = MM * semi_axes[1]
     energy = _energy(space, axis_of(robot, body), matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
     states = np.full((len(rising), 2), math.nan)
@@ -88,16 +88,16 @@ def _bent(
             break
         axis, bend = (problem.state.components[c].vec[0] for c in (2, 3))
         pin_distance = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
-        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / half[1]
+        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / semi_axes[1]
     return states
 
 
-def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
+def _mesh(body: JointBody, semi_axes: tuple[float, float]) -> Any:
     """Return a mesh of a section's upper half in mm; the mesh's x and y are the body's y and z."""
     import ngsolve as ngs
     from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 
-    a, b, r = MM * half[0], MM * half[1], MM * body.radius
+    a, b, r = MM * semi_axes[0], MM * semi_axes[1], MM * body.radius
     face = WorkPlane(Axes((0, 0, 0), n=Z, h=Y)).Ellipse(a, b).Face()
     for channel in body.upper:
         face = face - WorkPlane().MoveTo(MM * channel.y, MM * channel.z).Circle(r).Face()

@@ -27,7 +27,7 @@ def gait_columns(robot: Robot) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """Bounds of a gait's values and of the robot's variables; the coordinates x are the free ones [Hz, rad, file unit]."""
+    """Bounds of a gait's values and of the robot's variables; the free ones are coordinates x [Hz, rad, file unit]."""
 
     columns: tuple[str, ...]  # names of a gait's values, as in `gait_columns`, then names of the variables
     unit: Array  # (columns,) size of the unit [Hz or rad]; 1 for a variable

@@ -27,7 +27,7 @@ class TankSearch(TankState):
     """A search for the best gait whose points a tank evaluates."""
 
     kind, names = "experiment", frozenset(OPTIONS)
-    command, first = "optimize ask", "--robot fish.toml --maximize speed"
+    command, example = "optimize ask", "--robot fish.toml --maximize speed"
 
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
         """Set up problem and optimizer from the options; return the robot."""

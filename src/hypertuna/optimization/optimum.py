@@ -184,12 +184,12 @@ def _from_rest_sentence(result: Swim) -> str:
     return f"The robot must be brought to speed: from rest the gait {outcome}."
 
 
-def _flat_sentence(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:
+def _flat_sentence(space: DesignSpace, near_best: Mapping[str, tuple[float, float]]) -> str:
     """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if there are none."""
     variables = {variable.name: (variable.label, variable.unit) for variable in space.variables}
     width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
     ranges = []
-    for name, (low, high) in near.items():
+    for name, (low, high) in near_best.items():
         if high - low > WIDE * width[name]:
             *words, unit = name.split("_")
             label, unit = variables.get(name, (" ".join(words), "Hz" if unit == "hz" else unit))
@@ -227,7 +227,7 @@ def _infeasible_sentence(margins: Sequence[Margin]) -> str:
     return f"No gait was found that satisfies all limits: the nearest one violates {' and '.join(violated)}."
 
 
-def _missed_sentence(problem: Problem, speed: float, own: float) -> str:
+def _missed_sentence(problem: Problem, speed: float, own_speed: float) -> str:
     """Return a sentence if the expected speed is not met; speed: mean over the robots [m/s], own: the robot's [m/s]."""
     target = problem.objectives[0]
     if target.expected is None or abs(speed / target.expected - 1) < MET:
@@ -239,6 +239,6 @@ def _missed_sentence(problem: Problem, speed: float, own: float) -> str:
             f"of reach, or {weight}."
         )
     return (
-        f"The sampled robots swim the gait at {speed:.4g} m/s on average, the robot itself at {own:.4g} m/s, instead "
-        f"of the expected {target.expected:.4g} m/s: no gait brings all of them to that speed, or {weight}."
+        f"The sampled robots swim the gait at {speed:.4g} m/s on average, the robot itself at {own_speed:.4g} m/s, "
+        f"instead of the expected {target.expected:.4g} m/s: no gait brings all of them to that speed, or {weight}."
     )

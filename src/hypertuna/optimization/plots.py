@@ -46,7 +46,7 @@ def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def _plot_named(axes: Axes, front: Front, near: float) -> None:
+def _plot_named(axes: Axes, front: Front, label_distance: float) -> None:
     """Plot the robot's named gaits without a bias, as the model swims them, with numbers that the legend explains."""
     named = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
     if not named or front.robust is not None:
@@ -57,7 +57,7 @@ def _plot_named(axes: Axes, front: Front, near: float) -> None:
     for k, (name, point) in enumerate(zip(named, points, strict=True), start=1):
         if np.isfinite(point).all():
             axes.plot(*point, "s", color=INK, mfc="none", ms=5.5, mew=1.1, zorder=4, label=f"{k}  {name}")
-    for place, numbers in _shared_labels(points, near):
+    for place, numbers in _shared_labels(points, label_distance):
         text = ", ".join(map(str, numbers))
         axes.annotate(text, place, (-5, 3), textcoords="offset points", ha="right", fontsize=8, color=INK)
 

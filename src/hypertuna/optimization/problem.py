@@ -134,7 +134,9 @@ class Problem:
             gradients = {f"d_{name}": np.full((1, len(x)), np.nan) for name in self.needs if derivatives}
             return unknown | gradients | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
 
-    def _swim_gaits(self, robot: Robot, gaits: Gaits, derivatives: bool, by: Array | None = None) -> dict[str, Array]:
+    def _swim_gaits(
+        self, robot: Robot, gaits: Gaits, derivatives: bool, variable_rates: Array | None = None
+    ) -> dict[str, Array]:
         """Return the quantities of gaits, shape (gaits,), and with `derivatives` their gradients as ``d_NAME``.
 
         `by` has derivatives with respect to the robot's variables, shape (rows, variables): of the `model_features`,
@@ -147,12 +149,12 @@ class Problem:
             return quantities
         directions = self.space.directions(robot)
         d_gait = {name: gradient[:, self.space.free[: directions.shape[1]]] for name, gradient in d_gait.items()}
-        if by is not None:
-            rows = dict(zip(d_gait, by[len(directions) :], strict=True))
-            directions = np.hstack([directions, by[: len(directions)]])
+        if variable_rates is not None:
+            rows = dict(zip(d_gait, variable_rates[len(directions) :], strict=True))
+            directions = np.hstack([directions, variable_rates[: len(directions)]])
             d_gait = {name: np.hstack([gradient, rows[name][np.newaxis]]) for name, gradient in d_gait.items()}
         gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
-        for size, names in PER.items() if by is not None else ():
+        for size, names in PER.items() if variable_rates is not None else ():
             for name in names:
                 gradients[name] = gradients[name] - beats[name][:, np.newaxis] * d_gait[size] / of_gait[size][0]
         return quantities | {f"d_{name}": (gradients | d_gait)[name] for name in self.needs}

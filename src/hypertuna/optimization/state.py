@@ -21,13 +21,13 @@ class TankState(Closing):
     kind: ClassVar[str]  # kind of the journal
     names: ClassVar[frozenset[str]]  # names of the options
     command: ClassVar[str]  # command whose first call starts it
-    first: ClassVar[str]  # options of such a first call, as an example in an error
-    outlives: ClassVar[tuple[str, ...]] = ("isa",)  # parts of a journal's header that may change when it is reopened
+    example: ClassVar[str]  # options of such a first call, shown in an error
+    ignored: ClassVar[tuple[str, ...]] = ("isa",)  # parts of a journal's header that may change when it is reopened
 
     def __init__(self, path: str | Path | None, options: Mapping[str, Any] | None = None) -> None:
         options = self._options_of(path) if options is None else options
         header = journal_header(self.kind, self._begin(path, options), options)
-        compared = {name: value for name, value in header.items() if name not in self.outlives}
+        compared = {name: value for name, value in header.items() if name not in self.ignored}
         self._journal = Journal(path, compared, measured=True)
         try:
             for k, record in enumerate(self._journal.records):
@@ -52,7 +52,7 @@ class TankState(Closing):
     def _options_of(cls, path: str | Path | None) -> dict[str, Any]:
         """Return the options that a journal holds."""
         if path is None or not Path(path).exists():
-            fix = f"start one, for example `hypertuna {cls.command} --state {path} {cls.first}`"
+            fix = f"start one, for example `hypertuna {cls.command} --state {path} {cls.example}`"
             raise InputError("does not exist", file=str(path), fix=fix)
         header = read_header(path)
         options: dict[str, Any] = header.get("options", {})

@@ -98,20 +98,24 @@ class Batch:
     @cached_property
     def layout(self) -> Layout:
         """Layout of the dataset of results: dimensions, variables, coordinates and attributes."""
-        grid, how = self.gaits.is_grid, self.swimming
+        grid, swims = self.gaits.is_grid, self.swimming
         variables: dict[str, Any] = {
             name: {"units": about.unit, "long_name": about.meaning} for name, about in QUANTITIES.items()
         }
-        bends = bend_table(how.robot).items()
+        bends = bend_table(swims.robot).items()
         variables |= {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in bends}
         flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
-        variables |= FROM_REST if how.check_rest else {}
+        variables |= FROM_REST if swims.check_rest else {}
         variables["status"] = {"long_name": "how the search ended"} | flags
         variables["settled"] = {"long_name": "whether the gait repeats itself and is stable"}
-        facts = {"steps": how.steps, "method": "newton" if how.wait < 0 else "beats", "check_rest": int(how.check_rest)}
+        facts = {
+            "steps": swims.steps,
+            "method": "newton" if swims.wait < 0 else "beats",
+            "check_rest": int(swims.check_rest),
+        }
         sizes = dict(zip(AXES if grid else ("gait",), self.gaits.shape, strict=True))
         table = {name: name for name in table_names(variables)}
-        return Layout(sizes, variables, _coordinates(how.robot, self.gaits), provenance(how.robot) | facts, table)
+        return Layout(sizes, variables, _coordinates(swims.robot, self.gaits), provenance(swims.robot) | facts, table)
 
 
 def batch(

@@ -26,13 +26,13 @@ def gait_card(gait: Gait) -> Card:
     return Card(f"Gait: {gait_text(gait)}", [Table(columns, rows)], lambda: beat_svg(gait))
 
 
-def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
+def beat_svg(gait: Gait, title: str = "One beat as commanded") -> str:
     """Return an SVG of the angle of each joint group over a beat."""
     time = np.linspace(0, 1 / gait.frequency, 61)
     swings = np.sin(2 * np.pi * gait.frequency * time[:, np.newaxis] - gait.phase)
     *others, last = np.degrees(gait.bias + gait.amplitude * swings).T
     curves = [list(zip(time.tolist(), other.tolist(), strict=True)) for other in others]
-    text = f"{what}: the last joint group in blue{', the others dashed' * bool(others)}."
+    text = f"{title}: the last joint group in blue{', the others dashed' * bool(others)}."
     return captioned(curve_svg(time, last, "joint angle [deg] over time [s]", dashed=curves), text)
 
 

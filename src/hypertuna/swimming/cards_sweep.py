@@ -80,14 +80,14 @@ def turn_sentences(turning: Turning) -> Iterator[str]:
         yield _sentence("tightest that swims head first", turning.forward, length)
 
 
-def _sentence(what: str, one: Tightest, length: float) -> str:
+def _sentence(label: str, turn: Tightest, length: float) -> str:
     """Return a sentence on a tightest turn."""
-    where = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
-    speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
-    phase = math.degrees(one.phase_between)
-    between = f"; between the phases given, {one.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
-    is_on_grid = one.phase_between == one.gait.phase[-1]
-    return f"The {what}: {one.turn_radius / length:.3g} BL {where}, {speed}{'' if is_on_grid else between}."
+    where = f"at {math.degrees(turn.gait.phase[-1]):.4g} deg, {turn.gait.frequency:g} Hz"
+    speed = f"{'head' if turn.speed > 0 else 'tail'} first at {abs(turn.speed):.2g} m/s"
+    phase = math.degrees(turn.phase_between)
+    between = f"; between the phases given, {turn.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
+    is_on_grid = turn.phase_between == turn.gait.phase[-1]
+    return f"The {label}: {turn.turn_radius / length:.3g} BL {where}, {speed}{'' if is_on_grid else between}."
 
 
 @cards.of(Turning)

@@ -67,10 +67,10 @@ def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Cal
     return np.stack(columns, axis=1)
 
 
-def _derivative_weights(at: float) -> Array:
-    """Return weights (5,) of the values at the stencil; their sum is the derivative of the polynomial `at` [steps]."""
+def _derivative_weights(position: float) -> Array:
+    """Return weights (5,) of the values at the stencil; their sum is the derivative of the polynomial there."""
     powers = np.arange(5.0)
-    slopes = np.where(powers > 0, powers * at ** np.maximum(powers - 1, 0), 0.0)
+    slopes = np.where(powers > 0, powers * position ** np.maximum(powers - 1, 0), 0.0)
     return np.linalg.solve(STENCIL ** powers[:, np.newaxis], slopes)
 
 

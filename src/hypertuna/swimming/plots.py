@@ -47,8 +47,8 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     places = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shown = [name for name in ("amplitude", "phase", "bias") if name != "bias" or any(gait.bias)]
     angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
-    how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
-    caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
+    result_text = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
+    caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{result_text}"
     figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.from_rest is None else ", from rest")
     _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=side_by_side or bool(inner * bend > 0.9))
@@ -92,8 +92,8 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
         return _maps(grid, width)
     phases, phase_texts = _levels(grid, "phase")
     along_phase = grid.sizes["frequency"] == 1
-    along = "phase" if along_phase else "frequency"
-    across = "frequency" if along_phase else "phase"
+    x_dim = "phase" if along_phase else "frequency"
+    line_dim = "frequency" if along_phase else "phase"
     x = phases if along_phase else grid.frequency.values
     lag = phase_label(grid)
     xlabel = f"{lag} [deg]" if along_phase else "frequency [Hz]"
@@ -108,7 +108,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     colors = COLORS if 1 < len(names) <= len(COLORS) else sequence(len(names))
     for row, amplitude in enumerate(amplitudes):
         for axes, (quantity, label) in zip(panels[row], quantities.items(), strict=True):
-            values = grid[quantity].isel(amplitude=row).transpose(along, across).values
+            values = grid[quantity].isel(amplitude=row).transpose(x_dim, line_dim).values
             for k, name in enumerate(names):
                 axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **POINTS, label=name)
             axes.set_ylabel(label)
@@ -211,7 +211,7 @@ def _paths(swim: Swim) -> dict[str, Points]:
     return paths
 
 
-def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
+def _draw_paths(axes: Axes, paths: Mapping[str, Points], suffix: str) -> None:
     """Draw the paths of tail tip and nose, and the body."""
     styles: tuple[dict[str, Any], ...] = (
         {"color": COLORS[0], "lw": 1.2},
@@ -220,7 +220,7 @@ def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
     )
     for (name, path), style in zip(paths.items(), styles, strict=True):
         axes.plot(path.real, path.imag, label=name, **style)
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"Paths{how}")
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"Paths{suffix}")
     axes.locator_params(axis="y", nbins=2)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0.1, handlelength=1.4)
 

@@ -144,13 +144,13 @@ def _draw_paths(axes: Axes, turning: Turning) -> None:
     ends = {"tail first": turning.tightest, "head first": turning.forward}
     if turning.forward is not None and turning.tightest is not None and turning.tightest.speed > 0:
         del ends["tail first"]
-    for (way, one), color in zip(ends.items(), (COLORS[0], COLORS[1]), strict=False):
-        if one is None:
+    for (label, turn), color in zip(ends.items(), (COLORS[0], COLORS[1]), strict=False):
+        if turn is None:
             continue
-        path, body, center = (part / length for part in _upright(swim(turning.robot, one.gait), one))
-        name = f"tightest {way}, {math.degrees(one.gait.phase[-1]):.4g}°, {one.gait.frequency:g} Hz"
+        path, body, center = (part / length for part in _upright(swim(turning.robot, turn.gait), turn))
+        name = f"tightest {label}, {math.degrees(turn.gait.phase[-1]):.4g}°, {turn.gait.frequency:g} Hz"
         axes.plot(path.real, path.imag, color=color, lw=0.9, label=name)
-        loop = center[0] + one.circle.radius / length * unit
+        loop = center[0] + turn.circle.radius / length * unit
         axes.plot(loop.real, loop.imag, color=color, lw=0.9, ls=(0, (4, 2)))
         axes.plot(body.real, body.imag, color=color, lw=3.2, zorder=3)
         axes.plot(body.real[:1], body.imag[:1], "o", color=color, ms=6, mec="white", zorder=4)

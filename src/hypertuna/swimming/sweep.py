@@ -90,16 +90,16 @@ def sweep(
     InputError
         If the gaits do not fit the robot.
     """
-    how: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
+    options: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
     if design:
         if checkpoint is not None:
             fix = "leave it out, or sweep one robot at a time"
             raise InputError("cannot keep a sweep over a design", key="checkpoint", value=str(checkpoint), fix=fix)
         return _sweep_designs(
-            robot_of(robot), gaits, design, progress, how | {"executor": executor, "threads": threads}
+            robot_of(robot), gaits, design, progress, options | {"executor": executor, "threads": threads}
         )
-    how["threads"] = thread_count(threads, executor)
-    work = batch(robot, gaits, **how)
+    options["threads"] = thread_count(threads, executor)
+    work = batch(robot, gaits, **options)
     if work.gaits.is_grid:
         check_count(len(work.gaits))
     header = journal_header("sweep", work.swimming.robot, work.options | {"chunk": CHUNK})
@@ -127,7 +127,7 @@ def _sweep_designs(
     gaits: Gaits | Sequence[Gait],
     design: Mapping[str, Sequence[float]],
     progress: Callable[[int, int], None] | None,
-    how: Mapping[str, Any],
+    options: Mapping[str, Any],
 ) -> xr.Dataset:
     """Swim the gaits with every robot of a design; its variables are the first dimensions of the result."""
     import xarray as xr
@@ -135,7 +135,7 @@ def _sweep_designs(
     found, robots = design_robots(robot, design, len(gaits))  # makes all robots before any swims
     swims = []
     for k, one in enumerate(robots):
-        swims.append(sweep(one, gaits, **how))
+        swims.append(sweep(one, gaits, **options))
         if progress is not None:
             progress((k + 1) * len(gaits), len(gaits) * len(robots))
     levels = [[float(value) for value in values] for values in design.values()]

@@ -266,18 +266,18 @@ def _swim(
     )
 
 
-def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
+def _start_text(settled: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
     """Return the status as a sentence, with the motion to which a start from rest leads."""
     if elsewhere is not None:
         where = f"{elsewhere.speed:.4g} m/s" if math.isfinite(elsewhere.speed) else "a body that spins"
         start = f"From rest the robot settles into another motion instead: {where}, in {beats} beats."
-    elif here.settled and reached:
+    elif settled.settled and reached:
         start = f"From rest the robot reaches this motion in {beats} beats."
-    elif here.settled:
+    elif settled.settled:
         start = f"From rest the robot settles neither into this motion nor into another within {APPROACH} beats."
     else:
-        return here.status_text
-    return f"{here.status_text} {start}"
+        return settled.status_text
+    return f"{settled.status_text} {start}"
 
 
 def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:

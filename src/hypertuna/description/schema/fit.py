@@ -1,4 +1,4 @@
-"""The table that an identification writes into a robot description."""
+"""The table [fit], which an identification writes into a robot description."""
 
 from __future__ import annotations
 
