@@ -1,4 +1,4 @@
-"""Actuator: bend of a soft joint under pressure.
+"""Bend of a soft joint under pressure.
 
 The angle at a pressure balances moments and axial forces: `balance` of core joint.hpp, with the pull of muscle.hpp.
 docs/actuator.md derives the equations.
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 FREE = {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True, "shortens": True}
 PRINTED = {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False, "shortens": False}
 LAWS: dict[str, dict[str, bool]] = {"corrected": FREE, "as_printed": PRINTED}
-TRUE_STRESS = PRINTED | {"nominal_stress": False}
-HELD = FREE | {"shortens": False}
+TRUE_STRESS = PRINTED | {"nominal_stress": False}  # true stress on the deformed section
+HELD = FREE | {"shortens": False}  # an axis of constant length
 STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
     ("Eqs 4-18 as printed", PRINTED, {"plain": True, "friction": False}),
     ("Eqs 10-11: true stress on the deformed section", TRUE_STRESS, {"plain": True, "friction": False}),
@@ -54,7 +54,7 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
 
 @dataclass(frozen=True)
 class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
-    """Bend of a joint under the pressure of one side: angle, oil and state of its muscles at each pressure."""
+    """Bend of a joint under the pressure of one side: angle, oil and state of the muscles at each pressure."""
 
     robot: Robot
     joint: str  # name of the joint group
@@ -272,7 +272,7 @@ def _muscles(
 
 @dataclass(frozen=True)
 class Step:
-    """One step from the printed equations to the corrected ones, and the bend after it."""
+    """One correction of the printed equations, and the bend with it."""
 
     text: str  # the correction
     angle: float  # bend of the joint with all corrections up to this one [rad]

@@ -100,7 +100,7 @@ def _case_facts(size: Size) -> dict[str, str]:
 
 
 def _case_table(sizes: Sizes) -> Table:
-    """Return a table with a row for each case: the varied values and the results."""
+    """Return a table of the varied values and the results, with a row for each case."""
     bores, temperatures = ({getattr(size, name) for size in sizes} for name in ("bore", "temperature"))
     columns: dict[str, Callable[[Size], str]] = {"\njoint": lambda size: size.joint}
     columns["f\n[Hz]"] = lambda size: f"{size.frequency:.3g}"
@@ -201,7 +201,7 @@ def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] 
 
 
 def _bend_svg(bend: Bend) -> str:
-    """Draw the angle over the pressure as SVG."""
+    """Draw the bend over the pressure as SVG."""
     x, y = (np.concatenate(part) for part in zip(*bend.branches.values(), strict=True))
     return curve_svg(x / 1e3, np.degrees(y), "bend [deg] over pressure [kPa]")
 

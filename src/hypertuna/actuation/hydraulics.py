@@ -90,7 +90,7 @@ def _rest_volume(robot: Robot, group: JointGroup) -> float:
 
 
 def pump_servo(robot: Robot) -> Servo:
-    """Return the servo that drives a cylinder of the pump; all its values must be given."""
+    """Return the table of the servos that drive the pump's cylinders; all its values must be given."""
     index = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
     k = require(index, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
@@ -167,7 +167,7 @@ def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
 
 
 def require_oil(robot: Robot, key: str) -> None:
-    """Refuse an option that applies to oil alone for a robot without oil."""
+    """Refuse an option that applies to oil only, if the robot has no oil."""
     if not has_oil(robot):
         rule, fix = f"applies to oil, and servos turn all joints of {robot.name}", "leave it out"
         raise InputError(rule, file=robot.file or None, key=key, fix=fix)

@@ -235,7 +235,7 @@ SOURCES = {
 
 
 def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> dict[str, Any]:
-    """Return the table of the soft body of a joint group: three segments at the front of its first link."""
+    """Return the table of a joint group's soft body: three segments at the front of the group's first link."""
     start, length = sum(lengths[: links[0]]), 0.6 * sum(lengths[i] for i in links)
     segment = float(f"{length / 3:.3g}")
     stations = np.minimum(start + segment * np.arange(3.0), 0.98 * shape.fin_start * shape.length)

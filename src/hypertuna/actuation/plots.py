@@ -15,7 +15,7 @@ from hypertuna.io.quantity import columns, suffix
 
 DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))  # line styles of the other material sets
 
-NO_SETS: Mapping[str, Bend] = {}
+NO_SETS: Mapping[str, Bend] = {}  # no other material sets
 
 
 @plots.of(Bend)
@@ -44,7 +44,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = 
 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
-    """Draw loading and unloading, each with an arrow in its middle."""
+    """Draw the curves of loading and unloading, each with an arrow in its middle."""
     for color, (text, (pressure, angle)) in zip((COLORS[1], COLORS[0]), bend.branches.items(), strict=False):
         points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
         axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material} set, {text}")
@@ -55,7 +55,7 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
 
 
 DASHED = (0, (4, 3))  # line style of the commanded bend
-# A possible x axis: column or key, label, and format of a value. A figure may use keys that vary, and these, in order.
+# An axis of a figure: column or key, label, and format of a value. After keys that vary, a figure tries these in order.
 Axis = tuple[str, str, str]
 AXES: tuple[Axis, ...] = (
     ("bore_mm", "bore of the lines [mm]", "{:.3g} mm"),

@@ -20,7 +20,7 @@ from hypertuna.ranges import CELL, POSITIVE
 UP_TO = 1.0  # engineering strain up to which a test is fitted; data sheets give the modulus at this strain
 POINTS_MIN = 5  # fewest rows for a fit
 STRAIN_MAX = 20.0  # larger strains must be in percent: the softest silicones break at 10 to 17
-PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
+PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}  # Pa by unit of a column's name
 
 
 class Mooney(NamedTuple):

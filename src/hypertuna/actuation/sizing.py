@@ -33,7 +33,7 @@ SETTLED = 0.5  # s, longer than servos take to reach a constant angle
 DURATION_MAX = 80.0  # s, longest run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
 DEEP_SUCTION = 0.8  # part of the cavitation pressure below which air expands so that the passive side no longer follows
-MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
+MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")  # properties of a `Size` that records add
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Size:
 
     @property
     def reached(self) -> bool:
-        """Whether the bend is at least 95 % of the command, by servos that hold the pressure limit."""
+        """Whether the bend is at least 95 % of the command, and the servos can hold the pressure limit."""
         return self.bend >= REACHED * self.command and self.torque <= self.torque_limit
 
     @property
@@ -203,7 +203,7 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 
 
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
-    """Return the size of one joint at a frequency [Hz] and an amplitude [rad]."""
+    """Return the pump size for joint j at a frequency [Hz] and an amplitude [rad]."""
     group, supply = robot.joints[j], supply_voltage(robot)
     working = robot.controller.works_at if robot.controller is not None else None
     limit = working or require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
@@ -249,7 +249,7 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
 def _servo(
     column: dict[str, float], row: Array, target: Array, interval: float, voltage: float, limit: float
 ) -> dict[str, Any]:
-    """Return loads and limits of a servo in a beat, at a fraction of its rated voltage."""
+    """Return loads and limits of a servo in a beat; voltage: supply over rated voltage [1]."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
         "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
@@ -271,7 +271,7 @@ def _beat(
     command: float,
     slow_bend: float,
 ) -> dict[str, Any]:
-    """Return bend, pressures, powers and limits of a run's last beat; slow_bend: amplitude if it were very slow [rad]."""
+    """Return bend, pressures, powers and limits of a run's last beat; slow_bend: amplitude of a slow beat [rad]."""
     period, rows = len(target), len(run["bend"])
     clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))

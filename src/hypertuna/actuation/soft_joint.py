@@ -42,7 +42,7 @@ class JointModel:
 
     @property
     def stiffness(self) -> float:
-        """Moment over bend of the straight joint without pressure [N m/rad]."""
+        """Bending stiffness of the straight joint without pressure [N m/rad]."""
         return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
     def at(self, angle: ArrayLike, strain: ArrayLike = 0.0, pressure: ArrayLike = math.inf) -> dict[str, Array]:

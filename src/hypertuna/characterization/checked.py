@@ -112,7 +112,7 @@ def check_chosen(
 
 @dataclass(frozen=True)
 class _Solver:
-    """Solves a joint at pressures (n,) [Pa] of one side; results by pressure: values by kind [SI], and fault."""
+    """Solver of a joint at pressures (n,) [Pa] of one side; its results are by pressure: values by kind [SI], fault."""
 
     robot: Robot
     joint: int

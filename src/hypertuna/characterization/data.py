@@ -36,10 +36,10 @@ KINDS = {
     "moment": Kind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # or a force at an arm
 }
 SD = {kind: f"{kind}_sd{one.column[len(kind) :]}" for kind, one in KINDS.items()}  # columns of standard deviations
-BRANCHES, BOTH = ("load", "unload"), "both"
-FORCE, FORCE_SD, ARM = "force_n", "force_sd_n", "arm_mm"
-REQUIRED = ("joint", "side", "pressure_kpa")
-COLUMNS = (
+BRANCHES, BOTH = ("load", "unload"), "both"  # words in the columns branch and side
+FORCE, FORCE_SD, ARM = "force_n", "force_sd_n", "arm_mm"  # columns of a force that holds a joint
+REQUIRED = ("joint", "side", "pressure_kpa")  # columns that every file must have
+COLUMNS = (  # all columns of a file
     *(*REQUIRED, "branch", "run"),
     *(name for kind, one in KINDS.items() for name in (one.column, SD[kind])),
     *(FORCE, FORCE_SD, ARM),
@@ -87,7 +87,7 @@ class Bench:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Measured joint groups."""
+        """Indices of the joint groups that were measured."""
         return tuple(int(j) for j in np.unique(self.joint))
 
     def sides(self, joint: int) -> tuple[int, ...]:
@@ -219,7 +219,7 @@ def joint_index(text: str, robot: Robot) -> int:
 
 
 def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:
-    """Return a cell's finite number; each limit is a range and the fix that the error of a number outside proposes."""
+    """Return a cell's number, which must be finite and in the ranges of `limits`; each range has the fix of its error."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
         text, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"

@@ -32,7 +32,7 @@ NO_ROOM, NO_BEND, LOCKED = (
 
 @dataclass(frozen=True)
 class Solved:
-    """An unknown of a joint that is solved from a measured bend under the rising pressure of one side."""
+    """An unknown of a joint that is solved from a bend, measured under the rising pressure of one side."""
 
     unknown: int  # index among the free unknowns
     element: int  # index of the bend among the measured values
@@ -93,7 +93,7 @@ class Designs:
         return Design(robot, values, "", log_weight, deviations, -0.5 * float(deviations @ deviations))
 
     def _with_room(self, robot: Robot) -> Robot:
-        """Return the robot whose joints all have room for their drive units."""
+        """Return the robot with drive units far enough apart in all measured joints; InputError if they do not fit."""
         for joint in self.bench.joints:
             robot = with_room(robot, joint)
         return robot

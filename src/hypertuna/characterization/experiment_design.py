@@ -239,7 +239,7 @@ def _of_joint(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
 
 
 def _of_unit(name: str, robot: Robot) -> float:
-    """Return the drive unit's attribute of a name [SI]."""
+    """Return the attribute of the drive unit that a name stands for [SI]."""
     return float(getattr(drive_unit(robot), name))
 
 
@@ -260,7 +260,7 @@ def _pull(robot: Robot, pressure: float, stretch: float) -> float:
 
 
 def _contraction(robot: Robot, pressure: float) -> float:
-    """Return the contraction at which one drive unit no longer pulls [1]."""
+    """Return the free contraction of a drive unit [1] at a pressure [Pa]: that at which it no longer pulls."""
     from scipy.optimize import brentq
 
     neutral = math.cos(NEUTRAL_BRAID) / math.cos(drive_unit(robot).braid_angle)  # stretch where pressure stops pulling

@@ -160,7 +160,7 @@ def fit_bench(
 
 
 def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
-    """Return a function that reports one more step of a stage; the number of steps is unknown in advance."""
+    """Return a function that reports one more step of a stage, whose number of steps is unknown in advance."""
     part = 0
 
     def tick() -> None:
@@ -285,7 +285,7 @@ def _result(
 
 
 def _check_freedom(problem: BenchProblem, freedom: float) -> None:
-    """Check that the rows suffice to estimate the noise that is not stated."""
+    """Check that there are enough rows to estimate the noise, if it is not stated."""
     if freedom < MIN_FREEDOM:
         rows = len(problem.measured)
         n = len(problem.free)

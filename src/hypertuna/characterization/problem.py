@@ -74,11 +74,11 @@ class BenchProblem:
 
     @property
     def unknown_kinds(self) -> tuple[str, ...]:
-        """Kinds of quantities whose noise is not stated, and must be estimated."""
+        """Kinds of quantities without stated noise, whose noise must be estimated."""
         return tuple(dict.fromkeys(self.elements.kind[np.isnan(self.elements.sd)].tolist()))
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lowest and the highest point (n,)."""
+        """Return the lower and upper bounds of a point z (n,)."""
         rows = [sorted(u.log(end) - u.log(u.described) for end in (u.lower, u.upper)) for u in self.free]
         low, high = (np.array(rows) / self.prior_sd[:, np.newaxis]).T
         return low, high

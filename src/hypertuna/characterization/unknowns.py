@@ -26,6 +26,7 @@ class Kind(NamedTuple):
     optional: bool = False  # fitted only if named
 
 
+# Kinds of unknowns of each joint, by name.
 PER_JOINT = {
     "lever": Kind(0.5, 2.0, ("lever_m",), "m"),  # no drawing shows it; it ends inside the section
     # the length of links is measured, but not that of rigid end walls
@@ -36,6 +37,7 @@ PER_JOINT = {
     # ratio of the two levers
     "asymmetry": Kind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
 }
+# Kinds of unknowns that all joints share.
 SHARED = {
     # at 54.7 deg the pull is zero
     "braid_angle": Kind(math.radians(20), math.radians(50), ("braid_angle_deg",), "rad", scaled=False),
@@ -188,7 +190,7 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
 
 
 def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
-    """Return the unknowns that a name means: a kind, or a kind with a joint."""
+    """Return the unknowns that a name stands for: all of a kind, or the one of a joint."""
     matching = [unknown for unknown in known if name in (unknown.name, unknown.kind)]
     if not matching:
         same_kind = [unknown.name for unknown in known if unknown.kind == name.partition("[")[0]]
@@ -218,7 +220,7 @@ def _check_bounds(robot: Robot, unknown: Unknown, low: float, high: float, key: 
 
 
 def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, checked: bool = True) -> Robot:
-    """Return the robot with new values (n,) of unknowns, each meant as in `Unknown.described` [SI].
+    """Return the robot with new values (n,) of unknowns, in the units of `Unknown.described`.
 
     checked: validate the whole description, which takes a thousand times longer.
     """

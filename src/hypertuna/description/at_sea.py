@@ -15,7 +15,7 @@ from hypertuna.description.twin import new_command, require_groups
 from hypertuna.errors import InputError
 
 SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1; the first are HyperTuna's
-ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
+ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)  # of a Teensy 4.1, in the order of use
 HEEL = 2.6  # deg, roll that reveals a lost fin: full turns roll such robots less
 LONE = 20.0  # deg, angle of the fins above which the roll is monitored: one fin alone then rolls them by 3 deg
 ROLL = 0.6  # natural frequency of roll over the beat frequency; 0.4 to 0.6 on HyperTuna
@@ -58,7 +58,7 @@ BOARD = {
 
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
-    """Check that a robot has the named tables, and with `pilot` its pilot's sensors; the error lists all missing."""
+    """Check that a robot has the named tables, and with `pilot` a pilot's sensors; the error lists what it lacks."""
     board = "firmware" in tables
     require_groups(robot, sea=True, board=board)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]

@@ -54,14 +54,14 @@ def _settable(node: Any, key: str) -> list[str]:
 
 
 def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
-    """Return the fix of an error; if a comma split one number into two integers, it is a decimal point."""
+    """Return the fix of an error; if a comma split one number into two integers, the fix is a decimal point."""
     pairs = [v for v in values.values() if isinstance(v, list) and len(v) == 2 and all(isinstance(x, int) for x in v)]
     pair = next((pair for pair in pairs if str(pair) == error.value and error.rule == "must be a number"), None)
     return error.fix if pair is None else f"write a decimal point, {pair[0]}.{pair[1]}"
 
 
 def toml_value(text: str) -> Any:
-    """Return the value of a text as TOML reads it; numbers with commas are a list, other words are text."""
+    """Return the value of a text in TOML; numbers with commas are a list, and words without quotes are text."""
     for candidate in (text, f"[{text}]" if "," in text else text):
         try:
             return parse_toml(f"value = {candidate}")["value"]

@@ -26,4 +26,4 @@ class Channel(NamedTuple):
 
 CHANNELS = {row[0]: Channel(*row) for row in _core.channel_table()}  # type: ignore[arg-type]  # C++ knows no Literal
 COUNTED = {name: channel for name, channel in CHANNELS.items() if channel.converter != "none"}  # read as raw counts
-ANALOG = tuple(name for name, channel in CHANNELS.items() if channel.converter == "analog")
+ANALOG = tuple(name for name, channel in CHANNELS.items() if channel.converter == "analog")  # on analog pins

@@ -50,7 +50,7 @@ def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapp
 
 
 def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
-    """Return the line of a key and its value; its meaning is a comment, except after the first of a list's tables."""
+    """Return the line of a key and its value, with a comment on its meaning, except in later tables of a list."""
     name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
     text = f"{name} = {literal(value)}"
     if len(text) > WIDTH and isinstance(value, str):
@@ -65,7 +65,7 @@ def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
 
 
 def _has_tables(value: Any) -> bool:
-    """Whether a value is a table or a list of tables."""
+    """Return whether a value is a table or a list of tables."""
     return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
 
 

@@ -132,7 +132,7 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
 
 
 def _check_ends(name: str, low: float, high: float) -> None:
-    """Check that a range of a variable has two finite ends in rising order."""
+    """Check that the range of a variable has two finite ends in rising order."""
     key, value = f"design {name}", f"{low:g}:{high:g}"
     if not math.isfinite(low) or not math.isfinite(high):
         raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
@@ -227,7 +227,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
 
 
 def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
-    """Return a factor on a size of the caudal fin as a variable, between two values."""
+    """Return the variable that a name such as fin.span stands for: a factor on the caudal fin, between two values."""
     kind = name.removeprefix("fin.")
     if kind not in FIN:
         fix = did_you_mean(name, [f"fin.{size}" for size in FIN])
@@ -263,7 +263,7 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
 
 
 def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
-    """Exchange the plate at the end of the last link; return the ratio of its new to its old added mass."""
+    """Exchange the fin, a plate at the end of the last link; return its new added mass over the old one."""
     strip, links, defaults = document["water"]["strip"], document["links"], whole["water"]["strip"]
     length, area = links["length_m"][last], links["lateral_area_m2"][last]
     height, aspect = strip["edge_height_m"], strip.get("edge_aspect", defaults["edge_aspect"])

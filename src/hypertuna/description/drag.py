@@ -32,7 +32,7 @@ class Nose(NamedTuple):
     reason: str  # reason for the factor
 
 
-NOSES = {
+NOSES = {  # by the value of the option --nose
     "streamlined": Nose(
         "smooth, closed and rounded in front, nothing in the flow but thin fins",
         {"folded fins": FOLDED},
@@ -83,7 +83,7 @@ def beating(shape: Shape, swing: float) -> float:
 
 
 def beating_of_chord(value: float, ratio: float) -> float:
-    """Return the rise of a fin's drag coefficient, from its rise `value` with a chord 1 / `ratio` times as long."""
+    """Return the rise of a fin's drag coefficient after its chord is multiplied by `ratio`; value: rise before."""
     result: float = max((value + FIN_DRAG) * ratio ** (1 / 3) - FIN_DRAG, 0.0)
     return result
 

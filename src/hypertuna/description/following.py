@@ -16,7 +16,7 @@ TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fin
 
 
 def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
-    """Return the values that scale with a `kind` of size of a link, each with its power of the factor.
+    """Return the values that scale with a size of a link, each with its power of the factor on that size.
 
     kind: "length", "mass", "height" or "stiffness". The values are named by attributes, or with `alias` by file keys.
     """
@@ -31,7 +31,7 @@ def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
 
 
 def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
-    """Return the powers of the keys that a file gives; for other keys, the schema's defaults scale by themselves."""
+    """Return the powers of the keys that a file gives; the other keys follow through the schema's defaults."""
 
     def is_given(key: str) -> bool:
         try:

@@ -77,7 +77,7 @@ def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None
 
 
 def _in_order(error: ValidationError) -> list[Any]:
-    """Return pydantic's errors, unknown keys first, since they may be missing ones misspelled; without consequences."""
+    """Return pydantic's errors, without consequences of others; unknown keys come first, as they explain missing ones."""
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
     errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # only good items count
@@ -85,7 +85,7 @@ def _in_order(error: ValidationError) -> list[Any]:
 
 
 def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
-    """Return the mistakes of the file that one of pydantic's errors stands for."""
+    """Return the mistakes of the file for one of pydantic's errors."""
     place, cause = item["loc"], item.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         errors = cause.errors if isinstance(cause, InputErrors) else (cause,)
@@ -124,7 +124,7 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
 
 
 def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
-    """Mend a document at one of pydantic's errors; return whether it was possible. replaced: gets the keys replaced."""
+    """Mend a document at one of pydantic's errors; return whether this was possible. `replaced` collects the keys."""
     place = item["loc"]
     owner = _at(document, place[:-1])
     if isinstance(item.get("ctx", {}).get("error"), InputError):
@@ -161,7 +161,7 @@ def _place(key: str) -> Place:
 
 
 def _put(document: Any, place: Place, value: Any) -> bool:
-    """Put a value into a document, or remove it for None; return whether the document has the place."""
+    """Put a value at a place of a document, or remove it if None; return whether the document has the place."""
     owner = _at(document, place[:-1])
     if isinstance(owner, dict):
         owner.pop(place[-1], None)

@@ -1,4 +1,4 @@
-"""First description of a new robot, in which every value is an estimate with its rule, to be measured later."""
+"""First description of a new robot: every value is an estimate with a rule, until the user measures it."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,7 +45,7 @@ bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a s
 
 
 class Estimate(NamedTuple):
-    """Rule of an estimate, and the factor that bounds the true value in 90 % of cases, with its reason."""
+    """Rule of an estimate, and the factor within which the true value lies in 90 % of cases, with a reason."""
 
     rule: str
     factor: float = 1.0  # 1 for a value that is no estimate, or does not affect a settled beat

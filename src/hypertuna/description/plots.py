@@ -44,7 +44,7 @@ def midline(robot: Robot, angles: Array) -> Points:
 
 
 def _midlines(robot: Robot) -> Points:
-    """Return midlines (phases, links + 1) [m] over one beat of the first named gait, or the straight one."""
+    """Return midlines (phases, links + 1) [m] over a beat of the first named gait; without gaits, the straight one."""
     if not robot.gaits:
         return midline(robot, np.zeros(len(robot.joints)))[np.newaxis]
     gait = next(iter(robot.gaits.values()))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 
-Points = NDArray[np.complex128]
+Points = NDArray[np.complex128]  # positions x + i y [m]
 
 
 def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
@@ -29,7 +29,7 @@ def group_shares(robot: Robot) -> Array:
 
 
 def coordinate_shares(robot: Robot) -> Array:
-    """Return the share of each coordinate (joint groups, then hinges) that every link's joint takes (links, D) [1]."""
+    """Return the share of each of D coordinates (joint groups, then hinges) at every link's joint (links, D) [1]."""
     hinges = np.zeros((len(robot.links.name), len(robot.hinges)))
     for d, hinge in enumerate(robot.hinges):
         hinges[hinge.link, d] = 1.0

@@ -34,7 +34,7 @@ def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[
 
 
 def is_estimate(robot: Robot, key: str) -> bool:
-    """Return whether a value is an estimate: its source says so, or it has none."""
+    """Return whether the value of a key is an estimate: its source says so, or it has no source."""
     return (robot.source(key) or "estimate").startswith("estimate")
 
 

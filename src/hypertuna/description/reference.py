@@ -1,4 +1,4 @@
-"""Documentation pages of a schema."""
+"""Documentation pages made from the schema of a TOML file."""
 
 import json
 import re
@@ -58,7 +58,7 @@ def _default(rule: Mapping[str, Any]) -> str:
 
 
 def _typical() -> dict[str, str]:
-    """Return typical values as text, by key without indices and names of gaits and materials."""
+    """Return typical values as text, by key without indices and without names of gaits and materials."""
     typical = {key: "{:g} to {:g}".format(*k.usual) for key, k in declared(Robot).items() if k.usual}
     own_values: dict[str, str] = {}
     for entry in load("hypertuna").entries():

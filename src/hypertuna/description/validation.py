@@ -120,7 +120,7 @@ def rule_of(message: str) -> str:
 
 
 def fix_of(field: FieldInfo | None) -> str | None:
-    """Return the fix for a wrong value, which tells what to write, from meaning and unit of the field."""
+    """Return the fix for a wrong value, from meaning and unit of the field: "give the length of each link [m]"."""
     if field is None or field.description is None:
         return None
     unit, meaning = unit_of(field), re.sub(r" \(default: .*\)$", "", field.description)

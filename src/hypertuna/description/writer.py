@@ -1,4 +1,4 @@
-"""Write a changed robot into the text of its file, whose comments and layout are kept."""
+"""Write a changed robot into the text of its file; comments and layout are kept."""
 
 import contextlib
 import math
@@ -66,7 +66,7 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
 
 
 def _has_tables(value: Any) -> bool:
-    """Whether a value is a list of tables, each with its own comments."""
+    """Return whether a value is a list of tables, each with its own comments."""
     return isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
 
 
@@ -109,7 +109,7 @@ def _merge_list(items: Any, target: list[Any], note: str) -> None:
 
 
 def _same(old: Any, value: Any) -> bool:
-    """Whether two values of documents are equal."""
+    """Return whether two values of documents are equal; numbers may differ by rounding."""
     if isinstance(value, Mapping):
         return isinstance(old, Mapping) and set(old) == set(value) and all(_same(old[k], value[k]) for k in value)
     if isinstance(value, list):

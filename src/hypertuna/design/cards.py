@@ -1,4 +1,4 @@
-"""Card and columns of a design of tank runs."""
+"""Card and table columns of a design's next runs."""
 
 import math
 from typing import Any

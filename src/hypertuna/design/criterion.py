@@ -81,7 +81,7 @@ class Design:
 
 
 def planned(run: TankRun, want: str) -> tuple[str, ...]:
-    """Return the quantities that a run of a design measures."""
+    """Return the quantities that a run is to measure in a design for `want`, a key of `WISHES`."""
     if not run.swims:
         return run.measured
     if want == "turn" and run.turns:

@@ -44,7 +44,7 @@ class RunKind(ABC):
 
     @abstractmethod
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return the candidates of this kind; they use the given gaits or speeds [m/s]."""
+        """Return the candidates of this kind, made from the given gaits or speeds [m/s]."""
 
     def told(self, trial: Any) -> tuple[Motion, list[Told]]:
         """Return a trial's gait and speed, and its measured quantities with standard deviations."""
@@ -62,7 +62,7 @@ class Swims(RunKind):
     key, trials = "steady", (SteadyRun, TurnRun, PowerRun)
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the quantities of a beat, and the rate of turn if the gait has a bias."""
+        """Return the names of the quantities of a beat, with the rate of turn if the gait has a bias."""
         return (*MEASURED, "power", *(("turn_rate",) if motion[0] is not None and any(motion[0].bias) else ()))
 
     def text(self, motion: Motion) -> str:
@@ -104,7 +104,7 @@ class Tows(RunKind):
     key, trials, needs, speed = "tows", (Tow,), "tow", "tow_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the drag alone."""
+        """Return the name of the drag, the only quantity."""
         return ("drag",)
 
     def text(self, motion: Motion) -> str:
@@ -126,7 +126,7 @@ class Thrusts(RunKind):
     key, trials, needs, speed = "thrusts", (HeldThrust,), "hold", "held_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the thrust alone."""
+        """Return the name of the thrust, the only quantity."""
         return ("thrust",)
 
     def text(self, motion: Motion) -> str:
@@ -143,12 +143,12 @@ class Thrusts(RunKind):
 
 
 class Glides(RunKind):
-    """Glides of the straight body, let go in motion."""
+    """Glides of the straight body, released in motion."""
 
     key, trials, needs, speed, series = "glides", (Glide,), "glide", "glide_m_s", True
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the coasting length alone, over which the speed falls by a factor of e."""
+        """Return the name of the coasting length, over which the speed falls by a factor of e."""
         return ("coasting_length",)
 
     def text(self, motion: Motion) -> str:

@@ -63,7 +63,7 @@ class Posterior:
         return self._mixed(self.x, np.eye(len(self.x)), None)
 
     def _mixed(self, value: Array, jacobian: Array, cross_correlation: Array | None) -> tuple[Array, Array]:
-        """Return mean and sd of linear functions; `cross_correlation`: of discrepancies with the results'."""
+        """Return mean and sd of linear functions; cross_correlation: of their discrepancies with the results' ones."""
         prior = self.unknowns.covariance
         start = value + jacobian @ (self.unknowns.mean - self.x)
         prior_variance = np.einsum("ij,jk,ik->i", jacobian, prior, jacobian)
@@ -127,7 +127,7 @@ def _check_swims(results: Sequence[Measurement], log: Array) -> None:
 def _kernels(
     results: Sequence[Measurement], residuals: Array, coefficient_covariance: Array, sizes: Sequence[float]
 ) -> tuple[Kernel, ...]:
-    """Return each pair of sizes with its probability; `coefficient_covariance`: part due to coefficients."""
+    """Return each pair of sizes with its probability; coefficient_covariance: part of the results' covariance."""
     rows = [Row(result.run, result.quantity) for result in results]
     noise = np.diag([result.noise**2 for result in results])
     correlated, days_equal = correlation(rows, rows), same_day([result.day for result in results])

@@ -68,7 +68,7 @@ class TankRun:
 
     @property
     def motion(self) -> Motion:
-        """Gait, None for a straight body, and speed [m/s]."""
+        """Gait (None for a straight body) and speed [m/s]."""
         return self.gait, self.u
 
     @property
@@ -245,7 +245,7 @@ def _halton(k: int, base: int) -> float:
 
 
 def shared_frequency(runs: Sequence[TankRun]) -> tuple[float, int] | None:
-    """Return the frequency [Hz] of at least two thirds of four or more gaits, and the number of these; else None."""
+    """Return a frequency [Hz] of two thirds or more of at least four gaits, and the number of such gaits; else None."""
     beats = [run.gait.frequency for run in runs if run.gait is not None]
     for frequency in beats:
         count = sum(math.isclose(frequency, other, rel_tol=0.05) for other in beats)

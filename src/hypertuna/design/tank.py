@@ -39,8 +39,8 @@ from hypertuna.optimization.state import TankState
 from hypertuna.ranges import Range, check_name
 
 TARGETS = 30  # number of gaits whose prediction the design narrows
-WIDTH = Range(min=0.001, max=1, unit="1")
-RUNS = Range(min=1, max=24)
+WIDTH = Range(min=0.001, max=1, unit="1")  # allowed half widths that end a design
+RUNS = Range(min=1, max=24)  # allowed number of runs asked for at once
 NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
 NARROWED = 0.95  # a coefficient is listed if a run narrows its standard deviation below this part
 LEAST = 1.1  # a coefficient is known if its standard deviation is at most this times what all runs would leave
@@ -188,7 +188,7 @@ class TankDesign(TankState):
         return [result for step in self.steps for result in step.results]
 
     def ask(self, count: int = 1) -> NextRuns:
-        """Return the next runs: each is the one that narrows most after the runs before it, every fourth is a check.
+        """Return the next runs: each narrows most after the runs before it, and every fourth run is a check.
 
         Parameters
         ----------

@@ -207,7 +207,7 @@ def fe_bend(
 
 
 def _status_text(pressure: Array, reached: int, fault: str) -> str:
-    """Return a sentence on the number of pressures reached, and on the failure at the next pressure [Pa]."""
+    """Return a sentence on the number of pressures [Pa] that were reached, and on the failure at the next one."""
     if not fault:
         subjects = {1: "The pressure was", 2: "Both pressures were"}
         return f"{subjects.get(reached, f'All {reached} pressures were')} reached."

@@ -26,10 +26,12 @@ SMOOTH = 2  # polynomial order of stress and strain in the files
 VOLUME_FINER, SURFACE_FINER = 1, 2  # how often elements are halved in the files of volumes and of surfaces
 HEAD = 4096  # most bytes of a file before its numbers
 NUMBERS = b'<AppendedData encoding="raw">\n_'  # text before the numbers; each array follows its length in four bytes
+# An array in the head of a file: type, name, components and offset.
 ARRAY = re.compile(
     rb'<DataArray type="(Float64|Int32|UInt8)" Name="([^"]+)"(?: NumberOfComponents="([13])")? '
     rb'format="appended" offset="(\d{1,9})">'
 )
+# NumPy types by type name in the files.
 TYPES: dict[bytes, np.dtype[Any]] = {b"Float64": np.dtype("<f8"), b"Int32": np.dtype("<i4"), b"UInt8": np.dtype("u1")}
 TRIANGLE, QUAD = 5, 9  # values in the array "types"
 ROUND = 1e-24  # squared strain below rounding, added to avoid 0/0 in the undeformed state

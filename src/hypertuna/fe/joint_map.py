@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 STRONGEST = 0.5  # default of the largest couple, over the moment that holds the joint straight at full pressure
 
-Pair = tuple[float, float]
+Pair = tuple[float, float]  # pressures of the left and right sides [Pa]
 # A function that solves a joint under a couple [N m], at the end of a path of pairs of pressures [Pa]. It returns angle
 # [rad], volume of each side [m^3], length of the bent axis [m], and fault, a sentence that is empty without a fault.
 Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
@@ -232,7 +232,7 @@ def _grid(
     fill: float | None,
     options: FeOptions | None,
 ) -> Grid:
-    """Return the grid of a joint from checked pressures and couples, with the defaults filled in."""
+    """Check pressures and couples, and return the grid of a joint, with the defaults filled in."""
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
     if fill is None:

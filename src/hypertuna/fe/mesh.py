@@ -45,7 +45,7 @@ MESHES = {"coarse": MeshSize(1.3, 5.0, pieces=4.0), "medium": MeshSize(), "fine"
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:
-    """Return the element sizes of a mesh, given them or the mesh's name."""
+    """Return the element sizes of a mesh, given these sizes or the name of a mesh."""
     if isinstance(mesh, MeshSize):
         return mesh
     return MESHES[check_name(mesh, MESHES, "mesh", "mesh")]

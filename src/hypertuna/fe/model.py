@@ -118,7 +118,7 @@ def model_on(robot: Robot, body: JointBody, options: FeOptions, mesh: Any, defor
 
 
 def soft_parts(robot: Robot, options: FeOptions) -> tuple[Solid, Wall]:
-    """Return a robot's matrix, and its wall of hose and braid."""
+    """Return the matrix of a robot's joints, and the walls of hose and braid."""
     unit = drive_unit(robot)
     hose, silicone = (mooney(robot, name, options.material) for name in (unit.hose, unit.matrix))
     wall = Wall(unit.outer_diameter / 2, unit.inner_diameter / 2, hose, unit.braid_angle, unit.braid_stiffness)

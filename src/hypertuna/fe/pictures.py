@@ -108,7 +108,7 @@ def read_film(folder: str | Path) -> Film:
 
 @styled
 def draw_step(film: Film, k: int, quantity: str) -> Figure:
-    """Draw both views of a quantity at the k-th pressure."""
+    """Draw both views of a quantity at the k-th pressure, side by side."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, view, text in (

@@ -68,11 +68,11 @@ class DesignSpace:
         return self.gaits(np.asarray(x, dtype=np.float64)[np.newaxis])[0]
 
     def point(self, gait: Gait) -> Array:
-        """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
+        """Return the coordinates of a gait and the described robot, shape (dim,) [Hz, rad, file unit]."""
         return np.append(gait.values, [variable.value for variable in self.variables])[self.free]
 
     def design(self, x: ArrayLike) -> Array:
-        """Return the values of the robot's variables at one point [unit of the file]."""
+        """Return the values of the robot's variables at a point x (dim,) [unit of the file]."""
         values = np.asarray(x, dtype=np.float64)
         return values[len(values) - len(self.variables) :]
 

@@ -74,7 +74,7 @@ class TankSearch(TankState):
         return [k for k in range(len(self._batch)) if k not in self._measured] if self.optimizer.stop is None else []
 
     def _name(self, k: int) -> str:
-        """Return the name of gait k of this batch."""
+        """Return the name of gait k in this batch."""
         return f"batch-{len(self.optimizer.batches) + 1}-gait-{k + 1:02d}"
 
     def _index(self, run: SteadyRun, indices: Sequence[int]) -> int:
@@ -102,7 +102,7 @@ class TankSearch(TankState):
         return {name: np.nan if value is None else float(value) for name, value in values.items()}
 
     def _advance(self) -> int:
-        """Pass a complete batch to the optimizer; return the number of open gaits."""
+        """Pass a complete batch to the optimizer; return the number of gaits that are not measured yet."""
         if count := len(self._open_points()):
             return count
         self.optimizer.tell(self.problem.judge(self._batch, self._quantities()))

@@ -68,7 +68,7 @@ class Evaluation:
         return np.asarray(np.maximum(self.violation, 0).sum(axis=1))
 
     def rows(self, index: Sequence[int] | NDArray[np.intp] | NDArray[np.bool_]) -> Self:
-        """Return the evaluation at the points of an index."""
+        """Return the evaluation at the points that an index selects."""
         return self._map(lambda column: column[index])
 
     def followed_by(self, other: Evaluation) -> Self:

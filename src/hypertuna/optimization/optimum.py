@@ -198,7 +198,7 @@ def _flat_sentence(space: DesignSpace, near_best: Mapping[str, tuple[float, floa
 
 
 def _weight_threshold(problem: Problem, best: Evaluation) -> float:
-    """Return the largest k of Eq. 42 with which |U - U_e| keeps the speed exactly as expected; infinite if any k does.
+    """Return the largest k of Eq. 42 with which the optimal speed is exactly as expected; infinite if any k does.
 
     At the expected speed, k COT changes along the cheapest gaits with the slope k dCOT/dU, and |U - U_e| with the slope
     1 (an exact penalty). dCOT/dU is the multiplier of the speed in the Karush-Kuhn-Tucker conditions, found by least
@@ -228,7 +228,7 @@ def _infeasible_sentence(margins: Sequence[Margin]) -> str:
 
 
 def _missed_sentence(problem: Problem, speed: float, own_speed: float) -> str:
-    """Return a sentence if the expected speed is not met; speed: mean over the robots [m/s], own: the robot's [m/s]."""
+    """Return a sentence if the expected speed is not met; speed: mean over robots, own_speed: the robot's [m/s]."""
     target = problem.objectives[0]
     if target.expected is None or abs(speed / target.expected - 1) < MET:
         return ""

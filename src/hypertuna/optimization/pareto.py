@@ -251,7 +251,7 @@ class _Recorded:
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
-    """Return the front with its ends extended, its points improved in the last objective, and its gaps filled."""
+    """Polish a front: extend its ends, improve its points in the last objective, and fill its gaps."""
     count = evolved.value.shape[1]
     targets = [Target(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(count, np.inf)) for k in range(count)]
     targets += [_held_target(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
@@ -289,7 +289,7 @@ def _scale(front: Evaluation) -> Array:
 
 
 def _polish_sentence(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
-    """Return a sentence on the changes by polishing, or on the reason why it was left out."""
+    """Return a sentence on the effect of polishing, or on the reason why it was left out."""
     if not len(evolved.x):
         return "No gait satisfied all limits."
     if not polish:

@@ -30,7 +30,7 @@ class _Differentiable(Protocol):
 
 @dataclass(frozen=True)
 class Target:
-    """A search from one point of the front."""
+    """A search from one point of the front: objective to minimize, and bounds on the others."""
 
     start: Array  # (dim,) [unit of each variable]
     objective: int  # index of the objective to minimize

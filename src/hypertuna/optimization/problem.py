@@ -112,7 +112,7 @@ class Problem:
         return _aggregate([self._judge(x, sample) for sample in samples], self.robust)
 
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Return the quantities of gaits at points x (points, dim), swum by a robot with each point's variables."""
+        """Return the quantities of gaits at points x (points, dim); the robot gets the variables of each point."""
         if not self.space.variables:
             return self._swim_gaits(robot, self.space.gaits(x), derivatives)
         rows = [self._swim_design(robot, point, derivatives) for point in x]
@@ -200,7 +200,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
-    """Return one evaluation of points over several robots, from an evaluation by each robot.
+    """Combine the evaluations of points by several robots into one evaluation.
 
     Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
     Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.
@@ -244,7 +244,7 @@ def _value(objective: Objective, swum: Mapping[str, Array]) -> Array:
 
 
 def _value_gradient(objective: Objective, swum: Mapping[str, Array]) -> Array:
-    """Return the gradient of an objective, shape (points, dim); |U - U_e| has the gradient of the side it is on."""
+    """Return the gradient of an objective, shape (points, dim); that of |U - U_e| is the one-sided gradient."""
     gradient = np.sum([factor * swum[f"d_{name}"] for name, factor in objective.terms], axis=0)
     if objective.expected is not None:
         gradient = gradient + np.sign(swum["speed"] - objective.expected)[:, np.newaxis] * swum["d_speed"]

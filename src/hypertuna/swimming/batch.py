@@ -23,6 +23,7 @@ from hypertuna.swimming.swim import SUMMARY
 from hypertuna.swimming.yielding import bend_table
 
 CHUNK = 1024  # gaits swum in one call, after which progress is reported and Ctrl-C acts
+# Additional variables of a data set if starts from rest are checked.
 FROM_REST = {
     "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
     "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},

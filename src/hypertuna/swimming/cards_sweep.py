@@ -81,7 +81,7 @@ def turn_sentences(turning: Turning) -> Iterator[str]:
 
 
 def _sentence(label: str, turn: Tightest, length: float) -> str:
-    """Return a sentence on a tightest turn."""
+    """Return a sentence on the tightest turn of a kind; length: of the body [m]."""
     where = f"at {math.degrees(turn.gait.phase[-1]):.4g} deg, {turn.gait.frequency:g} Hz"
     speed = f"{'head' if turn.speed > 0 else 'tail'} first at {abs(turn.speed):.2g} m/s"
     phase = math.degrees(turn.phase_between)

@@ -44,7 +44,7 @@ def beat_features(robot: Robot) -> Array:
 
 
 def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
-    """Return the derivatives (features, variables) of a robot's features with respect to variables, at their values.
+    """Return the derivatives (features, variables) of a robot's features with respect to variables, at given values.
 
     The features are sums of powers of the file's numbers. Five points within the range, a ten thousandth of the value
     apart, give the derivative to about 1e-11 of the feature over the value. At a kink in the table of a fin's added
@@ -68,7 +68,7 @@ def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Cal
 
 
 def _derivative_weights(position: float) -> Array:
-    """Return weights (5,) of the values at the stencil; their sum is the derivative of the polynomial there."""
+    """Return weights (5,) of values at the stencil that give the derivative of their polynomial at a place [steps]."""
     powers = np.arange(5.0)
     slopes = np.where(powers > 0, powers * position ** np.maximum(powers - 1, 0), 0.0)
     return np.linalg.solve(STENCIL ** powers[:, np.newaxis], slopes)

@@ -98,7 +98,7 @@ class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
 
 
 def gait_table(gaits: Sequence[Gait]) -> dict[str, Any]:
-    """Return gaits as columns, angles of each joint group in degrees."""
+    """Return gaits as columns, with the angles of each joint group in degrees."""
     columns: dict[str, Any] = {"frequency_hz": [gait.frequency for gait in gaits]}
     for kind in KINDS:
         for g, angles in enumerate(np.degrees([getattr(gait, kind) for gait in gaits]).round(10).T):
@@ -290,7 +290,7 @@ def check_gait(gait: Gait, robot: Robot) -> None:
 
 
 def gait_of(robot: Robot, gait: Gait | str) -> Gait:
-    """Return a gait after a check that it fits a robot; a text is the name of a gait in the robot's file."""
+    """Check that a gait fits a robot, and return it; a text is the name of a gait in the robot's file."""
     gait = named_gait(robot, gait) if isinstance(gait, str) else gait
     check_gait(gait, robot)
     return gait
@@ -329,7 +329,7 @@ def gait_text(gait: Gait) -> str:
 
 
 def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
-    """Return frequency [Hz] and angles [deg] of a gait by the keys of JSON records."""
+    """Return frequency [Hz] and angles [deg] of a gait, by their keys in JSON records."""
     angles = {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in kinds}
     return {"frequency_hz": gait.frequency} | angles
 

@@ -1,4 +1,4 @@
-"""Core model of a robot: the columns of its parameters, and the name of each in the robot's description."""
+"""Core model of a robot: its columns of parameters, and the place of each column in the robot's description."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = Non
 
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Return the names of all parameters that results have derivatives with respect to: ``links.mass[3]``, ..."""
+    """Return the names of all parameters with respect to which results have derivatives: ``links.mass[3]``, ..."""
     places = {name: f"gait.{name}" for name in ("frequency", *KINDS)}
     places |= {column: place for column, (place, _) in _columns(robot).items()}
 

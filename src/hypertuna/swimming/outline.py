@@ -37,7 +37,7 @@ def last_beat(swim: Swim) -> xr.Dataset:
 
 
 def followed(lines: Points, heading: Array) -> Points:
-    """Return midlines (times, links + 1) in a frame that follows their mean motion, `heading` (times,) [rad]."""
+    """Return midlines (times, links + 1) in a frame that follows the body's mean motion; heading (times,) [rad]."""
     nose, fraction = lines[:, 0], np.linspace(0, 1, len(lines))
     drift, turn = nose[0] + fraction * (nose[-1] - nose[0]), fraction * (heading[-1] - heading[0])
     spin = np.exp(-1j * (turn + np.mean(heading - turn)))

@@ -127,7 +127,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
 
 
 def _maps(grid: xr.Dataset, width: float) -> Figure:
-    """Return a figure of maps of speed and cost of transport over frequency and phase, one for each amplitude."""
+    """Plot maps of speed and cost of transport over frequency and phase, with a row for each amplitude."""
     phases, amplitudes = _levels(grid, "phase")[0], _levels(grid, "amplitude")[1]
     rows, dims = len(amplitudes), ("amplitude", "phase", "frequency")
     figure = Figure(figsize=(width, 0.6 + 0.36 * width * rows), layout="constrained")
@@ -270,7 +270,7 @@ def _mean_line(axes: Axes, value: float, text: str) -> None:
 
 
 def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
-    """Return the last joint group's angles [deg] along a dimension, and texts; for amplitudes of all groups."""
+    """Return the last joint group's angles [deg] along a dimension, and their texts; those of amplitudes list all."""
     columns = grid_angles(grid, dim)
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]

@@ -38,8 +38,8 @@ class Bend:
     """The swing of a hinge in a settled beat."""
 
     stiffness_ratio: float  # over the stiffness at resonance, other hinges rigid
-    bend_amplitude: float  # rad, of the part at the beat's frequency
-    bend_lag: float  # rad, of that part behind the gait's clock
+    bend_amplitude: float  # rad, amplitude of the angle's harmonic at the beat frequency
+    bend_lag: float  # rad, lag of this harmonic behind the gait's clock
     bend_peak: float  # rad, largest angle
     damping_power: float  # W, mean power that damper and stops take
 
@@ -162,7 +162,7 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
 
 
 def spring_values(robot: Robot) -> dict[str, float]:
-    """Return the springs' numbers [SI] that results have derivatives with respect to, by key in a robot's file."""
+    """Return the springs' numbers [SI], with respect to which results have derivatives, by key in a robot's file."""
     hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
     return {f"{key}.{name}": value for key, hinge in hinges for name, value in spring_of(hinge).items()}
 

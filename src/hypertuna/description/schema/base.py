@@ -31,10 +31,12 @@ def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
     return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
 
 
+# Conversions of a number of the file to SI units, and back.
 _TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
 _TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
 _TO_SECONDS, _TO_MICROSECONDS = _scaled(1e-6)
 
+# Types of values; those of angles, charges, pulses and temperatures are converted to SI units.
 Real = Annotated[float, number(FINITE)]
 Positive = Annotated[float, number(POSITIVE)]
 NotNegative = Annotated[float, number(NOT_NEGATIVE)]
@@ -60,7 +62,7 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 def _readable(text: str) -> str:
-    """Return a text; ValueError for control characters, which terminals would obey, and which files cannot hold."""
+    """Return a text; ValueError if it is too long, or has control characters, which terminals would obey."""
     if escaped(text, "\n\t") != text or len(text) > MAX_TEXT:
         raise ValueError(f"must be at most {MAX_TEXT} characters, none of them a control character")
     return text
@@ -81,7 +83,7 @@ def _names(table: dict[str, Any]) -> dict[str, Any]:
 
 
 MAX_TEXT = 20_000  # characters
-NAME = re.compile(r"\w[\w .+()'-]{0,59}")
+NAME = re.compile(r"\w[\w .+()'-]{0,59}")  # valid names
 Text = Annotated[str, Field(min_length=1), AfterValidator(_readable)]
 Name = Annotated[str, Field(min_length=1), AfterValidator(_name)]
 Named = AfterValidator(_names)  # validator of a table of named entries
