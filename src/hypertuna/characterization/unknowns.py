@@ -107,7 +107,7 @@ class Unknown:
         return abs(self.log(self.upper) - self.log(self.lower)) / math.sqrt(12)
 
     def relative(self, value: float) -> float:
-        """Return the magnitude of d(log of the unknown) / d(logarithm that the fit varies) at a value [SI]."""
+        """Return the magnitude of the derivative of log(unknown) with respect to the fitted logarithm [1]."""
         steps = (math.log(self.value(self.log(value) + side * STEP)) for side in (1, -1))
         return abs(next(steps) - next(steps)) / (2 * STEP)
 

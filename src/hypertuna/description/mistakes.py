@@ -77,7 +77,7 @@ def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None
 
 
 def _in_order(error: ValidationError) -> list[Any]:
-    """Return pydantic's errors, without consequences of others; unknown keys come first, as they explain missing ones."""
+    """Return pydantic's errors, without consequences of others; unknown keys come first, since these explain others."""
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
     errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # only good items count

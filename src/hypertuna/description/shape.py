@@ -129,7 +129,7 @@ def ellipse_drag(aspect: float) -> float:
 
 
 def _section(height: float | None, width: float | None, area: float | None) -> tuple[float, float]:
-    """Return height and width of a section [m]; a missing one follows from their product [m^2] or from a usual ratio."""
+    """Return height and width of a section [m]; a missing one follows from their product [m^2] or a usual ratio."""
     if height is not None and width is not None:
         return height, width
     if area is None:

@@ -19,7 +19,7 @@ STEP = 1e-4  # step over the value, or over a hundredth of its range if that is 
 
 
 def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return numbers of a robot's file as variables, given low and high by key; refuse one that changes no beat."""
+    """Return numbers of a robot's file as variables; ends: low and high by key. Each must affect the settled beat."""
     design = variables(robot, ends)
     for variable in design:
         low, high = (beat_features(designed(robot, (variable,), (end,))) for end in (variable.low, variable.high))

@@ -281,7 +281,7 @@ def _start_text(settled: Swim, reached: bool, elsewhere: Swim | None, beats: int
 
 
 def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
-    """Return status and sentence of a run from rest; they compare its last beat with the settled beat that it nears."""
+    """Return status and sentence of a run from rest; its last beat is compared with the settled beat that it nears."""
     beats, goal = last.beats, settled.settled_from_rest or settled
     if not goal.settled:
         return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest. {settled.status_text}"
