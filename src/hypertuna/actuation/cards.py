@@ -112,7 +112,7 @@ def _case_table(sizes: Sizes) -> Table:
         columns["oil\n[C]"] = lambda size: f"{size.temperature - ZERO_CELSIUS:.3g}"
         columns["viscosity\n[mm^2/s]"] = lambda size: f"{1e6 * size.viscosity:.3g}"
     columns["bend\n[deg]"] = lambda size: f"{math.degrees(size.bend):.1f}"
-    if sizes[0].values:  # else they stand above
+    if sizes[0].values:  # else the facts above have them
         columns["of\n[deg]"] = lambda size: _degrees(size.command)
         columns["torque\nof limit"] = lambda size: f"{100 * size.torque / size.torque_limit:.0f} %"
         columns["servo speed\nof limit"] = lambda size: f"{100 * size.servo_speed / size.servo_speed_limit:.0f} %"

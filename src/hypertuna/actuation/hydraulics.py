@@ -30,7 +30,7 @@ class Circuits:
     names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j; "" for an empty row
     columns: tuple[str, ...]  # names of the columns in core/include/hypertuna/actuation/circuit.hpp
     values: Array  # (circuits, columns) [SI]
-    temperature: float  # of the oil [K]; NaN without oil
+    temperature: float  # temperature of the oil [K]; NaN without oil
     viscosity: float  # kinematic viscosity of the oil [m^2/s]; NaN without oil
 
     def column(self, name: str) -> Array:

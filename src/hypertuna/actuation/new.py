@@ -44,7 +44,8 @@ REACH = 1.2  # largest bend that control may command over the bend at the pressu
 CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # voltages of a lithium polymer cell
 LOW_V = 3.4  # voltage of such a cell at which a status warns
 CHARGE, STRING = 15.0, 5.0  # energy of the battery per mass of robot [W h/kg], as HyperTuna's; largest string [A h]
-SENSORS, OF_OIL = ("rate", "acceleration", "current", "voltage", "depth"), ("bend", "pressure")  # of all; of oil only
+SENSORS = ("rate", "acceleration", "current", "voltage", "depth")  # sensors of all robots
+OF_OIL = ("bend", "pressure")  # further sensors of robots with oil
 AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 

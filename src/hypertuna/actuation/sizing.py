@@ -59,10 +59,10 @@ class Size:
     corner_rest: Annotated[float, Format("Hz")]  # Hz, corner frequency of line and `capacity_rest`, 1 / (2 pi R C)
     corner: Annotated[float, Format("Hz")]  # Hz, corner frequency of line and `capacity`
     resonance: Annotated[float, Format("Hz")]  # Hz, of inertance and `capacity`, 1 / (2 pi sqrt(I C))
-    damping_ratio: Annotated[float, Format()]  # of `resonance`
+    damping_ratio: Annotated[float, Format()]  # damping ratio of `resonance`
     # Hz, resonance of the inertance with oil and air of the cylinder at the fill pressure; steps of the servo excite it
     ring: Annotated[float, Format("Hz")]
-    ring_damping_ratio: Annotated[float, Format()]  # of `ring`
+    ring_damping_ratio: Annotated[float, Format()]  # damping ratio of `ring`
     # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
     pressure_drop: Annotated[float, Format("kPa")]
     reynolds: Annotated[float, Format()]  # largest Reynolds number of that flow
@@ -73,7 +73,7 @@ class Size:
     pressure_min: Annotated[float, Format("kPa")]  # Pa, of the cylinders
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo", "compliance", "line"
     electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares
-    values: Mapping[str, float] = field(default_factory=dict)  # by key of the robot's file that `size_over` varies
+    values: Mapping[str, float] = field(default_factory=dict)  # values that `size_over` varies, by key
 
     @property
     def turbulent(self) -> bool:

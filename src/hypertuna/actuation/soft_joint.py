@@ -31,7 +31,7 @@ class JointModel:
     Strains of the axis are relative to the filled, straight joint.
     """
 
-    name: str  # of the joint group
+    name: str  # name of the joint group
     row: Array  # numbers for the core, in the order of `joint_columns`
     fill: float  # Pa, pressure of both sides of the straight joint
     reach: float  # rad, bend at which a stretched muscle locks
@@ -162,7 +162,7 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
     group, actuator = joint_group(robot, joint)
     unit, count = drive_unit(robot), cast(int, group.drive_units)
     a, b, length = (np.array(x) for x in (actuator.semi_major, actuator.semi_minor, actuator.segment_length))
-    area, second = np.pi * a * b, np.pi / 4 * a * b**3  # of an ellipse
+    area, second = np.pi * a * b, np.pi / 4 * a * b**3  # full ellipses
     if plain:
         return np.stack([length, area, actuator.stiffness_factor * second, 0 * area], axis=1)
     radius, free_length = unit.outer_diameter / 2, actuator.length
@@ -207,7 +207,7 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
         **dict(zip(("left", "right"), actuator.levers, strict=True)),
         **dict(zip(("length", "area", "second", "sleeve"), sizes, strict=True)),
     }
-    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # without the member on the axis
+    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # no member on the axis yet
     # Kelvin-Voigt: viscosity is the relaxation time times the stiffness at rest
     model = JointModel(group.name, row, fill, 0.0)
     solid = {"elastic": matrix.modulus * sizes[2] / sizes[0], "axial": matrix.modulus * sizes[1] * sizes[0]}

@@ -22,12 +22,9 @@ from hypertuna.errors import InputError
 
 GRID = {"stiffness_factor": 2, "lever": 9}  # unknowns to solve for, the preferred first: grid points for brackets
 PRECISE, NEAR = 1e-4, 1e-3  # relative tolerance of the solved bend, and relative step of a difference
-MAX_STEPS = 50  # of the root search
-NO_ROOM, NO_BEND, LOCKED = (
-    "no room in the section",
-    "another bend",
-    "braid or hose at its end",
-)  # what excludes a design
+MAX_STEPS = 50  # most steps of the root search
+# Reasons that exclude a design.
+NO_ROOM, NO_BEND, LOCKED = "no room in the section", "another bend", "braid or hose at its end"
 
 
 @dataclass(frozen=True)
@@ -46,7 +43,7 @@ class Design:
     """A design within the bounds: its robot and unknowns, its fit to the bench, or the reason that excludes it."""
 
     robot: Robot
-    values: Array  # (n,), of the unknowns [SI]
+    values: Array  # (n,), values of the unknowns [SI]
     excluded: str = ""  # the reason that excludes the design; empty if none does
     weight: float = 0.0  # logarithm of the density of the solved unknowns
     off: Array | None = None  # (elements,), computed minus measured over noise, 0 for the bends of solved unknowns
@@ -65,7 +62,7 @@ class Designs:
     bench: Bench
     free: tuple[Unknown, ...]
     elements: Elements
-    sd: Array  # (elements,), of instruments and model [SI]
+    sd: Array  # (elements,), noise of instruments and model [SI]
     solved: tuple[Solved, ...]
 
     def values(self, point: Array) -> Array:

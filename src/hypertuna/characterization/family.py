@@ -39,7 +39,7 @@ class Quantity:
 
     text: str
     unit: str
-    values: Array  # (members,), in `unit`
+    values: Array  # (members,), values of the members in `unit`
 
     @property
     def interval(self) -> tuple[float, float, float]:

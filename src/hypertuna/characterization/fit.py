@@ -24,7 +24,7 @@ from hypertuna.identification.estimator import Direction
 from hypertuna.identification.loss import interval_factor, residual_scale
 
 STARTS = 3  # searches by default
-MAX_EVALUATIONS = 100  # in one search
+MAX_EVALUATIONS = 100  # most evaluations in one search
 KNOWN = 2.0  # a determined value is known within this factor to either side
 STOPS = {  # text by the status of the search
     0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
@@ -47,7 +47,7 @@ PARTS = 100  # steps of progress in each stage
 class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
     """A fit of an actuator's unknowns to bench runs: values, intervals, combinations and errors."""
 
-    robot: Robot  # with the fitted values and their sources
+    robot: Robot  # robot with the fitted values and their sources
     described: Robot  # before the fit
     bench: Bench
     free: tuple[Unknown, ...]
@@ -55,7 +55,7 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
     low: Array  # (n,) [SI], 95 % interval, within the bounds
     high: Array  # (n,) [SI]
     narrowing: Array  # (n,), length of each interval without the bench over its length with the bench
-    covariance: Array  # (n, n), of the logarithms `Unknown.log`
+    covariance: Array  # (n, n), covariance of the logarithms `Unknown.log`
     directions: tuple[Direction, ...]  # from the best to the least determined
     combinations: tuple[Combination, ...]  # determined combinations, the narrowest first
     found: dict[str, Array]  # computed values (rows,) by kind [SI]

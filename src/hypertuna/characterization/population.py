@@ -24,7 +24,7 @@ MAX_DRAWS = 100  # most draws from the prior for each point wanted
 class Population:
     """Points of equal weight from the posterior of designs, and the draws from the prior."""
 
-    points: Array  # (count, n + s), as in `Designs`
+    points: Array  # (count, n + s), points of the box of `Designs`
     members: tuple[Design, ...]  # the designs at the points
     drawn: tuple[Design, ...]  # the first `count` draws from the prior, including excluded designs
     tried: int  # number of draws from the prior
@@ -107,7 +107,7 @@ def _moves(
 
     for sweep in range(1, SWEEPS + 1):
         accepted = 0
-        for half in np.array_split(rng.permutation(count), 2):  # by differences between points of the other half
+        for half in np.array_split(rng.permutation(count), 2):  # each moves by differences of the others
             others = np.setdiff1d(np.arange(count), half)
             for k in half.tolist():
                 a, b = points[rng.choice(others, 2, replace=False)]

@@ -55,7 +55,7 @@ def randomized_fits(
             if (size := step @ step) > 0:
                 jacobian_here += np.outer(new - residual - jacobian_here @ step, step / size)
             residual = new
-        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # with a new Jacobian
+        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # each with a new Jacobian
             jacobian_here = problem.jacobian(x, levels, rough=True)[:rows][inliers] / factor
             step = _step(jacobian_here, residual + noise, x - mean, low - x, high - x)
             step *= min(1.0, MAX_STEP / float(np.abs(step).max()))

@@ -281,7 +281,7 @@ def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: in
             document[table][key][last] *= new_area / area
     kappa = defaults["edge_added_mass"]
     new_kappa = kappa * plate_mass(new_aspect) / plate_mass(aspect)
-    mass = kappa * (height / aspect) ** 2 * height  # over rho pi/4
+    mass = kappa * (height / aspect) ** 2 * height  # added mass over rho pi/4
     new_mass = new_kappa * (new_height / new_aspect) ** 2 * new_height
     normal = strip.setdefault("added_mass_normal", list(defaults["added_mass_normal"]))
     normal[last] = max(normal[last] * area**2 / length + new_mass - mass, 0.0) * length / new_area**2

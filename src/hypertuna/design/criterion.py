@@ -34,7 +34,7 @@ class Design:
     targets: slice  # rows of the targets in the covariance
     free: slice  # rows of the coefficients in the covariance
     prior: Array  # (n,) variance of the coefficients before all runs
-    covariance: Array  # of the logarithms of rows and targets, and of the scaled coefficients
+    covariance: Array  # (m, m) of log rows, log targets and scaled coefficients
     made: tuple[TankRun, ...]  # runs made or chosen so far
 
     def width(self) -> float:

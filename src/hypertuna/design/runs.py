@@ -220,9 +220,8 @@ def gait_of_shares(
     share[-1] *= fin if groups > 1 else 1.0
     amplitudes = np.clip(share * high[0], low[0], high[0])
     last_phase = low[1][-1] + lag * (high[1][-1] - low[1][-1])
-    phase = np.clip(
-        last_phase * np.linspace(0, 1, groups) if groups > 1 else low[1], low[1], high[1]
-    )  # a wave toward the tail
+    wave = last_phase * np.linspace(0, 1, groups) if groups > 1 else low[1]  # traveling toward the tail
+    phase = np.clip(wave, low[1], high[1])
     bias_angles = np.clip(bias * bias_ends(space, robot), low[2], high[2])
     degrees = [np.round(np.degrees(row), 1).tolist() for row in (amplitudes, phase, bias_angles)]
     return Gait.from_degrees(

@@ -55,7 +55,7 @@ class Choice:
     why: str  # reason of the choice: "narrows", "check" or "repeat"
     expected: Mapping[str, tuple[float, float]]  # by quantity: value [SI], half width of its 95 % interval, relative
     half_width: float  # half width of the 95 % interval of the targets' logarithm after the run
-    narrowed: Mapping[str, tuple[float, float]]  # by coefficient: standard deviation before and after
+    narrowed: Mapping[str, tuple[float, float]]  # by coefficient: standard deviation before and after the run
 
 
 @dataclass(frozen=True)

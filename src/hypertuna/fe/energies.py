@@ -22,7 +22,7 @@ Expression = Any  # an ngsolve.CoefficientFunction
 class Solid:
     """A nearly incompressible solid: law, constants and Poisson's ratio."""
 
-    law: str  # one of `LAWS`
+    law: str  # name in `LAWS`
     constants: Mooney  # C1 and C2 [Pa]; all laws have the shear modulus 2 (C1 + C2) at rest
     poisson: float  # Poisson's ratio
 

@@ -43,20 +43,20 @@ class Channel:
     """The straight channel of a drive unit along x: side, and position of its center in the section."""
 
     side: int  # 0 for left, at positive y; 1 for right
-    y: float  # of the channel's axis [m]
-    z: float  # of the channel's axis [m]
+    y: float  # position of the channel's axis [m]
+    z: float  # position of the channel's axis [m]
 
 
 @dataclass(frozen=True)
 class JointBody:
     """The soft body of a joint: semi-axes of its sections, channels, end plates, and the strip on its axis."""
 
-    name: str  # of the joint group
+    name: str  # name of the joint group
     stations: Array  # (k,) places of sections from 0 to the length [m]; semi-axes are linear in between
     semi_major: Array  # (k,) half height of the elliptical sections, along z [m]
     semi_minor: Array  # (k,) half width of the elliptical sections, along y [m]
     radius: float  # outer radius of the hoses [m]
-    channels: tuple[Channel, ...]  # of both halves, from bottom to top, left side first
+    channels: tuple[Channel, ...]  # channels of both halves: left side, then right side, each from bottom to top
     plate: float  # thickness of the plates at both ends [m]
     axis: float  # width of the strip that holds the axis, in the neutral layer [m]; 0 for none
 

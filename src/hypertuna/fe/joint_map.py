@@ -53,8 +53,8 @@ class Grid:
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array  # (n, 2) of the left and right side [Pa]
-    couple: Array  # (m,) on the tip plate [N m]
+    pressure: Array  # (n, 2) pressures of the left and right sides [Pa]
+    couple: Array  # (m,) couples on the tip plate [N m]
     straight: float  # moment that holds the joint straight under the largest pressure, by the fast model [N m]
 
     @property
@@ -77,8 +77,8 @@ class JointMap(Displayed):
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array  # (n, 2) of the left and right side [Pa]
-    couple: Array  # (m,) on the tip plate; the moment is couple x cos(angle) [N m]
+    pressure: Array  # (n, 2) pressures of the left and right sides [Pa]
+    couple: Array  # (m,) couples on the tip plate; the moment is couple x cos(angle) [N m]
     elements: States
     model: States  # angle, volume and length under the elements' moment, and the moment at the elements' angle
     straight: float  # moment that holds the joint straight under the largest pressure, by the fast model [N m]
@@ -305,7 +305,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
         pairs_left = list(path)
         if solved_path == (couple, tuple(path[:-1])):
             pairs_left = pairs_left[-1:]
-        else:  # from rest
+        else:  # start from rest
             for load in model.problem.loads:
                 load.Set(0.0)
             model.problem.state.vec[:] = 0.0

@@ -34,9 +34,9 @@ class Measured:
     fiber_99: float  # 99 % quantile of the fibers' stretch by area [1]
     # Maxima, also of fibers, occur where hoses end at a plate. They grow as meshes get finer; quantiles do not.
     strain_max: float  # largest principal logarithmic strain of the matrix [1]
-    strain_99: float  # its 99 % quantile by volume
+    strain_99: float  # 99 % quantile of that strain by volume [1]
     stress_max: float  # largest true von Mises stress of the matrix [Pa]
-    stress_99: float  # its 99 % quantile by volume
+    stress_99: float  # 99 % quantile of that stress by volume [Pa]
     jacobian_min: float  # smallest volume ratio of the matrix [1]
     fault: str  # why the state is invalid; empty if it is valid
 

@@ -130,7 +130,7 @@ def _to_rim(body: JointBody, squeeze: float) -> Any:
     stations = [MM / squeeze * float(x) for x in body.stations]
 
     def taper(values: Any) -> Any:
-        axis = ngs.CF(MM * float(values[-1]))  # of the plate
+        axis = ngs.CF(MM * float(values[-1]))  # semi-axis of the plate
         for k in reversed(range(len(stations) - 1)):
             taper_rate = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
             axis = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + taper_rate * (ngs.x - stations[k]), axis)

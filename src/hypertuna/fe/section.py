@@ -61,7 +61,7 @@ def section_bend(
         major, minor = (np.array([np.average(half, weights=lengths)]) for half in (major, minor))
         lengths = lengths.sum(keepdims=True)
     states = [_bent(robot, joint, rising, side, (a, b), options) for a, b in zip(major, minor, strict=True)]
-    axis, curvature = np.moveaxis(np.array(states), 2, 0)  # each of shape (segments, n)
+    axis, curvature = np.moveaxis(np.array(states), 2, 0)  # axis and curvature (segments, n)
     return Section(lengths @ curvature, lengths @ axis / lengths.sum())
 
 

@@ -31,7 +31,7 @@ class Method(NamedTuple):
     min_size: int  # least number of gaits per batch
 
 
-METHODS = {  # by name
+METHODS = {  # methods by name
     "gradient": Method(6, 60, 1),
     "pso": Method(15, 60, 2),
     "cma": Method(None, 200, 2),

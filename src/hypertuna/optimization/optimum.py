@@ -140,7 +140,7 @@ def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, flo
     """Return for each coordinate alone the range [Hz or deg] in which the value loses at most 0.5 % and limits hold."""
     space, best_point = problem.space, best.x[0]
     edges = np.stack([space.lower, space.upper])
-    fractions = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # of the way to an edge, denser near the best
+    fractions = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # parts of the way to an edge, denser near the best
     x = np.tile(best_point, (*edges.shape, PLACES, 1))
     for k, edge in enumerate(edges.T):
         x[:, k, :, k] += np.outer(edge - best_point[k], fractions)

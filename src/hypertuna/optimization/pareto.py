@@ -55,7 +55,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
     stationarity: Array
     reference: Array  # (objectives,) reference point of the hypervolumes [unit of each]
     hypervolume_evolved: float  # before polishing [product of the units]
-    hypervolume: float  # of the front [product of the units]
+    hypervolume: float  # hypervolume of the front [product of the units]
     polished: bool
     evaluations: int  # gaits swum by all robots, those of a checkpoint included
     seconds: float  # duration of this run [s]

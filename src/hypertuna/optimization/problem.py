@@ -94,11 +94,11 @@ class Problem:
         if derivatives and self.non_differentiable:
             fix = "choose a method without gradients"
             raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
-        worker_problem = replace(self, samples=(), executor=None)  # without parts that a worker does not need
+        worker_problem = replace(self, samples=(), executor=None)  # a worker needs neither
         parts = [x[k : k + PART] for k in range(0, len(x), PART)] if self.executor else [x]
         tasks = ((robot, part) for robot in self.robots for part in parts)
         swims = list(map_shards(partial(_swim_part, worker_problem, derivatives), tasks, self.executor))
-        rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # of each robot
+        rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # a list for each robot
         names = swims[0]
         if self.robust is None:
             return {name: np.concatenate([each[name] for each in rows[0]]) for name in names}

@@ -24,7 +24,7 @@ class Point:
 
     u: Array  # (dim,) coordinates from 0 to 1
     value: float  # value to minimize
-    gradient: Array  # (dim,) of the value
+    gradient: Array  # (dim,) gradient of the value
     constraints: Array  # (constraints,), not violated if >= 0
     jacobian: Array  # (constraints, dim)
     merit: float  # the point with the least merit is the best
@@ -145,7 +145,7 @@ class MultiStart(Optimizer):
         lower: Array,
         upper: Array,
         expected: float | None,  # expected speed U_e [m/s]
-        scale: float,  # by which values are divided [unit of the value]
+        scale: float,  # values are divided by it [unit of the value]
         *,
         starts: int,
         iterations: int,  # most points in a search

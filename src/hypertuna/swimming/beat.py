@@ -27,7 +27,7 @@ class About(NamedTuple):
     """A row of the core's table of quantities of a settled beat: unit, label and meaning."""
 
     shown_unit: str  # unit for people: BL/s for 1/s, and empty for 1
-    label: str  # on the terminal, with a note after a comma
+    label: str  # label on the terminal, with a note after a comma
     meaning: str
     shown: int  # 0: in data sets only, 1: in JSON records too, 2: on the terminal too
     better: int  # as an objective: 1 large is better, 2 small is better; 0: no objective
@@ -91,7 +91,7 @@ def settle(
     return row | {
         "spectral_radius": radius,
         "arrived": row["arrived"] == 1,
-        "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
+        "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # index in `STATUSES`
         "twist": np.stack([row[name] for name in ("u", "v", "r")], axis=1),
         "momentum": momentum,
         "multipliers": multipliers,

@@ -40,7 +40,7 @@ def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
     x, y = np.ptp(all_points.real), np.ptp(all_points.imag)
     inner = 0.8 * width
     bend = np.ptp(lines.imag) / np.ptp(lines.real)
-    side_by_side = width > 6  # else below each other
+    side_by_side = width > 6  # else speed is above power
     heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if side_by_side else 0.9) + 0.7]
     heights += [2.1] if side_by_side else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")

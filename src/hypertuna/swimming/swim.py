@@ -76,7 +76,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     change_per_beat: float  # change of the motion from this beat to the next, body lengths or rad
     distance_to_settled: float  # distance from the settled motion, relative to the distance traveled in a beat
     beats: int  # number of beats integrated
-    multipliers: NDArray[np.complex128]  # (3,), and 2 more a hinge, of the monodromy, largest first; NaN from rest
+    multipliers: NDArray[np.complex128]  # (3 + 2 hinges,) of the monodromy matrix, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
     status_text: str  # the status as a sentence, with the beat to which a start from rest leads
     reached_from_rest: bool | None  # whether a start from rest leads to this beat; None if that is not checked
@@ -98,7 +98,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         """Range of the settled speed [m/s] that uncertain estimates in the robot's file leave; None without any."""
         if self.from_rest is not None or not (self.settled and math.isfinite(self.speed)):
             return None
-        from hypertuna.swimming.band import speed_band  # here, because most swims need none
+        from hypertuna.swimming.band import speed_band  # imported here, since most swims need no band
 
         return speed_band(self.robot, Gaits.of([self.gait]))
 

@@ -59,8 +59,8 @@ class Turning(Plotted, Tabular, data=lambda turning: turning.sweep):
     robot: Robot
     gaits: Gaits  # the grid
     sweep: xr.Dataset  # results of `sweep`, with circle_radius and circle_residual [m] of each path, NaN if unsettled
-    tightest: Tightest | None  # of all settled gaits; None if no gait turns
-    forward: Tightest | None  # of the gaits that swim head first; None if no such gait turns
+    tightest: Tightest | None  # tightest turn of all settled gaits; None if no gait turns
+    forward: Tightest | None  # tightest turn head first; None if no gait turns so
 
 
 def fit_circle(points: Points) -> Circle:

@@ -37,7 +37,7 @@ SPRING = tuple(_core.spring_columns())  # numbers of a hinge with respect to whi
 class Bend:
     """The swing of a hinge in a settled beat."""
 
-    stiffness_ratio: float  # over the stiffness at resonance, other hinges rigid
+    stiffness_ratio: float  # stiffness over that at resonance, other hinges rigid
     bend_amplitude: float  # rad, amplitude of the angle's harmonic at the beat frequency
     bend_lag: float  # rad, lag of this harmonic behind the gait's clock
     bend_peak: float  # rad, largest angle

@@ -46,7 +46,7 @@ PositiveFraction = Annotated[float, number(Range(above=0, max=1))]
 Degrees = Annotated[float, number(FINITE), _TO_RADIANS, _TO_DEGREES]
 PositiveDegrees = Annotated[float, number(Range(above=0, max=180)), _TO_RADIANS, _TO_DEGREES]
 NotNegativeDegrees = Annotated[float, number(NOT_NEGATIVE), _TO_RADIANS, _TO_DEGREES]
-QuarterTurn = Annotated[float, number(Range(min=-90, max=90)), _TO_RADIANS, _TO_DEGREES]  # to either side
+QuarterTurn = Annotated[float, number(Range(min=-90, max=90)), _TO_RADIANS, _TO_DEGREES]  # an angle to either side
 Amplitude = Annotated[float, number(Range(min=0, max=180)), _TO_RADIANS, _TO_DEGREES]
 AmpereHours = Annotated[float, number(POSITIVE), _TO_COULOMBS, _TO_AMPERE_HOURS]
 Microseconds = Annotated[float, number(POSITIVE), _TO_SECONDS, _TO_MICROSECONDS]
@@ -184,7 +184,7 @@ class Part(BaseModel):
 
     table: ClassVar[str] = ""  # key of the table in errors
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
-    declared: ClassVar[Mapping[str, Key]] = {}  # by attribute
+    declared: ClassVar[Mapping[str, Key]] = {}  # declarations of the keys, by attribute
 
     def __init_subclass__(
         cls, table: str = "", how: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any

@@ -117,7 +117,7 @@ class Links(Part, table="links"):
 
     def _checks(self) -> Iterator[Check]:
         counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
-        count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
+        count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # the most frequent length
         differs = count != len(self.length)
         yield from same_length(
             self, "links", count, "link, as in the other columns" if differs else "link in links.length_m"
