@@ -191,8 +191,8 @@ def _add_hydraulics(document: dict[str, Any], shape: Shape) -> None:
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
-    both = (bodies, [group["actuator"] for group in tuna["joints"]])
-    narrow, of_hypertuna = (min(min(body["semi_minor_m"]) for body in bodies_of) for bodies_of in both)
+    bodies_of_both = (bodies, [group["actuator"] for group in tuna["joints"]])
+    narrow, of_hypertuna = (min(min(body["semi_minor_m"]) for body in bodies_of) for bodies_of in bodies_of_both)
     hose = DriveUnit.scaled(tuna["drive_unit"], width=narrow / of_hypertuna)
     document["drive_unit"] |= hose
     for group, body in zip(document["joints"], bodies, strict=True):

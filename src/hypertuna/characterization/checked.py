@@ -85,7 +85,7 @@ def check_chosen(
     keys = zip(bench.joint.tolist(), bench.side.tolist(), np.isfinite(bench.moment).tolist(), strict=True)
     for row, key in enumerate(keys):
         groups.setdefault(key, []).append(row)
-    rising = {key: np.unique(np.append([] if key[2] else 0.0, bench.pressure[own])) for key, own in groups.items()}
+    rising = {key: np.unique(np.append([] if key[2] else 0.0, bench.pressure[rows])) for key, rows in groups.items()}
     done, total = 0, sum(len(pressures) * (COUPLES if key[2] else 1) for key, pressures in rising.items())
 
     def tick() -> None:
@@ -116,7 +116,7 @@ class _Solver:
 
     robot: Robot
     joint: int
-    by_elements: Joint
+    by_elements: Joint  # solves the joint by finite elements
     tick: Callable[[], None]  # called after each solution
 
     def free(self, side: int, rising: list[float]) -> dict[float, Point]:

@@ -41,7 +41,7 @@ class Combination:
     narrowing: float  # length of the interval without the bench over the length with the bench
     value: float  # the product, with each unknown relative to its described value
     low: float  # lower end of the 95 % interval
-    high: float
+    high: float  # upper end of the 95 % interval
     text: str  # the product as a fraction
 
 

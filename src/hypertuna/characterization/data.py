@@ -219,7 +219,7 @@ def joint_index(text: str, robot: Robot) -> int:
 
 
 def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:
-    """Return a cell's number, which must be finite and in all ranges of `limits`; each has the fix of its error."""
+    """Return the number in a cell, which must be finite and within `limits`: ranges, each with the fix of its error."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
         text, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"

@@ -207,9 +207,10 @@ def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[s
     share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
     new = dict(levels)
     for name, level in levels.items():
-        own = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
+        chosen = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
         if share > 0:
-            new[name] = max(level * (residual_scale(squares[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
+            scale = residual_scale(squares[chosen], problem.loss) / math.sqrt(share)
+            new[name] = max(level * scale, MIN_LEVEL[name])
     return new
 
 

@@ -17,8 +17,8 @@ from hypertuna.identification.names import split_names
 class Kind(NamedTuple):
     """A kind of unknown: its default bounds, its keys in the robot's file, and its unit."""
 
-    low: float  # default bounds, as factors on the described value
-    high: float
+    low: float  # default lower bound, as a factor on the described value
+    high: float  # default upper bound
     keys: tuple[str, ...] = ()  # keys in the robot's file, in a joint's actuator or in the drive unit
     unit: str = "1"  # SI unit, "1" for a number
     scaled: bool = True  # False: the default bounds are values, not factors

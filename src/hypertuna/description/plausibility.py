@@ -79,7 +79,7 @@ def _unusual(robot: Robot) -> Iterator[str]:
 
 
 def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
-    """Return a hint for an unusual value [unit of the file]: another unit that makes it usual, else to check it."""
+    """Return a hint for an unusual value [unit of the file]: a unit in which it is usual, else to check the unit."""
     for other, factor in SLIPS.get(unit, {}).items():
         if usual[0] <= value * factor <= usual[1]:
             return f"is it in {other}? Then write {value * factor:.6g}"

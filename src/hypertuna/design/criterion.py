@@ -54,7 +54,7 @@ class Design:
         return float(np.mean(variance / self.prior if self.want == "coefficients" else variance))
 
     def after(self, runs: Sequence[TankRun]) -> "Design":
-        """Return the design after the given runs."""
+        """Return the design narrowed by the given runs."""
         measured = np.concatenate([self.places[run] for run in runs])
         covariance = narrowed(self.covariance, measured, np.diag(self.noise[measured]))
         return replace(self, covariance=covariance, made=(*self.made, *runs))

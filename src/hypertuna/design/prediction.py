@@ -36,10 +36,10 @@ def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
     point = Point(robot, core_model(robot, changed), changed, slopes, len(x), {}, {}, STEPS, STEPS, 1)
     results: dict[Row, tuple[float, Array]] = {}
     for key, kind in RUN_KINDS.items():
-        if own := list(dict.fromkeys(row for row in rows if row.run.kind == key)):
-            value, jacobian = kind.predict(point, [row.run.motion for row in own], [row.quantity for row in own])
+        if asked := list(dict.fromkeys(row for row in rows if row.run.kind == key)):
+            value, jacobian = kind.predict(point, [row.run.motion for row in asked], [row.quantity for row in asked])
             with np.errstate(invalid="ignore", divide="ignore"):
                 log = np.log(np.where(value > 0, value, np.nan))
-                results |= dict(zip(own, zip(log, jacobian / value[:, np.newaxis], strict=True), strict=True))
+                results |= dict(zip(asked, zip(log, jacobian / value[:, np.newaxis], strict=True), strict=True))
     log = np.array([results[row][0] for row in rows])
     return Predicted(log, np.array([results[row][1] for row in rows]).reshape(len(rows), len(x)))

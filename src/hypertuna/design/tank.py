@@ -171,8 +171,8 @@ class TankDesign(TankState):
         rows = [Row(run, "speed") for run in gaits] + [Row(run, target) for run in target_runs]
         logs = predict(self.unknowns, self.unknowns.mean, rows).log
         finite = np.isfinite(logs)
-        self.candidates = [run for run, good in zip(gaits, finite, strict=False) if good]
-        self.targets = [row for row, good in zip(rows[len(gaits) :], finite[len(gaits) :], strict=True) if good]
+        self.candidates = [run for run, forward in zip(gaits, finite, strict=False) if forward]
+        self.targets = [row for row, forward in zip(rows[len(gaits) :], finite[len(gaits) :], strict=True) if forward]
         if not self.candidates or not self.targets:
             rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
             raise InputError(rule, key="the range of gaits", value="none", fix=fix)

@@ -46,7 +46,7 @@ SAME = 1e-7  # m, tolerance within which points of neighboring faces are merged
 QUANTILE = 0.98  # the color scale ends at this quantile over the walls under pressure
 MARGIN = 1.05  # height of the view over that of the body
 PIXELS = 640  # height of a rendered view
-FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # filmstrip: most frames, frames that set the largest size, resolution
+FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # filmstrip: most frames, least number of columns, resolution
 PALETTE = 256  # colors of a written picture; dithering keeps files small
 
 GLASS, LINE = "#8A99A3", 3.0
@@ -63,7 +63,7 @@ class Quantity(NamedTuple):
     unit: float  # the label's unit in SI
 
 
-QUANTITIES = {
+QUANTITIES = {  # by name in the files of pictures
     "stress": Quantity(STRESS, "von Mises stress [kPa]", 1e3),
     "strain": Quantity(STRAIN, "largest principal logarithmic strain [1]", 1.0),
 }

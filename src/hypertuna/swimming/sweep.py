@@ -134,17 +134,17 @@ def _sweep_designs(
 
     found, robots = design_robots(robot, design, len(gaits))  # makes all robots before any swims
     swims = []
-    for k, one in enumerate(robots):
-        swims.append(sweep(one, gaits, **options))
+    for k, variant in enumerate(robots):
+        swims.append(sweep(variant, gaits, **options))
         if progress is not None:
             progress((k + 1) * len(gaits), len(gaits) * len(robots))
     levels = [[float(value) for value in values] for values in design.values()]
-    sizes = {one.label: len(values) for one, values in zip(found, levels, strict=True)}
+    sizes = {v.label: len(values) for v, values in zip(found, levels, strict=True)}
     variables = {}
     for name, first in swims[0].data_vars.items():
-        stack = np.stack([one[name].values for one in swims])
+        stack = np.stack([result[name].values for result in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
-    coordinates = {one.label: (one.label, values, one.attributes) for one, values in zip(found, levels, strict=True)}
+    coordinates = {v.label: (v.label, values, v.attributes) for v, values in zip(found, levels, strict=True)}
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
 
