@@ -1,12 +1,12 @@
-"""Members that hold the axis of a soft joint: stiffness in tension and buckling load of a film or a pipe in silicone.
+"""Members that hold the axis of a soft joint: tensile stiffness and buckling load of a film or a pipe in silicone.
 
-A member that is pushed along its axis in silicone buckles in waves. Bending stiffness E I resists short waves and the
-silicone long ones: at the wave number q a load P = E I q^2 + k(q) / q^2 keeps it bent, and the least of these is the
-buckling load, 2 sqrt(k E I) for a k that does not change with q. The stiffness k of the silicone, force per length and
-deflection, is that of an unbounded incompressible solid of shear modulus G, from Kelvin's solution for a force, as for
-Stokes' flow: a force f sin(q x) per length along a line moves the solid at a distance r, across the force, by
-f K0(q r) / (4 pi G), and by q r K1(q r) times that factor more along the force. The force is spread evenly over the
-width of a film or the circle of a pipe, and the mean deflection counts.
+A member in silicone that is compressed along its axis buckles in waves. Its bending stiffness E I resists short waves,
+and the silicone resists long waves: at the wave number q a load P = E I q^2 + k(q) / q^2 keeps it bent. The smallest of
+these loads is the buckling load, 2 sqrt(k E I) if k does not change with q. The stiffness k of the silicone, force per
+length and deflection, is that of an unbounded incompressible solid of shear modulus G, from Kelvin's solution for a
+point force, which has the form of Stokes flow: a force f sin(q x) per length along a line displaces the solid at a
+distance r by f K0(q r) / (4 pi G) at places across the force, and by q r K1(q r) f / (4 pi G) more at places along the
+force. The force is spread evenly over the width of a film or the circle of a pipe; the deflection is the mean over it.
 """
 
 import math
@@ -25,25 +25,25 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE
 
-WAVES = 1.0, 1e5  # wave numbers searched [1/m]
-RIGID = 1e6  # N, stiffness of an axis that keeps its length
+WAVES = 1.0, 1e5  # range of wave numbers searched [1/m]
+RIGID = 1e6  # N, tensile stiffness of an axis whose length is practically constant
 
 
 @dataclass(frozen=True)
 class AxisMember:
-    """A member on the axis of a joint, a film or pipes in silicone: stiffness in tension and buckling load."""
+    """A member on the axis of a joint, a film or a pipe in silicone: tensile stiffness and buckling load."""
 
-    stiffness: float  # E A in tension [N]
-    bending: float  # E I [N m^2]
-    buckling: float  # largest compression [N]
-    wavelength: float  # of the waves that it buckles in [m]; beyond a joint's length, its ends matter as well
-    foundation: float  # stiffness k of the silicone against these waves [N/m^2]
+    stiffness: float  # tensile stiffness E A [N]
+    bending: float  # bending stiffness E I [N m^2]
+    buckling: float  # buckling load, the largest compression [N]
+    wavelength: float  # wavelength of buckling [m]; if it is longer than the joint, the ends matter as well
+    foundation: float  # stiffness k of the silicone against waves of this length [N/m^2]
 
 
 def film(width: float, thickness: float, modulus: float, silicone: float) -> AxisMember:
     """Return stiffness and buckling load of a film from its sizes [m], its and the silicone's Young's moduli [Pa].
 
-    It buckles across its thickness.
+    The film buckles in the direction of its thickness.
     """
     _check(width=width, thickness=thickness, modulus=modulus, silicone=silicone)
 
@@ -91,7 +91,7 @@ def buckling_load(bending: float, foundation: Callable[[float], float]) -> tuple
 def held_compression(robot: Robot, joint: str | int, pressure: ArrayLike) -> Array:
     """Return the compression [N] (n,) of an axis of constant length under pressures of both sides (n, 2) [Pa].
 
-    What shall hold the axis must carry it without buckling.
+    A member that holds the axis must carry this compression without buckling.
     """
     name = joint_group(robot, joint)[0].name
     rigid = {"axis_stiffness": RIGID, "axis_buckling": None}

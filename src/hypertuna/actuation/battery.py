@@ -14,11 +14,11 @@ from hypertuna.metrics import cost_of_transport
 from hypertuna.ranges import POSITIVE, Range
 
 HOUR = 3600.0  # s
-POINTS = 32  # of Gauss-Legendre over the charge: voltage and current are smooth
+POINTS = 32  # Gauss-Legendre points over the charge; voltage and current are smooth
 
 
 def battery_columns(robot: Robot) -> dict[str, float]:
-    """Return a battery's numbers by the names of core battery.hpp [SI]; the cells in series must be given."""
+    """Return the numbers of the robot's battery by their names in core battery.hpp [SI]; `series` must be given."""
     battery = require(robot.battery, "battery", robot)
     series = require(battery.series, "battery.series", robot)
     strings = battery.cells // series
@@ -39,25 +39,26 @@ def battery_columns(robot: Robot) -> dict[str, float]:
 class CruisingRange:
     """Range and endurance of a robot on one charge."""
 
-    electrical_power: Annotated[float, Format("W")]  # W of the servos
+    electrical_power: Annotated[float, Format("W")]  # W, mean of the servos
     speed: Annotated[float, Format("m/s")]  # m/s through the water
     # J/(kg m): P / (m |U|), Eq. 38 with the mass of the whole robot
     cost_of_transport: Annotated[float, Format("J/(kg m)")]
     reserve: Annotated[float, Format()]  # fraction of the usable charge that is kept
     energy: float  # J: capacity of all cells at their nominal voltage
-    energy_at_servos: Annotated[float, Format("Wh")]  # J, of the usable charge less the reserve
-    voltage: tuple[float, float]  # V of the battery under load, at the start and at the end
+    energy_at_servos: Annotated[float, Format("Wh")]  # J, that the servos get from the usable charge minus the reserve
+    voltage: tuple[float, float]  # V, of the battery under load, at the start and at the end
     servo_voltage_min: Annotated[float, Format("V")]  # V: lowest voltage at the servos
     range: Annotated[float, Format("km")]  # m
     endurance: Annotated[float, Format("h")]  # s
-    nominal_range: Annotated[float, Format("km")]  # m: all `energy` at the servos, no losses
-    nominal_endurance: Annotated[float, Format("h")]  # s
+    nominal_range: Annotated[float, Format("km")]  # m, if the servos got all `energy` without losses
+    nominal_endurance: Annotated[float, Format("h")]  # s, if the servos got all `energy` without losses
 
 
 def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) -> CruisingRange:
     """Return range and endurance at a mean electrical power of the servos [W] and a speed [m/s].
 
-    From the battery's charge, voltage, inner resistance and converter; `reserve` is the fraction of the charge to keep.
+    They follow from the battery's charge, voltage, inner resistance and converter. `reserve` is the fraction of the
+    usable charge that is kept.
     """
     POSITIVE.check(power, "power", "give it in W")
     POSITIVE.check(abs(speed), "speed", "give it in m/s")
@@ -73,7 +74,7 @@ def range_of(robot: Robot, *, power: float, speed: float, reserve: float = 0.0) 
         power_max = float(powers.min())
         rule = f"must be at most {power_max:.4g}, the battery's largest power with its inner resistance"
         raise InputError(rule, key="power", value=f"{power:g}", fix="give the mean power in W")
-    # Time passes at 1 / current for each charge taken: Gauss-Legendre over the charge.
+    # The endurance is the integral of 1 / current over the charge.
     endurance = float((weights * charge / 2 / output[:, 1]).sum())
     energy = battery.cells * battery.capacity * battery.voltage
     return CruisingRange(

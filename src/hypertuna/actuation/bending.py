@@ -1,4 +1,4 @@
-"""Actuator: bend of a soft joint under pressure.
+"""Bend of a soft joint under pressure.
 
 The angle at a pressure balances moments and axial forces: `balance` of core joint.hpp, with the pull of muscle.hpp.
 docs/actuator.md derives the equations.
@@ -29,13 +29,13 @@ from hypertuna.ranges import check_choice, check_name
 if TYPE_CHECKING:
     import xarray as xr
 
-# The equations that the core solves, and the steps from the printed to the corrected ones. Only the last two are of
-# the whole joint: matrix around the hoses, whose ends are held.
+# Options of the core's equations, and the steps from the printed to the corrected equations. The sections of the last
+# two steps account for the whole joint: matrix around the hoses, whose ends are held.
 FREE = {"printed": False, "nominal_stress": False, "inner_balance": False, "passive": True, "shortens": True}
 PRINTED = {"printed": True, "nominal_stress": True, "inner_balance": True, "passive": False, "shortens": False}
 LAWS: dict[str, dict[str, bool]] = {"corrected": FREE, "as_printed": PRINTED}
-TRUE_STRESS = PRINTED | {"nominal_stress": False}
-HELD = FREE | {"shortens": False}
+TRUE_STRESS = PRINTED | {"nominal_stress": False}  # true stress on the deformed section
+HELD = FREE | {"shortens": False}  # an axis of constant length
 STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
     ("Eqs 4-18 as printed", PRINTED, {"plain": True, "friction": False}),
     ("Eqs 10-11: true stress on the deformed section", TRUE_STRESS, {"plain": True, "friction": False}),
@@ -54,29 +54,29 @@ STEPS: tuple[tuple[str, dict[str, bool], dict[str, bool]], ...] = (
 
 @dataclass(frozen=True)
 class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
-    """Bend of a joint under the pressure of one side: angle, oil and state of its muscles at each pressure."""
+    """Bend of a joint under the pressure of one side: angle, oil and state of the muscles at each pressure."""
 
     robot: Robot
     joint: str  # name of the joint group
-    side: str  # under pressure, "left" or "right"
+    side: str  # side under pressure, "left" or "right"
     material: str  # material set
     law: str  # equations, a key of `LAWS`
-    friction: bool  # whether the braids rub
+    friction: bool  # whether the braids have friction
     pressure: Array  # (n,) rising gauge pressure [Pa]
-    angle: Array  # (n,) toward the side under pressure [rad]
-    unload_pressure: Array | None  # (n,) on the way back [Pa]
-    unload_angle: Array | None  # (n,) on the way back [rad]
-    segments: Array  # (n or 2 n, segments) angle of each segment, both ways [rad]
-    shortening: Array  # (n or 2 n,) of the axis over its length, both ways [1]
-    volume: Array  # (n or 2 n,) oil that the muscles of that side have taken in since rest, both ways [m^3]
-    braid_angle_max: float  # largest angle of any braid from its axis [rad]
-    lumen_left_min: float  # smallest fraction of its lumen that a stretched muscle keeps [1]
+    angle: Array  # (n,) bend toward the side under pressure [rad]
+    unload_pressure: Array | None  # (n,) falling gauge pressure while unloading [Pa]
+    unload_angle: Array | None  # (n,) bend while unloading [rad]
+    segments: Array  # (n or 2 n, segments) angle of each segment, loading then unloading [rad]
+    shortening: Array  # (n or 2 n,) shortening of the axis over its length, loading then unloading [1]
+    volume: Array  # (n or 2 n,) oil taken in since rest by the side under pressure, loading then unloading [m^3]
+    braid_angle_max: float  # largest angle between a braid and its axis [rad]
+    lumen_left_min: float  # smallest part of its lumen that a stretched muscle keeps [1]
     status: str  # "free" or "locked"
-    status_text: str  # sentence
+    status_text: str  # the status as a sentence
 
     @property
     def branches(self) -> dict[str, tuple[Array, Array]]:
-        """Pressures [Pa] and angles [rad] of "loading" and, if it was asked for, of "unloading"."""
+        """Pressures [Pa] and angles [rad] of "loading" and, if it was computed, of "unloading"."""
         branches = {"loading": (self.pressure, self.angle)}
         if self.unload_pressure is not None and self.unload_angle is not None:
             branches["unloading"] = (self.unload_pressure, self.unload_angle)
@@ -84,19 +84,19 @@ class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
 
     @property
     def loop_area(self) -> float:
-        """Area of the hysteresis loop of the angle over the pressure [Pa rad]; 0 without unloading."""
+        """Area of the hysteresis loop of angle over pressure [Pa rad]; 0 without unloading."""
         if self.unload_angle is None:
             return 0.0
         return float(np.trapezoid(self.unload_angle[::-1] - self.angle, self.pressure))
 
     @property
     def friction_loss(self) -> float:
-        """Net work of the oil on the joint [J]; over a closed loop it is the loss to friction."""
+        """Net work of the oil on the joint [J]; over a closed loop this is the loss to friction."""
         path = self.pressure if self.unload_pressure is None else np.append(self.pressure, self.unload_pressure)
         return float(np.trapezoid(path, self.volume))
 
     def r_squared(self) -> float:
-        """Return the coefficient of determination of a line through the angle over the pressure on loading [1].
+        """Return the coefficient of determination [1] of a line through the angle over the pressure while loading.
 
         Returns
         -------
@@ -111,7 +111,7 @@ class Bend(Plotted, Tabular, data=lambda bend: bend.dataset()):
         Returns
         -------
         xarray.Dataset
-            Dimension pressure; angle [rad] and, where asked for, unload_angle [rad] at the same pressures.
+            Dimension pressure; angle [rad] and, if it was computed, unload_angle [rad] at the same pressures.
         """
         text = "angle toward the side with the pressure, on the way"
         variables = {"angle": ("pressure", self.angle, "rad", f"{text} up")}
@@ -135,7 +135,7 @@ def bend(
     unload: bool = False,
     law: str = "corrected",
 ) -> Bend:
-    """Bend a joint in air by the pressure of one side, from rest.
+    """Compute the bend of a joint in air under the pressure of one side, from rest.
 
     Parameters
     ----------
@@ -144,18 +144,18 @@ def bend(
     joint : str or int
         Name or index of a joint group.
     pressure : array_like, shape (n,)
-        Gauge pressures that rise [Pa]; the other side has none.
+        Rising gauge pressures of one side [Pa]; the other side has no pressure.
     side : str
-        ``"left"`` or ``"right"``: which muscles have it.
+        ``"left"`` or ``"right"``: the side under pressure.
     material : str, optional
         Material set, see `mooney`.
     friction : bool
-        Whether the braids rub.
+        Whether the braids have friction.
     unload : bool
-        Go back through the same pressures afterwards: with friction another branch.
+        Whether the pressure falls through the same values afterwards; friction makes the two branches differ.
     law : str
-        ``"corrected"``, or ``"as_printed"`` for Eqs 4-18 of the paper as they stand; those have no hysteresis, since
-        their friction lacks an area and a sign.
+        ``"corrected"``, or ``"as_printed"`` for Eqs 4-18 exactly as the paper prints them; the printed equations have
+        no hysteresis, since their friction lacks an area and a sign.
 
     Returns
     -------
@@ -205,9 +205,9 @@ def bend(
 
 
 def straightness(pressure: Array, angle: Array, low: float = 100e3, high: float = 250e3) -> float:
-    """Return the coefficient of determination of a line through angles [rad] between two pressures [Pa] [1].
+    """Return the coefficient of determination [1] of a line through the angles [rad] between two pressures [Pa].
 
-    By default the paper's range (section III.A); NaN where fewer than three points lie between.
+    The default range is the paper's (section III.A); NaN if fewer than three points lie in the range.
     """
     inside = (pressure >= low * (1 - 1e-12)) & (pressure <= high * (1 + 1e-12))
     if inside.sum() < 3:
@@ -244,7 +244,7 @@ def check_side(side: str) -> int:
 def _muscles(
     robot: Robot, joint: str | int, material: str, bent: Array, pressure: float, active: int, printed: bool
 ) -> dict[str, Any]:
-    """Return the state of the muscles: oil taken in [m^3], largest braid angle, lumen left, shortening, and notes."""
+    """Return the muscles' fields of a `Bend`: oil taken in, largest braid angle, lumen left, shortening, status."""
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     length = joint_sections(robot, joint, plain=printed)[:, 0]
     hose, axis = muscle(robot, material), 1 + bent[..., 1]
@@ -272,16 +272,16 @@ def _muscles(
 
 @dataclass(frozen=True)
 class Step:
-    """One step from the printed equations to the corrected ones, and the bend after it."""
+    """One correction of the printed equations, and the bend with it."""
 
-    text: str  # the correction that it adds
-    angle: float  # rad, of the joint with it
+    text: str  # the correction
+    angle: float  # bend of the joint with all corrections up to this one [rad]
 
 
 def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
-    """Return the bend at a pressure [Pa] after each correction of the printed equations, one by one.
+    """Return the bend at a pressure [Pa] after each correction of the printed equations, added one by one.
 
-    The effect of a correction depends on those before it; the last step is friction on loading.
+    The effect of a correction depends on the corrections before it; the last step adds friction while loading.
     """
     pressures = np.array([[check_pressure(pressure)[0], 0.0]])
 

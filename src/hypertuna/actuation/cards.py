@@ -15,9 +15,9 @@ from hypertuna.io.files import dataset
 from hypertuna.io.quantity import ZERO_CELSIUS, column_units, counted, label, listed, suffix
 from hypertuna.pictures import captioned, curve_svg
 
-ROWS = 11  # pressures
-TURBULENT = "turbulent: the pressure drop is underestimated"  # of a line beyond the laminar law
-# What costs bend: its letter in tables, and its meaning.
+ROWS = 11  # largest number of pressures in a table
+TURBULENT = "turbulent: the pressure drop is underestimated"  # text for a line whose flow is not laminar
+# Limits that reduce the bend: letter in tables, and meaning.
 LIMITS = {
     "pressure": ("p", "the pressure limit"),
     "suction": ("s", "suction"),
@@ -30,7 +30,7 @@ LIMITS = {
 
 @cards.of(Sizes)
 def sizes_card(sizes: Sizes) -> Card:
-    """Show what each beat needs of the servos; then one case in full, or a table of several."""
+    """Show the torque, speed and stroke that each beat needs of the servos; then one case in full, or a table."""
     beats: dict[tuple[str, float], list[Size]] = {}
     for size in sizes:
         beats.setdefault((size.joint, size.frequency), []).append(size)
@@ -52,7 +52,7 @@ def sizes_card(sizes: Sizes) -> Card:
 
 
 def sizes_dataset(sizes: Sizes) -> Any:
-    """Return a data set of all cases: a variable for each column."""
+    """Return a data set of all cases, with a variable for each column."""
     rows = [size.record() | {"turbulent": int(size.turbulent), "limits": " ".join(size.limits)} for size in sizes]
     units = column_units(Size)
 
@@ -100,7 +100,7 @@ def _case_facts(size: Size) -> dict[str, str]:
 
 
 def _case_table(sizes: Sizes) -> Table:
-    """Return a table with a row for each case: the varied values and the results."""
+    """Return a table of the varied values and the results, with a row for each case."""
     bores, temperatures = ({getattr(size, name) for size in sizes} for name in ("bore", "temperature"))
     columns: dict[str, Callable[[Size], str]] = {"\njoint": lambda size: size.joint}
     columns["f\n[Hz]"] = lambda size: f"{size.frequency:.3g}"
@@ -112,7 +112,7 @@ def _case_table(sizes: Sizes) -> Table:
         columns["oil\n[C]"] = lambda size: f"{size.temperature - ZERO_CELSIUS:.3g}"
         columns["viscosity\n[mm^2/s]"] = lambda size: f"{1e6 * size.viscosity:.3g}"
     columns["bend\n[deg]"] = lambda size: f"{math.degrees(size.bend):.1f}"
-    if sizes[0].values:  # else they stand above
+    if sizes[0].values:  # else the facts above have them
         columns["of\n[deg]"] = lambda size: _degrees(size.command)
         columns["torque\nof limit"] = lambda size: f"{100 * size.torque / size.torque_limit:.0f} %"
         columns["servo speed\nof limit"] = lambda size: f"{100 * size.servo_speed / size.servo_speed_limit:.0f} %"
@@ -126,23 +126,23 @@ def _case_table(sizes: Sizes) -> Table:
 
 
 def _limits(size: Size) -> tuple[str, ...]:
-    """Return the names of the limits that reduce a case's bend; without the servo's where the pressure limits too."""
+    """Return the names of the limits that reduce a case's bend, without "servo" where the pressure limits it too."""
     return tuple(name for name in size.limits if name != "servo" or "pressure" not in size.limits)
 
 
 def _letters(size: Size) -> str:
-    """Return the letters of the limits of a case."""
+    """Return the letters of the limits that reduce a case's bend, and of turbulent flow."""
     return "".join(LIMITS[name][0] for name in (*_limits(size), *["turbulent"] * size.turbulent))
 
 
 def _legend(sizes: Sizes) -> str:
-    """Return the meaning of the letters that these cases have."""
+    """Return the meaning of the letters that occur in these cases."""
     used = "".join(map(_letters, sizes))
     return "; ".join(f"{letter} {text}" for letter, text in LIMITS.values() if letter in used) or "none"
 
 
 def sizes_verdict(sizes: Sequence[Size]) -> str:
-    """Return a sentence on the smallest values with which all joints reach their bend in all beats, or on the best."""
+    """Return a sentence on the smallest values with which all joints reach their bend; if none do, on the best ones."""
     cases: dict[tuple[float, ...], list[Size]] = {}
     for size in sizes:
         cases.setdefault(tuple(size.values.values()), []).append(size)
@@ -157,7 +157,7 @@ def sizes_verdict(sizes: Sequence[Size]) -> str:
 
 
 def _loads_svg(sizes: Sizes) -> str:
-    """Draw the servo's torque and speed of each case as SVG, with the line between the limits of both."""
+    """Draw torque over speed of the servo in each case as SVG, with the servo's torque-speed line."""
     torque = [100 * size.torque / size.torque_limit for size in sizes]
     speed = [100 * size.servo_speed / size.servo_speed_limit for size in sizes]
     label = "servo torque [% of stall] over servo speed [% of that without load]"
@@ -167,12 +167,12 @@ def _loads_svg(sizes: Sizes) -> str:
 
 @cards.of(Bend)
 def bend_card(bend: Bend) -> Card:
-    """Show a bend at its pressures, without other material sets."""
+    """Show the bend of a joint at its pressures, for one material set."""
     return bends_card(bend, {bend.material: bend})
 
 
 def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] = ()) -> Card:
-    """Show a bend beside those of other material sets, at some or all pressures."""
+    """Show the bend of a joint for one or more material sets, at up to `ROWS` pressures, and the misprints' effects."""
     many_sets, columns = len(sets) > 1, {}
     for name, curve in sets.items():
         columns[f"{name if many_sets else 'loading'}\n[deg]"] = np.degrees(curve.angle)
@@ -201,7 +201,7 @@ def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] 
 
 
 def _bend_svg(bend: Bend) -> str:
-    """Draw the angle over the pressure as SVG."""
+    """Draw the bend over the pressure as SVG."""
     x, y = (np.concatenate(part) for part in zip(*bend.branches.values(), strict=True))
     return curve_svg(x / 1e3, np.degrees(y), "bend [deg] over pressure [kPa]")
 

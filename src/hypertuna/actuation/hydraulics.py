@@ -17,36 +17,36 @@ from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.ranges import POSITIVE
 
 SIDES = ("left", "right")
-DRIVES = "piston pump"  # key `drives` of the servos of circuits
-SOFTER = "more air or compliance, a narrower or longer line, or heavier rotors"  # of a circuit that is too stiff
-LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille's profile over that of plug flow
-ASTM_OFFSET = 0.7  # cSt, of ASTM D341
+DRIVES = "piston pump"  # value of the key `drives` of servos that drive the pump
+SOFTER = "more air or compliance, a narrower or longer line, or heavier rotors"  # fix for a circuit that is too stiff
+LAMINAR_INERTIA = 4 / 3  # momentum of Poiseuille flow over that of plug flow
+ASTM_OFFSET = 0.7  # cSt, offset of the viscosity in ASTM D341
 
 
 @dataclass(frozen=True)
 class Circuits:
-    """Numbers of a robot's circuits for the core, two rows a joint; without oil, its servo is in the left row."""
+    """Numbers of a robot's circuits for the core, two rows per joint; without oil, the left row is the joint servo."""
 
-    names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j; "" for none
-    columns: tuple[str, ...]  # by their names in core/include/hypertuna/actuation/circuit.hpp
+    names: tuple[str, ...]  # "I-left", "I-right", ...: circuit 2 j + s is side s of joint j; "" for an empty row
+    columns: tuple[str, ...]  # names of the columns in core/include/hypertuna/actuation/circuit.hpp
     values: Array  # (circuits, columns) [SI]
-    temperature: float  # K, of the oil
-    viscosity: float  # m^2/s, kinematic
+    temperature: float  # temperature of the oil [K]; NaN without oil
+    viscosity: float  # kinematic viscosity of the oil [m^2/s]; NaN without oil
 
     def column(self, name: str) -> Array:
-        """Return one quantity of every circuit [SI]."""
+        """Return the column of a name: one quantity of every circuit [SI]."""
         column: Array = self.values[:, self.columns.index(name)]
         return column
 
     def row(self, circuit: int) -> dict[str, float]:
-        """Return every quantity of one circuit [SI]."""
+        """Return every quantity of one circuit by name [SI]."""
         return dict(zip(self.columns, self.values[circuit].tolist(), strict=True))
 
 
 def viscosity(oil: Oil, temperature: ArrayLike) -> Array:
     """Return an oil's kinematic viscosity [m^2/s] at a temperature [K]: log10 log10(nu + 0.7) = A - B log10 T (ASTM).
 
-    A and B follow from the viscosities at 40 and 100 C; nu in cSt in the equation, returned in m^2/s.
+    A and B follow from the viscosities at 40 and 100 C. In the equation nu is in cSt.
     """
     kelvin = np.asarray(temperature, dtype=np.float64)
     outside = ~((kelvin >= oil.pour_point) & (kelvin <= HOTTEST))
@@ -71,18 +71,18 @@ def line_resistance(length: float, bore: float, dynamic_viscosity: float) -> flo
 def line_inertance(length: float, bore: float, density: float) -> float:
     """Return the inertance of a line in laminar flow, 4/3 rho l / (pi d^2 / 4) [Pa s^2/m^3].
 
-    The factor holds for Poiseuille's profile, up to a Womersley number d/2 sqrt(w / nu) of about 2.
+    The factor 4/3 holds for a Poiseuille profile, up to a Womersley number d/2 sqrt(w / nu) of about 2.
     """
     return LAMINAR_INERTIA * density * length / (np.pi / 4 * bore**2)
 
 
 def line_loss(bore: float, coefficient: float, density: float) -> float:
-    """Return the entry and exit loss of a line, coefficient x rho / (2 area^2) [Pa s^2/m^6]."""
+    """Return the entry and exit loss of a line over the flow squared, coefficient x rho / (2 area^2) [Pa s^2/m^6]."""
     return coefficient * density / (2 * (np.pi / 4 * bore**2) ** 2)
 
 
 def _rest_volume(robot: Robot, group: JointGroup) -> float:
-    """Return the volume of the drive units of one side at rest: straight lumens [m^3]."""
+    """Return the oil volume [m^3] in the lumens of one side's drive units, straight and at rest."""
     unit = require(robot.drive_unit, "drive_unit", robot)
     actuator = require(group.actuator, f"{joint_key(robot, group.name)}.actuator", robot)
     count = require(group.drive_units, f"{joint_key(robot, group.name)}.drive_units", robot)
@@ -90,7 +90,7 @@ def _rest_volume(robot: Robot, group: JointGroup) -> float:
 
 
 def pump_servo(robot: Robot) -> Servo:
-    """Return the servo that drives a cylinder of the pump; all its values must be given."""
+    """Return the table of the servos that drive the pump's cylinders; all its values must be given."""
     index = next((i for i, servo in enumerate(robot.servos) if servo.drives == DRIVES), None)
     k = require(index, f"[[servos]] with drives = {DRIVES!r}", robot, "add that table to the robot's file")
     servo = robot.servos[k]
@@ -112,7 +112,7 @@ def rated_voltage(robot: Robot) -> float:
 
 
 def supply_voltage(robot: Robot) -> float:
-    """Return the voltage at the servos [V]: the converter's, else the battery's nominal, else the servos' rated one."""
+    """Return the voltage at the servos [V]: the battery's nominal one, at most the converter's; else the rated one."""
     battery, rated = robot.battery, rated_voltage(robot)
     if battery is None or battery.series is None:
         return rated
@@ -128,16 +128,16 @@ def has_oil(robot: Robot) -> bool:
 def drive_names(robot: Robot, *, oil: bool = False) -> tuple[str, ...]:
     """Return the names of the servos that move the joints, two per joint: "I-left", "I-right"; "II", "" with one servo.
 
-    oil: those of circuits alone.
+    oil: name only the servos of circuits.
     """
     pairs = ([f"{g.name}{end}" for end in g.drive.servos if g.drive.oil or not oil] for g in robot.joints)
     return tuple(name for names in pairs for name in (*names, "", "")[: len(SIDES)])
 
 
 def circuits(robot: Robot, temperature: float | None = None) -> Circuits:
-    """Return the circuits of a robot at an oil temperature [K], its own by default.
+    """Return the circuits of a robot at an oil temperature [K], by default that of its file.
 
-    They are filled so that all pressures are the line's fill pressure with the joint straight and the servos at zero.
+    They are filled so that with straight joints and servos at zero all pressures are the line's fill pressure.
     """
     columns, rows = tuple(_core.circuit_columns()), []
     kelvin, nu = math.nan, math.nan
@@ -167,14 +167,14 @@ def _circuit_of(robot: Robot, group: JointGroup, nu: float) -> dict[str, float]:
 
 
 def require_oil(robot: Robot, key: str) -> None:
-    """Refuse an option that applies to oil alone for a robot without oil."""
+    """Refuse an option that applies to oil only, if the robot has no oil."""
     if not has_oil(robot):
         rule, fix = f"applies to oil, and servos turn all joints of {robot.name}", "leave it out"
         raise InputError(rule, file=robot.file or None, key=key, fix=fix)
 
 
 def with_bore(robot: Robot, bore: float) -> Robot:
-    """Return a robot with another bore of all lines [m]."""
+    """Return the robot with all lines of a new bore [m]."""
     require_oil(robot, "bore")
     POSITIVE.check(1e3 * bore, "bore", "give the inner diameter of the lines in mm")
     document = robot.document()
@@ -187,13 +187,13 @@ def with_bore(robot: Robot, bore: float) -> Robot:
 
 
 def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Array:
-    """Return the servo angle [rad] that displaces a volume [m^3]: the inverse of the slider-crank.
+    """Return the servo angle [rad] that displaces a volume [m^3], by the inverse of the slider-crank.
 
     NaN beyond the dead centers.
     """
     numbers = hydraulics.row(circuit)
     crank, rod = numbers["crank"], numbers["rod"]
-    # Triangle of crank, rod and the piston's distance from the axle: law of cosines.
+    # law of cosines in the triangle of crank, rod and the distance from the piston to the axle
     distance = np.asarray(volume, dtype=np.float64) / numbers["area"] + numbers["start"] + rod - crank
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = (distance**2 + crank**2 - rod**2) / (2 * distance * crank)
@@ -202,12 +202,12 @@ def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Ar
 
 
 def _given(*parts: Part) -> dict[str, float]:
-    """Return the numbers that the core's circuit and tables of the description have under the same names."""
+    """Return the numbers of description tables whose names are columns of the core's circuit."""
     return {name: getattr(part, name) for part in parts for name in _core.circuit_columns() if name in part.declared}
 
 
 def _circuit(pump: Pump, servo: Servo, oil: Oil, line: Line, rest: float, nu: float) -> dict[str, float]:
-    """Return the numbers of one circuit by the core's names; its units hold `rest` [m^3], `nu` is the oil's [m^2/s]."""
+    """Return one circuit's numbers by the core's names; rest: oil in its drive units [m^3], nu: viscosity [m^2/s]."""
     area = np.pi / 4 * pump.bore**2
     sine, cosine = (without_last_bit(f(pump.neutral)) for f in (math.sin, math.cos))
     piston_start = pump.crank * (1 - cosine) - pump.rod + math.sqrt(pump.rod**2 - (pump.crank * sine) ** 2)

@@ -1,4 +1,4 @@
-"""A first robot file: the fish of description/new.py, with drives for its joints."""
+"""The first file of a new robot: the fish of description/new.py, with drives for its joints."""
 
 import math
 from bisect import bisect_right
@@ -30,21 +30,22 @@ HEADER = """\
 # Every value that was not given is an estimate; [sources] has its rule. Replace values as you measure them, write
 # "measured" and how into [sources], and run `hypertuna robot check`.
 """
-LEAST_SHARE = 20  # % of the amplitudes: smaller ones hardly move a robot
-FASTER = 2.0  # than the gait bounds: the highest frequency of a command
-STALLED = 1.2  # range of a current sensor over what a stalled servo draws
-RESERVE = 3.0  # stall torque over the largest of the beat: a usual rule for lasting loads
-SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s, of data sheets
-PRESSURE = 250e3  # Pa, up to which HyperTuna's joints were tested
-LEVER = 0.6  # of a tendon over the half width
-LEAST, BEND = math.radians(0.2), math.radians(90.0)  # of a joint group
-STROKE = 0.6  # of the crank: what the largest bend takes of the piston's way to one side
-AIR = 0.01  # of the oil's volume
-REACH = 1.2  # control may command so much more than the largest bend
-CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # of lithium polymer
-LOW_V = 3.4  # of such a cell, at which a status warns
-CHARGE, STRING = 15.0, 5.0  # W h per kg of robot, as HyperTuna's; A h of a string at most
-SENSORS, OF_OIL = ("rate", "acceleration", "current", "voltage", "depth"), ("bend", "pressure")
+LEAST_SHARE = 20  # % of the gait's amplitudes; smaller amplitudes hardly move a robot
+FASTER = 2.0  # highest frequency of a command over the highest frequency of the gait bounds
+STALLED = 1.2  # range of a current sensor over the current of a stalled servo
+RESERVE = 3.0  # stall torque over the largest torque of the beat: a usual rule for lasting loads
+SERVO_V, SERVO_SPEED = 7.4, 7.5  # V and rad/s of servos, from data sheets
+PRESSURE = 250e3  # Pa, pressure limit: HyperTuna's joints were tested up to it
+LEVER = 0.6  # lever of a tendon over the half width of the body
+LEAST, BEND = math.radians(0.2), math.radians(90.0)  # smallest and largest bend of a joint group with muscles
+STROKE = 0.6  # travel of the piston for the largest commanded bend, over the crank
+AIR = 0.01  # volume of air bubbles over the oil's volume
+REACH = 1.2  # largest bend that control may command over the bend at the pressure limit
+CELL = {"voltage_v": 3.7, "charged_v": 4.2}  # voltages of a lithium polymer cell
+LOW_V = 3.4  # voltage of such a cell at which a status warns
+CHARGE, STRING = 15.0, 5.0  # energy of the battery per mass of robot [W h/kg], as HyperTuna's; largest string [A h]
+SENSORS = ("rate", "acceleration", "current", "voltage", "depth")  # sensors of all robots
+OF_OIL = ("bend", "pressure")  # further sensors of robots with oil
 AS_HYPERTUNA = "estimate: as HyperTuna's, see robots/hypertuna.toml"
 
 
@@ -57,16 +58,16 @@ def first_robot(
     tail: str = "driven",
     **sizes: Unpack[Sizes],
 ) -> str:
-    """Return the text of a robot file that swims at once; sizes as in `new_robot`, `tail` as in `with_tail`.
+    """Return the text of a new robot's file, complete enough to swim; sizes as in `new_robot`, tail as in `with_tail`.
 
-    `actuation` is "none" or a key of `MADE`; `sea` adds what dives, missions and the firmware need.
+    `actuation` is "none" or a key of `MADE`; `sea` adds the tables that dives, missions and the firmware need.
     """
     drive = DRIVES.get(actuation)
     if sea and drive is None:
         raise InputError("needs an actuation", key="--sea", fix="add --actuation servo or --actuation hydraulic")
     document, (shape, _) = with_tail(name, tail, joints=joints, **sizes), shape_of(**sizes)
     if drive is not None:
-        _drive(document, drive)
+        _add_control(document, drive)
         MADE[actuation](document, shape)
     if sea:
         tuna = read_toml(shipped("robots") / "hypertuna.toml")
@@ -82,14 +83,14 @@ def first_robot(
         take_to_sea(document, tuna, shape, speed)
         robot = parse(document)
         slow, cruise = (settled_speed(robot, named_gait(robot, name)) for name in document["guidance"]["gaits"])
-        if not slow < cruise:  # of some fish of a few grams
+        if not slow < cruise:  # true of some fish of a few grams
             document["guidance"]["gaits"] = ["cruise"]
     parse(document, file=f"{name}.toml")
     return HEADER.format(name=name) + commented(document, Robot)
 
 
 def _slow_to_dive(document: dict[str, Any]) -> float:
-    """Reduce the amplitudes until the fins can dive the robot, and return its speed [m/s]."""
+    """Reduce the amplitudes of the cruise until the fins can make the robot dive; return its speed [m/s]."""
     gait, limit = document["gaits"]["cruise"], DIVES * inversion_speed(parse(document))
     full_amplitude = gait["amplitude_deg"]
     if (torque := "joints.servo.torque_n_m") in document["sources"]:
@@ -103,8 +104,8 @@ def _slow_to_dive(document: dict[str, Any]) -> float:
     return speed(LEAST_SHARE + bisect_right(range(LEAST_SHARE + 1, 101), limit, key=speed))
 
 
-def _drive(document: dict[str, Any], drive: Drive) -> None:
-    """Add battery, sensors, controller and the joints' limits to a document, as HyperTuna's."""
+def _add_control(document: dict[str, Any], drive: Drive) -> None:
+    """Add HyperTuna's battery, sensors and controller to a document, and limits of the joints."""
     sensors = SENSORS + OF_OIL * drive.oil
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     for group, (_, largest) in zip(document["joints"], document["gait_bounds"]["amplitude_deg"], strict=True):
@@ -122,15 +123,15 @@ def _drive(document: dict[str, Any], drive: Drive) -> None:
 
 
 def _current_sensor(document: dict[str, Any], stall: float) -> None:
-    """Set the range of the sensor of the servos' current so that it reads the current of a stalled servo [A]."""
+    """Widen the range of the current sensor, if necessary, so that it covers the current of a stalled servo [A]."""
     sensor = next(sensor for sensor in document["sensors"] if sensor["quantity"] == "current")
     if (ratio := float(f"{STALLED * stall / sensor['high']:.2g}")) > 1:
         scaled = {key: ratio * sensor[key] for key in ("low", "high", "noise", "resolution", "bias")}
         document["sensors"][document["sensors"].index(sensor)] = sensor | scaled | {"part": "of this range"}
 
 
-def _tendons(document: dict[str, Any], shape: Shape) -> None:
-    """Add tendons beside the spine, which bend the joints of each group by equal parts as far as the drum turns."""
+def _add_tendons(document: dict[str, Any], shape: Shape) -> None:
+    """Add tendons beside the spine, whose drums bend all joints of a group equally, and servos that turn the drums."""
     fronts = np.cumsum([0.0, *document["links"]["length_m"]])
     for group in document["joints"]:
         levers: list[float] = []
@@ -144,11 +145,11 @@ def _tendons(document: dict[str, Any], shape: Shape) -> None:
         f"estimate: each runs beside the spine, at {LEVER:g} times the half width at each joint; drums that share the "
         "bend equally, and turn as far as all joints of the group bend together"
     )
-    _drive_by_servos(document, shape)
+    _add_servos(document, shape)
 
 
-def _drive_by_servos(document: dict[str, Any], _: Shape) -> None:
-    """Add a servo to each joint; fit battery, low voltage and current sensor to it, and remove the keys of pressure."""
+def _add_servos(document: dict[str, Any], _: Shape) -> None:
+    """Add a servo to each joint, with a battery and current sensor that suit it; remove the keys of pressure."""
     control = document["controller"]
     document["controller"] = {key: value for key, value in control.items() if not key.startswith("pressure_")}
     charge = CHARGE * document["body"]["mass_kg"] / (2 * CELL["voltage_v"])
@@ -174,7 +175,7 @@ def _drive_by_servos(document: dict[str, Any], _: Shape) -> None:
 
 
 def _torques(document: Mapping[str, Any]) -> list[float]:
-    """Return the stall torque that each joint group's servo needs [N m]."""
+    """Return the stall torque [N m] that the servo of each joint group needs for the cruise."""
     robot = parse(document)
     beat = swim(robot, named_gait(robot, "cruise")).trajectory
     peaks = [np.abs(beat[name].to_numpy()).max(axis=0) for name in ("joint_torque", "motor_torque")]
@@ -182,16 +183,16 @@ def _torques(document: Mapping[str, Any]) -> list[float]:
     return [float(f"{max(0.05, RESERVE * largest):.2g}") for largest in loads]
 
 
-def _drive_by_oil(document: dict[str, Any], shape: Shape) -> None:
-    """Add muscles, pump, oil and lines, HyperTuna's scaled to the sections; and batteries by the robot's mass."""
+def _add_hydraulics(document: dict[str, Any], shape: Shape) -> None:
+    """Add HyperTuna's muscles, pump, oil and lines, scaled to the sections, and batteries by the robot's mass."""
     tuna = read_toml(shipped("robots") / "hypertuna.toml")
     strings = math.ceil(document["body"]["mass_kg"] / tuna["body"]["mass_kg"])
     document["battery"] = tuna["battery"] | {"cells": strings * tuna["battery"]["cells"]}
     document |= {table: tuna[table] for table in ("materials", "drive_unit", "oil")}
     lengths = document["links"]["length_m"]
     bodies = [_soft_body(shape, lengths, group["links"]) for group in document["joints"]]
-    both = (bodies, [group["actuator"] for group in tuna["joints"]])
-    narrow, of_hypertuna = (min(min(body["semi_minor_m"]) for body in bodies_of) for bodies_of in both)
+    bodies_of_both = (bodies, [group["actuator"] for group in tuna["joints"]])
+    narrow, of_hypertuna = (min(min(body["semi_minor_m"]) for body in bodies_of) for bodies_of in bodies_of_both)
     hose = DriveUnit.scaled(tuna["drive_unit"], width=narrow / of_hypertuna)
     document["drive_unit"] |= hose
     for group, body in zip(document["joints"], bodies, strict=True):
@@ -211,7 +212,8 @@ def _drive_by_oil(document: dict[str, Any], shape: Shape) -> None:
     document["sources"] |= SOURCES | dict.fromkeys(("materials", "oil"), AS_HYPERTUNA)
 
 
-MADE = {"servo": _drive_by_servos, "tendons": _tendons, "hydraulic": _drive_by_oil}  # by --actuation: those of `DRIVES`
+# Function that adds the drives, by the value of --actuation; the keys are those of `DRIVES`.
+MADE = {"servo": _add_servos, "tendons": _add_tendons, "hydraulic": _add_hydraulics}
 
 SOURCES = {
     "joints.actuator": "estimate: elliptical sections of the fish's shape, three fifths of the links of the group, "
@@ -234,7 +236,7 @@ SOURCES = {
 
 
 def _soft_body(shape: Shape, lengths: Sequence[float], links: Sequence[int]) -> dict[str, Any]:
-    """Return the table of the soft body of a joint group: three segments at the front of its first link."""
+    """Return the table of a joint group's soft body: three segments at the front of the group's first link."""
     start, length = sum(lengths[: links[0]]), 0.6 * sum(lengths[i] for i in links)
     segment = float(f"{length / 3:.3g}")
     stations = np.minimum(start + segment * np.arange(3.0), 0.98 * shape.fin_start * shape.length)
@@ -257,11 +259,11 @@ def _line(
 
 
 def _size_pump(document: dict[str, Any]) -> None:
-    """Set bends and amplitudes to what the muscles reach, and the pump's bore and servos to the oil that they take."""
+    """Set bends and amplitudes to the muscles' range, and the pump's bore and servos to the oil that they need."""
     pump, displaced = document["pump"], 0.0
     for j, model in enumerate(joint_models(parse(document))):
         bend = min(abs(float(model.balance([[PRESSURE, 0.0]])["angle"][0])), 0.9 * model.reach, BEND)
-        if not bend >= LEAST:  # or it is no number
+        if not bend >= LEAST:  # also true if it is NaN
             raise InputError("must bend")
         group, gait = document["joints"][j], document["gaits"]["cruise"]
         group["bend_max_deg"] = math.floor(10 * math.degrees(bend)) / 10
@@ -283,7 +285,7 @@ def _size_pump(document: dict[str, Any]) -> None:
 
 
 def _displaced(compliance: float, model: JointModel, bend: float) -> float:
-    """Return the oil volume that a joint's bend takes from a cylinder, with compliance and air bubbles [m^3]."""
+    """Return the oil [m^3] that a cylinder displaces to bend a joint, with compliance and air bubbles."""
     state = model.hold([-bend, bend])
     straight = model.at(0.0)["volume"]
     pressure = np.minimum(state["pressure"], PRESSURE)

@@ -13,15 +13,15 @@ from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.io.quantity import columns, suffix
 
-DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))
+DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (5, 1.5, 1, 1.5)))  # line styles of the other material sets
 
-NO_SETS: Mapping[str, Bend] = {}
+NO_SETS: Mapping[str, Bend] = {}  # no other material sets
 
 
 @plots.of(Bend)
 @styled
 def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = WIDTH) -> Figure:
-    """Plot a joint's angle over the pressure, with the band of the material sets and the described largest bend."""
+    """Plot a joint's bend over the pressure, with the band of all material sets and the largest bend as described."""
     figure = Figure(figsize=(width, 0.4 * width + 1.4), layout="constrained")
     axes = figure.subplots()
     pressure = bend.pressure / 1e3
@@ -44,7 +44,7 @@ def plot_bend(bend: Bend, sets: Mapping[str, Bend] = NO_SETS, *, width: float = 
 
 
 def _draw_loop(axes: Axes, bend: Bend) -> None:
-    """Draw loading and unloading, each with an arrow in its middle."""
+    """Draw the curves of loading and unloading, each with an arrow in its middle."""
     for color, (text, (pressure, angle)) in zip((COLORS[1], COLORS[0]), bend.branches.items(), strict=False):
         points = np.stack([pressure / 1e3, np.degrees(angle)], axis=1)
         axes.plot(*points.T, "-", color=color, zorder=3, label=f"{bend.material} set, {text}")
@@ -54,8 +54,8 @@ def _draw_loop(axes: Axes, bend: Bend) -> None:
             axes.annotate("", points[middle], points[middle - 1], arrowprops=style)
 
 
-DASHED = (0, (4, 3))
-# What a figure may run along beside the keys that vary, in this order: column, label and text of a value.
+DASHED = (0, (4, 3))  # line style of the commanded bend
+# An axis of a figure: column or key, label, and format of a value. After keys that vary, a figure tries these in order.
 Axis = tuple[str, str, str]
 AXES: tuple[Axis, ...] = (
     ("bore_mm", "bore of the lines [mm]", "{:.3g} mm"),
@@ -68,7 +68,7 @@ KEY_UNITS = ("N m", "rad/s", "m^2/s", "kg/m^3", "m^3/Pa", "kg m^2", "m^3", "Pa",
 
 
 def _key_axis(key: str) -> Axis:
-    """Return the axis of a key of the robot's file: key, label and format of its values."""
+    """Return the axis for a key of the robot's file: key, label and format of its values."""
     name = key.rpartition(".")[2]
     unit = next((unit for unit in KEY_UNITS if name.endswith(suffix(unit))), "")
     words = name.removesuffix(suffix(unit)).replace("_", " ")
@@ -76,7 +76,7 @@ def _key_axis(key: str) -> Axis:
 
 
 def _axes(sizes: Sequence[Size]) -> list[Axis]:
-    """Return all axes: first the figure's, of the key with most values, else of the first of `AXES` that varies."""
+    """Return all axes; the first is the x axis: the key with the most values, else the first of `AXES` that varies."""
     keys = [_key_axis(key) for key in sizes[0].values]
     axes = [*keys, *AXES]
     count = {axis: len({_value(size, axis[0]) for size in sizes}) for axis in axes}
@@ -86,27 +86,27 @@ def _axes(sizes: Sequence[Size]) -> list[Axis]:
 @plots.of(Sizes)
 @styled
 def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
-    """Plot the bend reached, and below it the line's corner frequency or the power: a column for each joint.
+    """Plot the bend reached, and below it the corner frequency of the line or the power: a column for each joint.
 
-    Along the key that varies with most values, else along bore, frequency or temperature, the first that varies; a line
-    for each value of the others. Open marks are at the pressure limit. The corner does not depend on the frequency, nor
-    on most keys: along them, power is below.
+    The x axis is the key with the most values, else bore, frequency or temperature, the first that varies. Each
+    combination of the other values has a line. Open marks are at the pressure limit. The lower panels show power over
+    frequency and over keys, since the corner does not depend on frequency or on most keys.
     """
     joints = list(dict.fromkeys(size.joint for size in sizes))
-    (along, xlabel, _), *across = _axes(sizes)
-    lines = list(dict.fromkeys(_values(size, across) for size in sizes))
-    varied = [axis for axis in across if len({_value(size, axis[0]) for size in sizes}) > 1]
-    powers = along == "frequency_hz" or along in sizes[0].values
+    (x_column, xlabel, _), *other_axes = _axes(sizes)
+    lines = list(dict.fromkeys(_values(size, other_axes) for size in sizes))
+    varied = [axis for axis in other_axes if len({_value(size, axis[0]) for size in sizes}) > 1]
+    powers = x_column == "frequency_hz" or x_column in sizes[0].values
     figure = Figure(figsize=(width, 0.62 * width + 0.5), layout="constrained")
     panels = figure.subplots(2, len(joints), sharex=True, sharey="row", squeeze=False)
     for column, joint in enumerate(joints):
-        mine = [size for size in sizes if size.joint == joint]
+        joint_sizes = [size for size in sizes if size.joint == joint]
         for k, (line, color) in enumerate(zip(lines, sequence(len(lines)), strict=True)):
-            chosen = [size for size in mine if _values(size, across) == line]
-            x = [_value(size, along) for size in chosen]
+            chosen = [size for size in joint_sizes if _values(size, other_axes) == line]
+            x = [_value(size, x_column) for size in chosen]
             bend = np.degrees([size.bend for size in chosen])
             label = ", ".join(axis[2].format(_value(chosen[0], axis[0])) for axis in varied)
-            growth = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # what is drawn first shows beneath the rest
+            growth = 2.2 * (len(lines) - 1 - k) / max(1, len(lines) - 1)  # first marks are larger: others cover them
             marks = dict(POINTS) | {"color": color, "marker": SHAPES[k % len(SHAPES)], "ms": 5.5 + growth}
             panels[0, column].plot(x, bend, **marks, label=label or None)
             limited = ["pressure" in size.limits for size in chosen]
@@ -114,8 +114,12 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
             panels[0, column].plot(np.compress(limited, x), np.compress(limited, bend), **open_marks)
             lower = [size.electrical_power["total"] if powers else size.corner for size in chosen]
             panels[1, column].plot(x, lower, **marks)
-        fixed = [axis[2].format(_value(mine[0], axis[0])) for axis in across if axis in AXES and axis not in varied]
-        command = float(np.degrees(mine[0].command))
+        fixed = [
+            axis[2].format(_value(joint_sizes[0], axis[0]))
+            for axis in other_axes
+            if axis in AXES and axis not in varied
+        ]
+        command = float(np.degrees(joint_sizes[0].command))
         panels[0, column].axhline(command, color=INK, lw=1, ls=DASHED)
         panels[0, column].set(title=", ".join([f"Joint {joint}: {command:.3g}°", *fixed]))
         panels[1, column].set_xlabel(xlabel)
@@ -142,7 +146,7 @@ def plot_pump(sizes: Sequence[Size], *, width: float = WIDTH) -> Figure:
 
 
 def _value(size: Size, column: str) -> float:
-    """Return a case's value on an axis, rounded so that equal ones compare equal."""
+    """Return a case's value of a column or key, rounded so that equal values compare equal."""
     return round(float(size.values[column] if column in size.values else columns(size)[column]), 9)
 
 

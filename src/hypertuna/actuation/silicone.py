@@ -17,10 +17,10 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float, read_lines
 from hypertuna.ranges import CELL, POSITIVE
 
-UP_TO = 1.0  # engineering strain up to which a test is fitted: that of a data sheet's modulus
-POINTS_MIN = 5  # of a fit
-STRAIN_MAX = 20.0  # the softest silicones break at 10 to 17; larger strains are in percent
-PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}
+UP_TO = 1.0  # engineering strain up to which a test is fitted; data sheets give the modulus at this strain
+POINTS_MIN = 5  # fewest rows for a fit
+STRAIN_MAX = 20.0  # larger strains must be in percent: the softest silicones break at 10 to 17
+PASCALS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6}  # Pa by unit of a column's name
 
 
 class Mooney(NamedTuple):
@@ -44,10 +44,10 @@ class Mooney(NamedTuple):
 class TensileTest:
     """A tensile test: strain [1] and engineering stress [Pa]."""
 
-    name: str  # of the material, or of the file
+    name: str  # name of the material, else of the file
     strain: Array  # (points,) engineering strain
     stress: Array  # (points,) Pa, engineering stress
-    omitted: int  # rows of the file that lack one of the two
+    omitted: int  # number of rows of the file without strain or stress
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,17 @@ class TensileFit:
     """Mooney-Rivlin constants fitted to a tensile test, with the rows used and the residual stress."""
 
     solid: Mooney  # Pa, with C1 and C2 not negative
-    free: Mooney  # Pa, of the unconstrained fit: if one of them is negative, `solid` may have the other at its bound
+    free: Mooney  # Pa, of the unconstrained fit, in which C1 or C2 may be negative
     up_to: float  # largest engineering strain of the rows fitted
     requested: float  # largest engineering strain to fit
-    ended: bool  # the test ends before `requested`
-    points: int  # rows fitted
-    rms: float  # Pa, of the residual stress
+    ended: bool  # whether the test ends before `requested`
+    points: int  # number of rows fitted
+    rms: float  # Pa, root mean square of the residual stress
     stress_100: float  # Pa, measured engineering stress at 100 % strain; NaN if the test ends before
 
     @property
     def status(self) -> str:
-        """Sentence on the fit: rows used, and constants at their bound of 0."""
+        """Sentence on the fit: the rows used, and the constants at their bound of 0."""
         bound = [name for name, value in zip(("C1", "C2"), self.solid, strict=True) if value == 0]
         reason = f", where the test ends ({100 * self.requested:.4g} % was requested)" if self.ended else ""
         fitted = f"Fitted to {self.points} rows up to {100 * self.up_to:.0f} % strain{reason}."
@@ -143,7 +143,7 @@ def fit_silicone(test: TensileTest, *, up_to: float = UP_TO) -> TensileFit:
 
 
 def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[float, float], bool]:
-    """Return the row of names, the columns of strain and stress, their factors to SI, and whether values are true."""
+    """Return the row of names; the columns of strain and stress, and their factors to SI; whether they are true."""
     for k, line in enumerate(lines):
         names = [name.strip().lower() for name in re.split(r"[;,]", line)]
         for kind in ("engineering", "true"):
@@ -163,7 +163,7 @@ def _columns(lines: list[str], file: str) -> tuple[int, tuple[int, int], tuple[f
 
 
 def _number(text: str, place: str) -> float:
-    """Return the number in a cell; an error names its place."""
+    """Return the number in a cell; errors name its place in the file."""
     value = parse_float(text)
     if not np.isfinite(value):
         raise InputError("must be a finite number", file=place, value=shown(text), fix="correct or empty that cell")

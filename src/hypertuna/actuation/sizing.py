@@ -21,19 +21,19 @@ from hypertuna.io.quantity import Format, columns
 from hypertuna.ranges import POSITIVE, Range
 
 SAMPLE = 1e-3  # s between rows of a run
-SHORTEST = 1e-5  # s, of a step: below it a beat takes minutes
-MAX_STEPS = 150_000  # of a run: some seconds
-BEATS, LAGS = 4, 6.0  # length of a run: beats and time constants of the line, whichever is longer
-STABLE = 1.5  # stiffness times step; Runge-Kutta is stable up to 2.7
+SHORTEST = 1e-5  # s, shortest allowed step; with a shorter one a beat takes minutes to compute
+MAX_STEPS = 150_000  # most steps of a run, which take some seconds
+BEATS, LAGS = 4, 6.0  # length of a run: this many beats or time constants of the line, whichever is longer
+STABLE = 1.5  # step times the circuit's fastest rate; Runge-Kutta is stable up to 2.7
 STIFF = 1e6  # Pa, pressure at which a step must be stable
 FLOWS = 200  # instants of a beat at which the joint's flow is computed
-HALVINGS = 8  # of the interval of the command, to keep the pressure at its limit
-REACHED = 0.95  # fraction of what is asked for, below which servo, compliance or line limit the bend
-SETTLED = 0.5  # s, longer than servos take to a constant angle
-DURATION_MAX = 80.0  # s of a run
+HALVINGS = 8  # steps of the bisection for the command that keeps the pressure at its limit
+REACHED = 0.95  # part of the command that counts as reached; a servo, compliance or line that passes less is a limit
+SETTLED = 0.5  # s, longer than servos take to reach a constant angle
+DURATION_MAX = 80.0  # s, longest run
 LAMINAR = 2300  # Reynolds number up to which a line's flow is laminar
-DEEP_SUCTION = 0.8  # of the cavitation pressure: air expands there and the joint's passive side no longer follows
-MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")
+DEEP_SUCTION = 0.8  # part of the cavitation pressure below which air expands so that the passive side no longer follows
+MARGINS = ("torque_margin", "servo_speed_margin", "stroke_margin")  # properties of a `Size` that records add
 
 
 @dataclass(frozen=True)
@@ -47,33 +47,33 @@ class Size:
     viscosity: Annotated[float, Format("mm^2/s")]  # m^2/s, kinematic viscosity of the oil
     command: Annotated[float, Format("deg")]  # rad, amplitude commanded to the servos
     torque: Annotated[float, Format("N m")]  # N m, of a servo at the joint's pressure limit, with friction
-    torque_limit: Annotated[float, Format("N m")]  # N m, at stall
+    torque_limit: Annotated[float, Format("N m")]  # N m, stall torque of a servo
     servo_speed: Annotated[float, Format("rad/s")]  # rad/s, largest rate of a servo that follows the beat exactly
-    servo_speed_limit: Annotated[float, Format("rad/s")]  # rad/s, without load
+    servo_speed_limit: Annotated[float, Format("rad/s")]  # rad/s, of a servo without load
     stroke: Annotated[float, Format("deg")]  # rad, largest servo angle to either side for the command
-    stroke_limit: Annotated[float, Format("deg")]  # rad, dead center on that side
+    stroke_limit: Annotated[float, Format("deg")]  # rad, angle of the nearer dead center
     line_resistance: Annotated[float, Format("Pa s/m^3")]  # Pa s/m^3, of the line
     line_inertance: Annotated[float, Format("Pa s^2/m^3")]  # Pa s^2/m^3, of the line
     capacity_rest: Annotated[float, Format("m^3/Pa")]  # m^3/Pa, volume of one side per pressure, at rest
     capacity: Annotated[float, Format("m^3/Pa")]  # m^3/Pa, the same up to the pressure limit
-    corner_rest: Annotated[float, Format("Hz")]  # Hz, of the line with `capacity_rest`, 1 / (2 pi R C)
-    corner: Annotated[float, Format("Hz")]  # Hz, with `capacity`
-    resonance: Annotated[float, Format("Hz")]  # Hz, of the inertance with `capacity`, 1 / (2 pi sqrt(I C))
-    damping_ratio: Annotated[float, Format()]  # of that resonance
-    # Hz, of the inertance with oil and air of the cylinder at the fill pressure: excited by servo steps
+    corner_rest: Annotated[float, Format("Hz")]  # Hz, corner frequency of line and `capacity_rest`, 1 / (2 pi R C)
+    corner: Annotated[float, Format("Hz")]  # Hz, corner frequency of line and `capacity`
+    resonance: Annotated[float, Format("Hz")]  # Hz, of inertance and `capacity`, 1 / (2 pi sqrt(I C))
+    damping_ratio: Annotated[float, Format()]  # damping ratio of `resonance`
+    # Hz, resonance of the inertance with oil and air of the cylinder at the fill pressure; steps of the servo excite it
     ring: Annotated[float, Format("Hz")]
-    ring_damping_ratio: Annotated[float, Format()]  # of that resonance
+    ring_damping_ratio: Annotated[float, Format()]  # damping ratio of `ring`
     # Pa, largest pressure drop along the line if the joint follows the command, by laminar flow
     pressure_drop: Annotated[float, Format("kPa")]
     reynolds: Annotated[float, Format()]  # largest Reynolds number of that flow
-    bend: Annotated[float, Format("deg")]  # rad, first harmonic of the bend, in air, massless
-    lag: Annotated[float, Format("deg")]  # rad, behind the command
-    command_fraction: Annotated[float, Format()]  # for the servos, less than 1 at the pressure limit
+    bend: Annotated[float, Format("deg")]  # rad, first harmonic of the bend, in air, without inertia
+    lag: Annotated[float, Format("deg")]  # rad, phase of the bend behind the command
+    command_fraction: Annotated[float, Format()]  # part of the command that is sent; below 1 at the pressure limit
     pressure_max: Annotated[float, Format("kPa")]  # Pa, of the cylinders
-    pressure_min: Annotated[float, Format("kPa")]  # Pa
+    pressure_min: Annotated[float, Format("kPa")]  # Pa, of the cylinders
     limits: tuple[str, ...]  # what limits the bend: "pressure", "suction", "servo", "compliance", "line"
     electrical_power: dict[str, float]  # W, mean electrical power of both servos: ``total`` and its shares
-    values: Mapping[str, float] = field(default_factory=dict)  # of the keys of the robot's file that `size_over` varies
+    values: Mapping[str, float] = field(default_factory=dict)  # values that `size_over` varies, by key
 
     @property
     def turbulent(self) -> bool:
@@ -82,26 +82,26 @@ class Size:
 
     @property
     def reached(self) -> bool:
-        """Whether the bend is at least 95 % of the command, by servos that hold the pressure limit."""
+        """Whether the bend is at least 95 % of the command, and the servos can hold the pressure limit."""
         return self.bend >= REACHED * self.command and self.torque <= self.torque_limit
 
     @property
     def torque_margin(self) -> float:
-        """Spare servo torque over the torque needed [1]."""
+        """Torque that the servo has beyond the torque needed, over the torque needed [1]."""
         return self.torque_limit / self.torque - 1
 
     @property
     def servo_speed_margin(self) -> float:
-        """Spare servo speed over the speed needed [1]."""
+        """Speed that the servo has beyond the speed needed, over the speed needed [1]."""
         return self.servo_speed_limit / self.servo_speed - 1
 
     @property
     def stroke_margin(self) -> float:
-        """Spare stroke over the stroke needed [1]."""
+        """Stroke that the servo has beyond the stroke needed, over the stroke needed [1]."""
         return self.stroke_limit / self.stroke - 1
 
     def record(self) -> dict[str, Any]:
-        """Return the case's numbers by their names in JSON and files."""
+        """Return the numbers of the case by their names in JSON and files."""
         power = {f"electrical_power_{name}_w": watts for name, watts in self.electrical_power.items()}
         return (
             {**self.values}
@@ -139,10 +139,10 @@ def size_pump(
     temperature: Sequence[float | None] = (None,),
     progress: Callable[[int, int], None] | None = None,
 ) -> Sizes:
-    """Return pump sizes: of every joint at every frequency [Hz], line bore [m] and oil temperature [K].
+    """Return pump sizes for every joint at every frequency [Hz], line bore [m] and oil temperature [K].
 
-    None is the robot's own. `amplitude` [rad] is commanded to the joint groups. In the result joints change fastest,
-    then temperatures, bores, frequencies. `progress` receives the number of finished cases and of all.
+    A bore or temperature of None is the robot's. `amplitude` [rad] is commanded to the joint groups. In the result,
+    joints change fastest, then temperatures, bores, frequencies. `progress` receives the numbers of done and all cases.
     """
     _check(robot, frequency, amplitude)
     if not has_oil(robot):
@@ -170,9 +170,10 @@ def size_over(
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> Sizes:
-    """Return pump sizes for every combination of values of keys of the robot's file, as `changed` takes them.
+    """Return pump sizes for every combination of values of keys of the robot's file; `over`: values by key.
 
-    The options are those of `size_pump`; the keys change slowest, the last of them fastest.
+    The options are those of `size_pump`. In the result, the last key changes faster than the first one, and joints,
+    temperatures, bores and frequencies change faster than all keys.
     """
     cases = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     robots = [changed(robot, case, "--over") for case in cases]  # checks all input
@@ -184,7 +185,7 @@ def size_over(
 
 
 def _report(progress: Callable[[int, int], None], k: int, cases: int, count: int, total: int) -> None:
-    """Report the progress of the k-th of several sizings as that of all."""
+    """Report the progress of the k-th of several calls of `size_pump` as the progress of all."""
     progress(k * total + count, cases * total)
 
 
@@ -202,7 +203,7 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
 
 
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:
-    """Return the size of one joint at a frequency [Hz] and an amplitude [rad]."""
+    """Return the pump size for joint j at a frequency [Hz] and an amplitude [rad]."""
     group, supply = robot.joints[j], supply_voltage(robot)
     working = robot.controller.works_at if robot.controller is not None else None
     limit = working or require(group.pressure_max, f"{joint_key(robot, group.name)}.pressure_max_pa", robot)
@@ -218,9 +219,9 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
     settling_rows = math.ceil((SETTLED + LAGS * line["line_resistance"] * line["capacity_rest"]) / time[1])
     extremes = [last_beat[round(share * period)] * fraction for share in (0.25, 0.75)]
     held_bends = [simulate(np.tile(angles, (settling_rows, 1)))["bend"][-1] for angles in extremes]
-    static = abs(held_bends[0] - held_bends[1]) / 2
+    slow_bend = abs(held_bends[0] - held_bends[1]) / 2
     volume = model.hold(amplitude * np.sin(2 * np.pi * np.linspace(0, 1, FLOWS + 1)))["volume"]
-    flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
+    peak_flow = float(np.abs(np.diff(volume, axis=0)).max() * FLOWS * frequency)
     size = Size(
         joint=group.name,
         frequency=frequency,
@@ -228,16 +229,19 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
         temperature=hydraulics.temperature,
         viscosity=hydraulics.viscosity,
         command=amplitude,
-        pressure_drop=line["line_resistance"] * flow + column["loss"] * flow**2,
-        reynolds=4 * flow / (np.pi * hose.bore * hydraulics.viscosity),
+        pressure_drop=line["line_resistance"] * peak_flow + column["loss"] * peak_flow**2,
+        reynolds=4 * peak_flow / (np.pi * hose.bore * hydraulics.viscosity),
         command_fraction=fraction,
         **line,
         **_servo(column, rows[0], last_beat, time[1], supply / column["voltage"], limit),
-        **_beat(column, run, fraction * last_beat, frequency, time[1], fraction, amplitude, static),
+        **_beat(column, run, fraction * last_beat, frequency, time[1], fraction, amplitude, slow_bend),
     )
-    bad = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
-    if bad:
-        rule, fix = f"must have sizes with which {bad[0]} is a finite number", "check their units and powers of ten"
+    not_finite = [key for key, value in size.record().items() if isinstance(value, float) and not math.isfinite(value)]
+    if not_finite:
+        rule, fix = (
+            f"must have sizes with which {not_finite[0]} is a finite number",
+            "check their units and powers of ten",
+        )
         raise InputError(rule, file=robot.file or None, key=f"{joint_key(robot, group.name)}", fix=fix)
     return size
 
@@ -245,7 +249,7 @@ def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequen
 def _servo(
     column: dict[str, float], row: Array, target: Array, interval: float, voltage: float, limit: float
 ) -> dict[str, Any]:
-    """Return loads and limits of a servo in a beat, at a fraction of its rated voltage."""
+    """Return loads and limits of a servo in a beat; voltage: supply over rated voltage [1]."""
     slopes = _core.displaced(row, np.ascontiguousarray(target.ravel()))[:, 1]
     return {
         "torque": (limit + column["seal"] / column["area"]) * float(slopes.max()) + column["friction"],
@@ -265,25 +269,25 @@ def _beat(
     interval: float,
     fraction: float,
     command: float,
-    static: float,
+    slow_bend: float,
 ) -> dict[str, Any]:
-    """Return bend, pressures, powers and limits of a run's last beat; `static` [rad] is the bend at slow motion."""
+    """Return bend, pressures, powers and limits of a run's last beat; slow_bend: amplitude of a slow beat [rad]."""
     period, rows = len(target), len(run["bend"])
     clock = np.exp(-2j * np.pi * frequency * interval * np.arange(rows - period, rows))
     harmonic = complex(2j * np.mean(run["bend"][-period:] * clock))
     commanded, actual = (abs(np.mean(angle[-period:] * clock[:, None], axis=0)) for angle in (target, run["angle"]))
     pressure = run["pump_pressure"][-period:]
-    parts: dict[str, float] = {}  # of what is asked for, where the pressure allows anything
+    parts: dict[str, float] = {}  # part of the command that each limit passes
     if fraction > 0:
-        parts = {"servo": float(np.min(actual / commanded)), "compliance": static / (fraction * command)}
-        parts["line"] = abs(harmonic) / (static * min(1.0, parts["servo"]))
+        parts = {"servo": float(np.min(actual / commanded)), "compliance": slow_bend / (fraction * command)}
+        parts["line"] = abs(harmonic) / (slow_bend * min(1.0, parts["servo"]))
     too_small = abs(harmonic) < REACHED * command
     limits = {
         "pressure": fraction < 1,
         "suction": pressure.min() < DEEP_SUCTION * column["cavitation"],
         **{name: part < REACHED for name, part in parts.items()},
     }
-    if too_small and not any(limits.values()):  # several small ones
+    if too_small and not any(limits.values()):  # several limits, each small
         limits[min(parts, key=parts.__getitem__)] = True
     shares = {"total": "power"} | {key.removeprefix("power_"): key for key in run if key.startswith("power_")}
     return {
@@ -297,11 +301,11 @@ def _beat(
 
 
 def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict[str, Any]:
-    """Return numbers of line and actuator for small motions, and up to the pressure limit."""
+    """Return resistance, capacity and frequencies of a joint's line, for small motions and up to the pressure limit."""
     column = hydraulics.row(2 * j)
     resistance, inertance = column["resistance"], column["inertance"]
     small = SMALL * limit
-    # Oil that one side takes in under its own pressure, from the filled joint and from none; the other side's is held.
+    # Oil that one side takes in as its pressure rises, from the fill pressure and from 0; the other side's is constant.
     filled = model.balance([[model.fill - small, model.fill], [model.fill + small, model.fill]])["volume"][:, 0]
     capacity_rest = float(np.diff(filled)[0]) / (2 * small)
     capacity = float(np.diff(model.balance([[0.0, 0.0], [limit, 0.0]])["volume"][:, 0])[0]) / limit
@@ -322,7 +326,7 @@ def _line(hydraulics: Circuits, model: JointModel, j: int, limit: float) -> dict
 
 
 def _times(frequency: float, lag: float) -> tuple[Array, int]:
-    """Return the times of a run's rows [s], and the number of rows of a beat."""
+    """Return the times of a run's rows [s], and the number of rows in a beat; lag: time constant of the line [s]."""
     if LAGS * lag > DURATION_MAX:
         rule, value = f"must settle within {DURATION_MAX:g} s", f"so narrow that it takes {LAGS * lag:.3g} s"
         raise InputError(rule, key="bore of a line", value=value, fix="use wider lines or warmer oil")
@@ -332,7 +336,7 @@ def _times(frequency: float, lag: float) -> tuple[Array, int]:
 
 
 def _target(hydraulics: Circuits, model: JointModel, j: int, bend: Array) -> Array:
-    """Return servo angles of both sides [rad] (rows, 2) that displace the oil of a bent joint's units."""
+    """Return the servo angles of both sides [rad] (rows, 2) that displace the oil of a bend [rad] (rows,)."""
     volume = model.hold(bend)["volume"] - model.at(0.0)["volume"]
     target = np.stack([servo_angle(hydraulics, volume[:, s], 2 * j + s) for s in (0, 1)], axis=1)
     reach = model.reach
@@ -345,7 +349,7 @@ def _target(hydraulics: Circuits, model: JointModel, j: int, bend: Array) -> Arr
 
 
 def _sent_by_ticks(robot: Robot, target: Array, time: Array) -> Array:
-    """Return the targets (rows, 2) as a controller sends them: each held for its tick."""
+    """Return the targets (rows, 2) as the controller sends them: each is held for a tick."""
     if robot.controller is None:
         return target
     sent = np.floor(time * robot.controller.rate + 1e-9) / robot.controller.rate
@@ -355,7 +359,7 @@ def _sent_by_ticks(robot: Robot, target: Array, time: Array) -> Array:
 def _simulator(
     robot: Robot, rows: Array, model: JointModel, supply: float, interval: float, count: int
 ) -> Callable[[Array], dict[str, Array]]:
-    """Return a function that runs a joint for servo angles (count, 2) [rad] at an interval [s]."""
+    """Return a function that simulates a joint, given servo angles (count, 2) [rad] at an interval [s]."""
     step = STABLE / _core.circuit_stiffness(rows[0], STIFF, 0.0)
     if not step >= SHORTEST:
         rule = f"must not be so stiff that a run needs steps of less than {SHORTEST:g} s"
@@ -383,10 +387,10 @@ def _simulator(
 def _limited(
     run: Callable[[Array], dict[str, Array]], target: Array, period: int, limit: float
 ) -> tuple[dict[str, Array], float]:
-    """Return a run and the largest fraction of the command at which the cylinders stay below the pressure limit."""
-    full, low, high = run(target), 0.0, 1.0
-    if full["pump_pressure"][-period:].max() <= limit:
-        return full, 1.0
+    """Return the run with the largest part of the command that keeps the pressure below its limit, and the part."""
+    full_run, low, high = run(target), 0.0, 1.0
+    if full_run["pump_pressure"][-period:].max() <= limit:
+        return full_run, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         within = run(middle * target)["pump_pressure"][-period:].max() <= limit

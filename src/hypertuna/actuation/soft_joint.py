@@ -1,4 +1,4 @@
-"""Soft joint for the core: muscles, matrix and levers of the description, and the one section that the twin takes.
+"""Soft joints for the core: muscles, matrix and levers from the description, and each joint reduced to one section.
 
 The equations are in core muscle.hpp and joint.hpp; docs/actuator.md derives them.
 """
@@ -20,8 +20,8 @@ from hypertuna.errors import InputError, did_you_mean, shown
 
 MATERIAL_SETS: tuple[MaterialSet, ...] = get_args(MaterialSet)
 
-LUMEN_MIN = 0.05  # lumen of a stretched muscle over that at rest at which it locks
-SMALL = 1e-5  # rad and strain, of differences
+LUMEN_MIN = 0.05  # a stretched muscle locks when its lumen is this part of the lumen at rest
+SMALL = 1e-5  # relative, rad or strain: step of finite differences
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class JointModel:
     Strains of the axis are relative to the filled, straight joint.
     """
 
-    name: str  # of the joint group
-    row: Array  # numbers for the core, of `joint_columns`
+    name: str  # name of the joint group
+    row: Array  # numbers for the core, in the order of `joint_columns`
     fill: float  # Pa, pressure of both sides of the straight joint
     reach: float  # rad, bend at which a stretched muscle locks
 
@@ -42,24 +42,24 @@ class JointModel:
 
     @property
     def stiffness(self) -> float:
-        """Moment over bend of the straight joint without pressure [N m/rad]."""
+        """Bending stiffness of the straight joint without pressure [N m/rad]."""
         return -float(np.diff(self.at([-SMALL, SMALL], -self["rest"])["elastic"])[0]) / (2 * SMALL)
 
     def at(self, angle: ArrayLike, strain: ArrayLike = 0.0, pressure: ArrayLike = math.inf) -> dict[str, Array]:
-        """Return moments and volumes at angles (n,) [rad], strains and pressures (n, 2) [Pa], by default high ones.
+        """Return loads and volumes at angles (n,) [rad], axial strains (n,) and pressures of the sides (n, 2) [Pa].
 
-        energy [J], elastic [N m] (-dU/dangle), axial [J] (-dU/dstrain), and with a column per side volume [m^3], slope
-        [m^3/rad], gain [m^3] (dV/dstrain), friction [N m/Pa] and carried [Pa].
+        Keys: energy [J], elastic [N m] (-dU/dangle), axial [J] (-dU/dstrain); with a column per side volume [m^3],
+        slope [m^3/rad] (dV/dangle), gain [m^3] (dV/dstrain), friction [N m/Pa] and carried [Pa].
         """
         bend, strains = np.broadcast_arrays(np.atleast_1d(np.asarray(angle, dtype=np.float64)), strain)
         both = np.broadcast_to(np.asarray(pressure, dtype=np.float64), (len(bend), 2))
         return _core.joint_load(self.row, angle=bend.copy(), strain=strains.astype(np.float64), pressure=both.copy())
 
     def hold(self, angle: ArrayLike, lowest: float = -math.inf) -> dict[str, Array]:
-        """Return strain (n,), pressure (n, 2) [Pa] and volume (n, 2) [m^3] that hold angles (n,) [rad].
+        """Return strain (n,), pressure (n, 2) [Pa] and volume (n, 2) [m^3] that hold the joint at angles (n,) [rad].
 
-        The sides stand equally far above and below the filling pressure, the lower one high enough that its braid is
-        taut, and at least at `lowest` [Pa].
+        The pressures of the sides are equally far above and below the filling pressure. The lower one keeps its braid
+        taut, and is at least `lowest` [Pa].
         """
         bend = np.atleast_1d(np.asarray(angle, dtype=np.float64))
         return _core.hold_joint(self.row, angle=bend, fill=self.fill, lowest=lowest)
@@ -72,11 +72,11 @@ class JointModel:
 
 
 def mooney(robot: Robot, material: str, material_set: str | None = None) -> Mooney:
-    """Return the elastic constants of a silicone of ``[materials]``, by default of the set that ``[drive_unit]`` names.
+    """Return the elastic constants of a silicone of ``[materials]``; the default set is the one in ``[drive_unit]``.
 
     ``"datasheet"``: C1 from the stress at 100 % strain, which is 3.5 (C1 + C2/2), with C2 = 0. ``"fe"``: C1 = E/6 with
-    the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests. ``"mean"``: the
-    geometric means of these and the data sheet's.
+    the Young's modulus of a finite-element model. ``"tensile"``: C1 and C2 as fitted to tensile tests. ``"mean"``:
+    geometric means of the constants from tensile tests and from the data sheet.
     """
     name = material_set or drive_unit(robot).material_set
     if name not in MATERIAL_SETS:
@@ -104,7 +104,7 @@ def drive_unit(robot: Robot) -> DriveUnit:
 
 
 def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
-    """Return a joint group by name or index and its table ``[joints.actuator]``; it must have a number of muscles."""
+    """Return a joint group, given its name or index, and its table ``[joints.actuator]``; it must have muscles."""
     names = [group.name for group in robot.joints]
     if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(names):
         index = joint
@@ -122,7 +122,7 @@ def joint_group(robot: Robot, joint: str | int) -> tuple[JointGroup, Actuator]:
 
 
 def muscle(robot: Robot, material: str | None = None, *, friction: bool = True) -> _core.DriveUnit:
-    """Return a drive unit for the core, with a material set and with or without friction of its braid."""
+    """Return the robot's drive unit for the core, for a material set, with or without friction of the braid."""
     unit = drive_unit(robot)
     hose, matrix = (mooney(robot, name, material) for name in (unit.hose, unit.matrix))
     return _core.DriveUnit(
@@ -145,10 +145,10 @@ def soft_joint(
     plain: bool = False,
     sections: Array | None = None,
 ) -> _core.SoftJoint:
-    """Return a joint by name or index for the core, with or without friction of its braids.
+    """Return the core's model of a joint, given its name or index, with or without friction of the braids.
 
-    A plain one is that of the paper's equations: full sections, and muscles that work up to their ends. sections: in
-    place of those of `joint_sections`.
+    plain: as in the paper's equations, with full sections, and muscles that work up to their ends. sections: used in
+    place of `joint_sections`.
     """
     group, actuator = joint_group(robot, joint)
     count = cast(int, group.drive_units)
@@ -158,18 +158,18 @@ def soft_joint(
 
 
 def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Array:
-    """Return length, area, second moment of area and thickness around a hose of every section (n, 4)."""
+    """Return for every section (n, 4): length, area, second moment of area, thickness of matrix around a hose [SI]."""
     group, actuator = joint_group(robot, joint)
     unit, count = drive_unit(robot), cast(int, group.drive_units)
     a, b, length = (np.array(x) for x in (actuator.semi_major, actuator.semi_minor, actuator.segment_length))
-    area, second = np.pi * a * b, np.pi / 4 * a * b**3  # of an ellipse
+    area, second = np.pi * a * b, np.pi / 4 * a * b**3  # full ellipses
     if plain:
         return np.stack([length, area, actuator.stiffness_factor * second, 0 * area], axis=1)
     radius, free_length = unit.outer_diameter / 2, actuator.length
     hole_area = np.pi * radius**2
     area = area - 2 * count * hole_area
     second = second - count * hole_area * sum(lever**2 + radius**2 / 4 for lever in actuator.levers)
-    sleeve = np.sqrt(radius**2 + area / (2 * count * np.pi)) - radius  # each hose swells its share of the section
+    sleeve = np.sqrt(radius**2 + area / (2 * count * np.pi)) - radius  # each hose widens an equal part of the section
     glued = 2 * unit.outer_diameter  # glued to the plates, one diameter of a hose neither swells nor shortens
     fix = "describe a longer joint, or thinner hoses"
     if min(area.min(), second.min()) <= 0 or free_length <= glued:
@@ -180,16 +180,16 @@ def joint_sections(robot: Robot, joint: str | int, *, plain: bool = False) -> Ar
 
 
 def joint_models(robot: Robot, material: str | None = None) -> tuple[JointModel, ...]:
-    """Return every joint of a robot as one section; a joint with a servo has a row of zeros.
+    """Return every joint of a robot reduced to one section; a joint with a servo has a row of zeros.
 
-    The section bends and shortens under the highest pressure of one side as the described ones do together.
+    Under the highest pressure of one side, the section bends and shortens as much as all described sections together.
     """
     groups = range(len(robot.joints))
     return cached(robot, ("joint models", material), lambda: tuple(_model(robot, g, material) for g in groups))
 
 
 def _model(robot: Robot, g: int, material: str | None) -> JointModel:
-    """Return a joint with muscles as one section."""
+    """Return joint g reduced to one section; zeros if it has no muscles."""
     if not robot.joints[g].drive.oil:
         return JointModel(robot.joints[g].name, np.zeros(len(_core.joint_columns())), 0.0, math.inf)
     group, actuator = joint_group(robot, g)
@@ -207,8 +207,8 @@ def _model(robot: Robot, g: int, material: str | None) -> JointModel:
         **dict(zip(("left", "right"), actuator.levers, strict=True)),
         **dict(zip(("length", "area", "second", "sleeve"), sizes, strict=True)),
     }
-    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # nothing on its axis
-    # Kelvin-Voigt: relaxation time times stiffness, as at rest.
+    row = np.array([values.get(name, 0.0) for name in _core.joint_columns()])  # no member on the axis yet
+    # Kelvin-Voigt: viscosity is the relaxation time times the stiffness at rest
     model = JointModel(group.name, row, fill, 0.0)
     solid = {"elastic": matrix.modulus * sizes[2] / sizes[0], "axial": matrix.modulus * sizes[1] * sizes[0]}
     joint = {

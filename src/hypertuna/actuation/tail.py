@@ -1,4 +1,4 @@
-"""Passive and flexible tails: springs of a plate in segments, and the undriven tail of a first robot."""
+"""Passive and flexible tails: hinges that stand for a flexible plate, and robots whose last link is not driven."""
 
 import math
 from collections.abc import Sequence
@@ -9,20 +9,22 @@ from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.yielding import reduced_inertia, softness
 
-LEAST_LINKS = 3
-SEGMENTS = 3  # of a flexible fin
-RATIO = 1.6  # k/k_r: where the swims of one hinge were most efficient, 0.8 to 2.8 within a tenth (docs/model.md)
-ZETA = 0.05  # damping over the critical one
-MODULUS = 2.4e9  # Pa, of polycarbonate
+LEAST_LINKS = 3  # links of the robot, including the undriven one
+SEGMENTS = 3  # segments of a flexible fin
+# Stiffness over that of resonance, k/k_r: one hinge was most efficient at 1.6, and within a tenth of the best from 0.8
+# to 2.8 (docs/model.md).
+RATIO = 1.6
+ZETA = 0.05  # damping over the critical damping
+MODULUS = 2.4e9  # Pa, Young's modulus of polycarbonate
 
 
 def plate_springs(length: Sequence[float], height: Sequence[float], thickness: float, modulus: float) -> list[float]:
-    """Return the stiffness [N m/rad] of the hinges at the fronts of a plate's segments, clamped at its front.
+    """Return the stiffness [N m/rad] of hinges that stand for a plate in segments, one at each segment's front edge.
 
-    Pseudo-rigid bodies in a chain (Howell, Compliant Mechanisms, 2001): each hinge stands for half a segment on either
-    side, k = E I / length, and the first for half a segment alone. Such a chain of n equal segments gives 1 + 1/(2 n^2)
-    times the beam's deflection under a force at the tip. All are stiffer by that factor, so that the tip is where the
-    beam's is: k = 3 E I / length of one segment. Sizes in m, `modulus` in Pa.
+    The plate is clamped at its front. The hinges are a chain of pseudo-rigid bodies (Howell, Compliant Mechanisms,
+    2001): each stands for half a segment on either side, k = E I / length, the first for half a segment alone. Under a
+    force at the tip, a chain of n equal segments deflects 1 + 1/(2 n^2) times as far as the beam; all hinges are
+    stiffened by this factor, so one segment has k = 3 E I / length. Sizes in m, `modulus` in Pa.
     """
     bending = [modulus * h * thickness**3 / 12 for h in height]
     halves = [segment / 2 / stiffness for segment, stiffness in zip(length, bending, strict=True)]
@@ -32,7 +34,7 @@ def plate_springs(length: Sequence[float], height: Sequence[float], thickness: f
 
 
 def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
-    """Return a document like `new_robot`'s whose last link is "driven", "passive", or "flexible" in `SEGMENTS`."""
+    """Return a document like `new_robot`'s; its last link is "driven", "passive", or "flexible" in `SEGMENTS` parts."""
     document = new_robot(name, joints=joints, **sizes)
     if tail == "driven":
         return document
@@ -60,7 +62,7 @@ def _undrive_last(document: dict[str, Any]) -> None:
 
 
 def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
-    """Return the document with its last link cut in segments."""
+    """Return the document with its last link cut into `SEGMENTS` equal links."""
     _, lengths = shape_of(**sizes)
     shortest = SEGMENTS * SHORTEST * math.fsum(lengths)
     if lengths[-1] < shortest or len(lengths) + SEGMENTS - 1 not in LINKS:
@@ -79,11 +81,11 @@ def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:
 
 
 def _add_springs(document: dict[str, Any], links: range) -> None:
-    """Add hinges with `RATIO` times the stiffness of resonance with the cruise."""
+    """Add hinges at the front of the links; their stiffness is `RATIO` times that of resonance at the cruise."""
     columns, frequency = document["links"], document["gaits"]["cruise"]["frequency_hz"]
     length = [columns["length_m"][i] for i in links]
     height = [columns["lateral_area_m2"][i] / columns["length_m"][i] for i in links]
-    relative = plate_springs(length, height, (12 / MODULUS) ** (1 / 3), MODULUS)  # of a plate 1 m high of 1 N m^2
+    relative = plate_springs(length, height, (12 / MODULUS) ** (1 / 3), MODULUS)  # a plate of 1 N m^2 per m of height
     tables = [{"link": i, "stiffness_n_m_per_rad": k} for i, k in zip(links, relative, strict=True)]
     robot = parse(document | {"hinges": tables})
     scale = RATIO / softness(robot, frequency)

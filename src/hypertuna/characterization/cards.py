@@ -15,8 +15,8 @@ from hypertuna.display import Card, Part, Table, cards
 from hypertuna.io.quantity import counted
 from hypertuna.pictures import bars_svg, computed_svg
 
-SMALL = 0.5  # an interval of a logarithm that still reads well as a percentage
-MEASUREMENTS, NARROWED = 8, 3  # rows of the list of measurements, and quantities named in each
+SMALL = 0.5  # half intervals of a logarithm below this are written as a percentage, others as a factor
+MEASUREMENTS, NARROWED = 8, 3  # most measurements listed, and most narrowed quantities named for each
 
 
 @cards.of(BenchFit)
@@ -63,7 +63,7 @@ def _unknown_table(fit: BenchFit) -> Table:
 
 
 def half_text(log: float) -> str:
-    """Write half of an interval of a logarithm: as a percentage, or as a factor where it is wide."""
+    """Return half an interval of a logarithm as text: a percentage, or a factor if the interval is wide."""
     return f"\u00b1{100 * log:.2g} %" if log < SMALL else f"\u00d7/\u00f7 {math.exp(log):.2g}"
 
 
@@ -117,7 +117,7 @@ def fact_text(fact: Mapping[str, Any]) -> str:
 
 
 def _told(measurement: Next) -> str:
-    """Return the readings to expect of a measurement, and what it narrows, as text."""
+    """Return as text the expected readings of a measurement, and the quantities that it narrows."""
     expected = ", or ".join(f"{low:.3g} to {high:.3g}" for low, high in measurement.expected)
     narrows = list(measurement.narrows.items())
     parts = [f"{text} to {100 * ratio:.0f} %" for text, ratio in narrows[:NARROWED]]

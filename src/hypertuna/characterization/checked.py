@@ -19,37 +19,38 @@ from hypertuna.fe.bend import ngsolve_version
 from hypertuna.fe.joint_map import Joint, Pair, joint_by_elements
 from hypertuna.fe.model import FeOptions
 
-MESH = "coarse"  # by default
-COUPLES = 2  # to hold a joint straight
-FACTS = ("file", "line", "joint", "side", "branch", "pressure_kpa", "kind", "unit", "measured", "chosen")  # of a family
+MESH = "coarse"  # default mesh
+COUPLES = 2  # solutions, each with another couple, that find the couple which holds a joint straight
+# Keys of a family's facts that the facts of a check keep.
+FACTS = ("file", "line", "joint", "side", "branch", "pressure_kpa", "kind", "unit", "measured", "chosen")
 
-Point = tuple[dict[str, float], str]  # values by kind [SI], and why there are none
+Point = tuple[dict[str, float], str]  # values by kind [SI]; if there are none, the reason
 
 
 @dataclass(frozen=True)
 class Checked:
-    """The chosen design of a family by finite elements and by the fast model, at each measured value.
+    """The chosen design of a family, computed by finite elements and by the fast model at each measured value.
 
-    Finite elements have no friction: the fast model without friction is compared with them.
+    Finite elements have no friction, so they are compared with the fast model without friction.
     """
 
     family: Family
     options: FeOptions
-    model: Array  # (elements,) of the fast model without friction [SI]
-    by_elements: Array  # (elements,) [SI]; NaN where they were not solved
-    faults: tuple[str, ...]  # (elements,) why they were not, as a sentence; empty where they were
+    model: Array  # (elements,) values of the fast model without friction [SI]
+    by_elements: Array  # (elements,) values of finite elements [SI]; NaN where they found no solution
+    faults: tuple[str, ...]  # (elements,) why finite elements found no solution, as a sentence; empty if they did
     seconds: float
 
     @property
     def difference(self) -> Array:
-        """Relative difference (elements,), fast model without friction minus finite elements; NaN at rest."""
+        """Relative difference (elements,): fast model without friction minus finite elements; NaN at zero pressure."""
         at_rest = np.array([fact["pressure_kpa"] == 0 for fact in self.family.facts])
         reference = np.where(at_rest | (self.by_elements == 0), np.nan, self.by_elements)
         return np.asarray((self.model - self.by_elements) / reference)
 
     @property
     def facts(self) -> list[dict[str, Any]]:
-        """Measured values with the values by both models, in displayed units."""
+        """Measured values, with the values of both models, in displayed units."""
         columns = (self.model, self.by_elements, 100 * self.difference)
         rows = []
         for fact, *values, fault in zip(self.family.facts, *columns, self.faults, strict=True):
@@ -73,7 +74,10 @@ def check_chosen(
     progress: Callable[[int, int], None] | None = None,
     solve: Callable[[Robot, int, FeOptions], Joint] = joint_by_elements,
 ) -> Checked:
-    """Return the chosen design of a family by finite elements at its bench's pressures; `solve` replaces these."""
+    """Solve the chosen design of a family by finite elements, at the pressures of its bench.
+
+    progress: called with solutions done and total. solve: makes the solver of a joint.
+    """
     started, bench, chosen = time.monotonic(), family.space.bench, family.members[family.middle].robot
     unit = drive_unit(chosen).model_copy(update={"friction": 0.0})
     robot, options = chosen.model_copy(update={"drive_unit": unit}), options or FeOptions(mesh=MESH)
@@ -81,7 +85,7 @@ def check_chosen(
     keys = zip(bench.joint.tolist(), bench.side.tolist(), np.isfinite(bench.moment).tolist(), strict=True)
     for row, key in enumerate(keys):
         groups.setdefault(key, []).append(row)
-    rising = {key: np.unique(np.append([] if key[2] else 0.0, bench.pressure[own])) for key, own in groups.items()}
+    rising = {key: np.unique(np.append([] if key[2] else 0.0, bench.pressure[rows])) for key, rows in groups.items()}
     done, total = 0, sum(len(pressures) * (COUPLES if key[2] else 1) for key, pressures in rising.items())
 
     def tick() -> None:
@@ -108,15 +112,15 @@ def check_chosen(
 
 @dataclass(frozen=True)
 class _Solver:
-    """A joint solved at pressures (n,) [Pa] of one side; results by pressure: values by kind [SI], and fault."""
+    """Solver of a joint at pressures (n,) [Pa] of one side; its results are by pressure: values by kind [SI], fault."""
 
     robot: Robot
     joint: int
-    by_elements: Joint
-    tick: Callable[[], None]  # after each solution
+    by_elements: Joint  # solves the joint by finite elements
+    tick: Callable[[], None]  # called after each solution
 
     def free(self, side: int, rising: list[float]) -> dict[float, Point]:
-        """Return results of the free joint from rest, the first pressure, on; after a fault all have that fault."""
+        """Return results of the free joint; the first pressure is that of rest. After a fault, all have that fault."""
         path, states, fault = [_pair(side, pressure) for pressure in rising], [], ""
         points: dict[float, Point] = {}
         for k, pressure in enumerate(rising):
@@ -127,7 +131,7 @@ class _Solver:
         return points
 
     def held(self, side: int, rising: list[float]) -> dict[float, Point]:
-        """Return results of the joint held straight by a couple: the secant of the fast model's and a corrected one."""
+        """Return results of the joint held straight by a couple: one secant step from the fast model's couple."""
         points: dict[float, Point] = {}
         stiffness, sign = joint_models(self.robot)[self.joint].stiffness, 1 - 2 * side
         for pressure in rising:
@@ -153,20 +157,20 @@ class _Solver:
         finally:
             self.tick()
 
-    def _fault(self, side: int, pressure: float, fault: str, how: str = "") -> str:
-        """Return a sentence on a pressure that was not reached; empty if it was reached."""
-        where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{how}"
+    def _fault(self, side: int, pressure: float, fault: str, condition: str = "") -> str:
+        """Return a sentence that finite elements did not reach a pressure [Pa]; empty if there was no fault."""
+        where = f"Joint {self.robot.joints[self.joint].name}, {(*SIDES, BOTH)[side]}{condition}"
         text = f"{where}: {pressure / 1e3:g} kPa was not reached by finite elements ({fault.rstrip('.')})."
         return text if fault else ""
 
 
 def _pair(side: int, pressure: float) -> Pair:
-    """Return the pressures of left and right side, from that of one side or of both."""
+    """Return the pressures [Pa] of the left and right sides, given the side under pressure (2: both)."""
     return pressure if side != 1 else 0.0, pressure if side else 0.0
 
 
 def _since(rest: Mapping[str, Any], state: Mapping[str, Any], side: int) -> dict[str, float]:
-    """Return what a bench measures of a state, relative to rest [SI], by kind."""
+    """Return a state's quantities as a bench measures them, relative to rest [SI], by kind."""
     values = {"shortening": rest["length"] - state["length"]}
     if side == len(SIDES):
         return values

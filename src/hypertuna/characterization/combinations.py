@@ -10,13 +10,13 @@ from hypertuna.arrays import Array
 from hypertuna.characterization.unknowns import Unknown
 from hypertuna.identification.estimator import Direction
 
-DETERMINED = 3.0  # narrowing of an interval by the bench, above which a combination counts as determined
-SHARPNESS = (10.0, DETERMINED)  # narrowing of sharp combinations, which come first, and of the others
-WIDER, ROUNDED = 1.15, 1.1  # factors on the interval of a combination with fewer unknowns, and with rounded exponents
-SLIGHT = 0.01  # standard deviation of a logarithm that is always allowed
-MIN_SAMPLES = 8  # for an interval
-GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)  # of rounded exponents, the coarsest first
-# Unknowns that a combination is solved for, the preferred first: those that are hard to measure.
+DETERMINED = 3.0  # a combination is determined if the bench narrows its interval by at least this factor
+SHARPNESS = (10.0, DETERMINED)  # factors of narrowing: combinations above the first are found before the others
+WIDER, ROUNDED = 1.15, 1.1  # allowed widening of an interval by leaving out unknowns, and by rounding exponents
+SLIGHT = 0.01  # standard deviation of the logarithm of a combination that is always small enough
+MIN_SAMPLES = 8  # fewest randomized fits from which an interval is computed
+GRIDS = (1.0, 0.5, 0.25, 0.1, 0.05, 0.02, 0.01)  # steps to which exponents are rounded, the coarsest first
+# Unknowns for which a combination is solved, in order of preference: the hardest to measure come first.
 PREFERRED = (
     *(
         "stiffness_factor",
@@ -34,24 +34,24 @@ PREFERRED = (
 
 @dataclass(frozen=True)
 class Combination:
-    """A product of powers of the unknowns that the bench determines, with its interval."""
+    """A product of powers of unknowns that the bench determines, with its interval."""
 
-    exponents: dict[str, float]  # rounded, by `Unknown.factor`
-    unknown: str  # with exponent 1: determined as well as the combination if the others are known
-    narrowing: float  # length of its interval without the bench over that with it
-    value: float  # each unknown relative to its described value; low, high: 95 % interval
-    low: float
-    high: float
-    text: str
+    exponents: dict[str, float]  # rounded exponents, by `Unknown.factor`
+    unknown: str  # the unknown with exponent 1; once the others are known, it is known as well as the product
+    narrowing: float  # length of the interval without the bench over the length with the bench
+    value: float  # the product, with each unknown relative to its described value
+    low: float  # lower end of the 95 % interval
+    high: float  # upper end of the 95 % interval
+    text: str  # the product as a fraction
 
 
 def combinations(
     free: Sequence[Unknown], z: Array, directions: Sequence[Direction], cov: Array, samples: Array, quantile: float
 ) -> tuple[Combination, ...]:
-    """Return as many products of powers as directions are determined, each solved for one unknown, narrowest first.
+    """Return a product of powers for each determined direction, each solved for one unknown, the narrowest first.
 
-    z: the fit (n,), logarithms from the described values in prior standard deviations; cov: their covariance (n, n);
-    samples: other points (samples, n) that fit; quantile: of the 95 % interval, in standard deviations.
+    z: the fit (n,), logarithms from the described values in prior standard deviations. cov: their covariance (n, n).
+    samples: other fits (samples, n). quantile: half width of a 95 % interval in standard deviations.
     """
     vectors = np.array([direction.vector for direction in directions])
     narrowings = np.hypot(1, [direction.singular_value for direction in directions])
@@ -71,7 +71,7 @@ def combinations(
 
 
 def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], narrowing: float) -> list[int]:
-    """Return indices of unknowns that are all narrowed by a factor once the other remaining unknowns are known."""
+    """Return indices of unknowns that the bench narrows by a factor, once the unknowns not chosen are known."""
     chosen: list[int] = []
     for k in sorted(range(len(left)), key=lambda i: PREFERRED.index(free[left[i]].kind)):
         block = precision[np.ix_([*chosen, k], [*chosen, k])]
@@ -83,23 +83,23 @@ def _solvable(free: Sequence[Unknown], precision: Array, left: Sequence[int], na
 def _combination(
     free: Sequence[Unknown], k: int, others: Sequence[int], z: Array, cov: Array, samples: Array, quantile: float
 ) -> Combination:
-    """Return the product of unknown k and few of the others, with rounded exponents, and its interval."""
+    """Return the product of unknown k and of as few others as possible, with rounded exponents and an interval."""
     prior_sd, n = np.array([unknown.prior_sd for unknown in free]), len(free)
 
     def sd_of(exponents: Array) -> float:
         scaled = exponents * prior_sd
         return math.sqrt(float(scaled @ cov @ scaled))
 
-    def exponents_by(by: Sequence[int]) -> Array:
-        # the best exponents of these unknowns: regression with the covariance
+    def exponents_by(indices: Sequence[int]) -> Array:
+        # the exponents that give the narrowest product of unknown k and these unknowns, by regression
         vector = np.eye(n)[k]
-        vector[by] = -np.linalg.solve(cov[np.ix_(by, by)], cov[by, k])
+        vector[indices] = -np.linalg.solve(cov[np.ix_(indices, indices)], cov[indices, k])
         return np.asarray(vector * prior_sd[k] / prior_sd)
 
     used = list(others)
     acceptable = max(WIDER * sd_of(exponents_by(used)), SLIGHT)
     while used:
-        fewer = min(([j for j in used if j != i] for i in used), key=lambda by: sd_of(exponents_by(by)))
+        fewer = min(([j for j in used if j != i] for i in used), key=lambda indices: sd_of(exponents_by(indices)))
         if sd_of(exponents_by(fewer)) > acceptable:
             break
         used = fewer
@@ -111,7 +111,7 @@ def _combination(
     scaled = exponents * prior_sd
     middle = float(scaled @ z)
     low, high = middle - quantile * sd_of(exponents), middle + quantile * sd_of(exponents)
-    if len(samples) >= MIN_SAMPLES:  # a product holds near the fit; samples farther away that fit too show its error
+    if len(samples) >= MIN_SAMPLES:  # a product is linear about the fit; samples farther away show its error
         values = samples @ scaled
         center, half_width = float(values.mean()), quantile * float(values.std(ddof=1)) * math.sqrt(1 + 1 / len(values))
         low, high = min(low, center - half_width), max(high, center + half_width)
@@ -128,7 +128,7 @@ def _combination(
 
 
 def _product(exponents: Mapping[str, float]) -> str:
-    """Return a product of powers as text: a fraction."""
+    """Return a product of powers as text, negative exponents in the denominator of a fraction."""
     parts: tuple[list[str], list[str]] = ([], [])
     for name, e in sorted(exponents.items(), key=lambda one: -abs(one[1])):
         power = "" if abs(abs(e) - 1) < 1e-9 else f"^{abs(e):.3g}"

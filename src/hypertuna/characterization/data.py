@@ -26,30 +26,30 @@ class Kind(NamedTuple):
     unit: str
     factor: float  # displayed units per SI unit
     sd: float  # standard deviation of a usual instrument [SI]; negative: relative
-    estimated: bool  # by a fit, from its residuals, where no standard deviation is stated
+    estimated: bool  # whether a fit estimates the noise from its residuals if no standard deviation is stated
 
 
 KINDS = {
     "angle": Kind("angle_deg", "deg", 180 / math.pi, math.radians(0.2), estimated=True),
     "volume": Kind("volume_ml", "ml", 1e6, -0.02, estimated=True),
     "shortening": Kind("shortening_mm", "mm", 1e3, 0.2e-3, estimated=False),
-    "moment": Kind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # or a force at an arm
+    "moment": Kind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # may be given as a force and its arm
 }
-SD = {kind: f"{kind}_sd{one.column[len(kind) :]}" for kind, one in KINDS.items()}  # columns
-BRANCHES, BOTH = ("load", "unload"), "both"
-FORCE, FORCE_SD, ARM = "force_n", "force_sd_n", "arm_mm"
-REQUIRED = ("joint", "side", "pressure_kpa")
-COLUMNS = (
+SD = {kind: f"{kind}_sd{one.column[len(kind) :]}" for kind, one in KINDS.items()}  # columns of standard deviations
+BRANCHES, BOTH = ("load", "unload"), "both"  # words in the columns branch and side
+FORCE, FORCE_SD, ARM = "force_n", "force_sd_n", "arm_mm"  # columns of a force that holds a joint
+REQUIRED = ("joint", "side", "pressure_kpa")  # columns that every file must have
+COLUMNS = (  # all columns of a file
     *(*REQUIRED, "branch", "run"),
     *(name for kind, one in KINDS.items() for name in (one.column, SD[kind])),
     *(FORCE, FORCE_SD, ARM),
 )
-# Arrays of a bench.
+# Names of the arrays of a `Bench`.
 MEASURED = ("joint", "side", "pressure", "unload", "arm", *KINDS, *(f"{kind}_sd" for kind in KINDS))
-MAX_PRESSURE = Range(max=2000)  # kPa, ten times that of soft actuators: higher values have another unit
+MAX_PRESSURE = Range(max=2000)  # kPa, ten times the pressure of soft actuators: higher values are in another unit
 MAX_ANGLE = Range(max=180)  # deg
 MAX_ARM = Range(max=10_000)  # mm
-SMALLEST = 1e-12  # standard deviation [SI]
+SMALLEST = 1e-12  # smallest usual standard deviation [SI]
 SMALL_ANGLES = math.radians(1.0)  # if all bends are smaller, their unit is likely rad
 
 
@@ -69,29 +69,29 @@ class Bench:
 
     joint: NDArray[np.int64]  # joint group, from 0
     side: NDArray[np.int64]  # side under pressure: 0 for left, 1 for right, 2 for both
-    pressure: Array  # gauge pressure of that side [Pa]; that of the other side is 0
-    unload: NDArray[np.bool_]  # whether pressure was falling
-    arm: Array  # of the force that holds the joint straight, from the middle of the joint [m], infinite for a couple
+    pressure: Array  # gauge pressure of that side [Pa]; the other side is at 0
+    unload: NDArray[np.bool_]  # whether the pressure was falling
+    arm: Array  # distance from the middle of the joint to the force that holds it straight [m], infinite for a couple
     angle: Array  # bend [rad], positive toward the passive side
     volume: Array  # oil pumped into that side since rest [m^3]
-    shortening: Array  # of the joint's axis [m]
-    moment: Array  # that holds the joint straight, force times arm [N m]
-    angle_sd: Array  # standard deviations, NaN where not stated
+    shortening: Array  # shortening of the joint's axis [m]
+    moment: Array  # moment that holds the joint straight, force times arm [N m]
+    angle_sd: Array  # standard deviation, NaN where not stated
     volume_sd: Array
-    shortening_sd: Array  # never NaN where it is measured
+    shortening_sd: Array  # not NaN where the shortening is measured
     moment_sd: Array
-    loops: tuple[Loop, ...]  # each row is in one, but for those of a joint that is held
-    files: tuple[str, ...]  # file and line of each row
-    lines: tuple[int, ...]
+    loops: tuple[Loop, ...]  # each row is in one loop, except rows of a held joint
+    files: tuple[str, ...]  # file of each row
+    lines: tuple[int, ...]  # line of each row in its file
     warnings: tuple[str, ...] = ()
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Measured joint groups."""
+        """Indices of the joint groups that were measured."""
         return tuple(int(j) for j in np.unique(self.joint))
 
     def sides(self, joint: int) -> tuple[int, ...]:
-        """Sides to which a joint was bent."""
+        """Return the sides to which a joint was bent."""
         return tuple(int(s) for s in np.unique(self.side[(self.joint == joint) & np.isfinite(self.angle)]))
 
 
@@ -177,7 +177,7 @@ def usual_sd(kind: str, value: float) -> float:
 
 
 def _held(cells: Mapping[str, str]) -> tuple[tuple[float, float] | None, float]:
-    """Return moment [N m] and standard deviation of a force that holds a joint, None without one, and its arm [m]."""
+    """Return a holding force's moment and its standard deviation [N m], None without a force, and its arm [m]."""
     if not cells.get(FORCE):
         if cells.get(ARM):
             raise InputError("belongs to a force", key=ARM, fix=f"give {FORCE} too, or leave the cell empty")
@@ -219,7 +219,7 @@ def joint_index(text: str, robot: Robot) -> int:
 
 
 def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> float:
-    """Return a cell's finite number; each limit comes with the fix for a number beyond it."""
+    """Return the number in a cell, which must be finite and within `limits`: ranges, each with the fix of its error."""
     value = parse_float(cells[key])
     if not math.isfinite(value):
         text, fix = cells[key], f"give it in {key.rpartition('_')[2]}, or remove the line"
@@ -231,7 +231,7 @@ def _number(cells: Mapping[str, str], key: str, *limits: tuple[Range, str]) -> f
 
 
 def _check_direction(bench: Bench, robot: Robot) -> None:
-    """Check that bends are positive toward the side without pressure, also on the right side."""
+    """Check that bends are positive toward the side without pressure, whichever side is under pressure."""
     for loop in bench.loops:
         upper_rows = loop.rows[(bench.pressure[loop.rows] > loop.top / 2) & np.isfinite(bench.angle[loop.rows])]
         if len(upper_rows) and np.median(bench.angle[upper_rows]) < 0:

@@ -1,7 +1,7 @@
-"""Designs of an actuator as points of a box: one unknown of each joint is solved for, to meet its best measured bend.
+"""Designs of an actuator as points of a box: one unknown of each joint is solved from the joint's best measured bend.
 
-Measured bends leave a thin, curved sheet of designs. Its points are drawn as the noise of one bend of each joint and as
-all unknowns but one, which follows from them.
+The designs that meet measured bends lie on a thin, curved surface. A point on it is given by all unknowns but one of
+each joint, and by the noise of one bend of each joint; the last unknown follows.
 """
 
 import math
@@ -20,24 +20,21 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 from hypertuna.errors import InputError
 
-GRID = {"stiffness_factor": 2, "lever": 9}  # unknowns to solve for, the preferred first: points between its bounds
-PRECISE, NEAR = 1e-4, 1e-3  # relative: tolerance of a bend that is solved for, and step of a difference
-MAX_STEPS = 50
-NO_ROOM, NO_BEND, LOCKED = (
-    "no room in the section",
-    "another bend",
-    "braid or hose at its end",
-)  # what excludes a design
+GRID = {"stiffness_factor": 2, "lever": 9}  # unknowns to solve for, the preferred first: grid points for brackets
+PRECISE, NEAR = 1e-4, 1e-3  # relative tolerance of the solved bend, and relative step of a difference
+MAX_STEPS = 50  # most steps of the root search
+# Reasons that exclude a design.
+NO_ROOM, NO_BEND, LOCKED = "no room in the section", "another bend", "braid or hose at its end"
 
 
 @dataclass(frozen=True)
 class Solved:
-    """An unknown of a joint that is solved for from a measured bend under the rising pressure of one side."""
+    """An unknown of a joint that is solved from a bend, measured under the rising pressure of one side."""
 
-    unknown: int  # index of the free ones
-    element: int  # index of the measured values
+    unknown: int  # index among the free unknowns
+    element: int  # index of the bend among the measured values
     joint: int
-    both: Array  # (1, 2), pressures of the two sides [Pa]
+    both: Array  # (1, 2), pressures of the left and right sides [Pa]
     sign: int  # 1 for a bend to the left
 
 
@@ -46,35 +43,35 @@ class Design:
     """A design within the bounds: its robot and unknowns, its fit to the bench, or the reason that excludes it."""
 
     robot: Robot
-    values: Array  # (n,), of the unknowns [SI]
-    excluded: str = ""
+    values: Array  # (n,), values of the unknowns [SI]
+    excluded: str = ""  # the reason that excludes the design; empty if none does
     weight: float = 0.0  # logarithm of the density of the solved unknowns
-    off: Array | None = None  # (elements,), computed minus measured over noise, 0 for those solved for
-    fit: float = 0.0  # log-likelihood of the elements that are not solved for
+    off: Array | None = None  # (elements,), computed minus measured over noise, 0 for the bends of solved unknowns
+    fit: float = 0.0  # log-likelihood of the other elements
 
 
 @dataclass(frozen=True)
 class Designs:
-    """The space of an actuator's designs: robot, bench, unknowns, measured values, and which unknowns are solved for.
+    """The space of an actuator's designs: robot, bench, unknowns, measured values, and the unknowns that are solved.
 
-    A point (n + s,) holds, between 0 and 1, where each unknown is between the logarithms of its bounds, of a solved one
-    which of its solutions is taken, and then the noise of the s bends that are solved for, in standard deviations.
+    A point (n + s,) has a coordinate from 0 to 1 for each of n unknowns: its place between the logarithms of its
+    bounds, or which solution to take if it is solved. The noise of the s solved bends follows, in standard deviations.
     """
 
     robot: Robot
     bench: Bench
     free: tuple[Unknown, ...]
     elements: Elements
-    sd: Array  # (elements,), of instruments and model [SI]
+    sd: Array  # (elements,), noise of instruments and model [SI]
     solved: tuple[Solved, ...]
 
     def values(self, point: Array) -> Array:
-        """Return the unknowns (n,) [SI] at a point; the entries of solved unknowns are placeholders."""
+        """Return the unknowns (n,) [SI] at a point; entries of unknowns that are solved later are placeholders."""
         ends = ((u.log(u.lower), u.log(u.upper)) for u in self.free)
         return np.array([u.value(a + x * (b - a)) for u, (a, b), x in zip(self.free, ends, point, strict=False)])
 
     def at(self, point: Array) -> Design:
-        """Return the design of a point (n + s,)."""
+        """Return the design at a point (n + s,)."""
         values = self.values(point)
         robot = with_unknowns(self.robot, self.free, values, checked=False)
         try:
@@ -86,20 +83,20 @@ class Designs:
                 log_weight += log_part
             robot = self._with_room(robot)
             deviations = self._off(robot)
-        except InputError as error:  # of sections without room for the muscles too
+        except InputError as error:  # a solver's reason, or muscles that do not fit
             return Design(robot, values, str(error) if str(error) in (NO_BEND, LOCKED) else NO_ROOM)
         if not np.isfinite(deviations).all():
             return Design(robot, values, LOCKED)
         return Design(robot, values, "", log_weight, deviations, -0.5 * float(deviations @ deviations))
 
     def _with_room(self, robot: Robot) -> Robot:
-        """Return the robot whose joints all have room for their drive units."""
+        """Return the robot with drive units far enough apart in all measured joints; InputError if they do not fit."""
         for joint in self.bench.joints:
             robot = with_room(robot, joint)
         return robot
 
     def _solve(self, robot: Robot, solved: Solved, point: Array, noise: float) -> tuple[Robot, float, float]:
-        """Return the robot that meets the bend of a solved unknown, the unknown's value [SI] and its log density."""
+        """Solve an unknown from its bend: return the robot, the unknown's value [SI] and its log density."""
         unknown = self.free[solved.unknown]
         target = float(self.elements.measured[solved.element] + noise * self.sd[solved.element])
 
@@ -108,7 +105,7 @@ class Designs:
 
         plain = joint_sections(robot_at(1.0), solved.joint) if unknown.kind == "stiffness_factor" else None
 
-        def miss(value: float) -> float:  # nearly linear in a stiffness
+        def miss(value: float) -> float:  # target over bend, minus 1: nearly linear in a stiffness
             if plain is not None:
                 model = soft_joint(robot, solved.joint, sections=plain * (1, 1, value, 1))
             else:
@@ -118,7 +115,7 @@ class Designs:
 
         grid = np.geomspace(unknown.lower, unknown.upper, GRID[unknown.kind])
         misses = np.array([miss(value) for value in grid.tolist()])
-        # a longer lever pulls harder, and shortens its muscle more: two may give the same bend
+        # a longer lever has a larger moment but shortens its muscle more, so two levers may give the same bend
         crossings = np.flatnonzero(misses[:-1] * misses[1:] < 0)
         if not len(crossings):
             raise InputError(NO_BEND)
@@ -130,7 +127,7 @@ class Designs:
         return solution, value, math.log(len(crossings) / max(abs(slope), NEAR))
 
     def _off(self, robot: Robot) -> Array:
-        """Return the deviations (elements,): computed minus measured over noise; 0 for elements that are solved for."""
+        """Return the deviations (elements,): computed minus measured over noise; 0 for the bends of solved unknowns."""
         off = np.zeros(len(self.sd))
         others = np.setdiff1d(np.arange(len(off)), [solved.element for solved in self.solved])
         if len(others):
@@ -139,7 +136,7 @@ class Designs:
 
 
 def _crossing(function: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float]) -> float:
-    """Return the zero of a nearly linear function between two ends, by the Illinois method."""
+    """Return the zero of a nearly linear function, given its values at two ends, by the Illinois method."""
     (a, b), (at_a, at_b) = ends, values
     for _ in range(MAX_STEPS):
         x = (a * at_b - b * at_a) / (at_b - at_a)
@@ -155,7 +152,7 @@ def _crossing(function: Callable[[float], float], ends: tuple[float, float], val
 
 
 def _check_ends(robot: Robot, solved: Solved) -> None:
-    """Check that muscles work at a solved bend: stretched hoses stay open, and shortened braids still pull."""
+    """Check that muscles work at the solved bend: stretched hoses stay open, and shortened muscles still pull."""
     actuator, hose = joint_group(robot, solved.joint)[1], muscle(robot)
     bent = np.asarray(soft_joint(robot, solved.joint).bend(solved.both))[0]
     axis = 1 + bent[:, 1]
@@ -175,9 +172,9 @@ def designs(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model_error: float = 0.03,
 ) -> Designs:
-    """Return the space of designs that a family of a bench is sampled from.
+    """Return the space of designs from which a family is sampled.
 
-    free, bounds: as for `unknowns`. model_error: of the fast model, relative to each measured value.
+    free, bounds: as for `unknowns`. model_error: error of the fast model, relative to each measured value.
     """
     both_sides = [joint for joint in bench.joints if len(bench.sides(joint)) == 2]
     frees = unknowns(robot, bench.joints, names=free, both_sides=both_sides, bounds=bounds, optional=True)
@@ -190,7 +187,7 @@ def designs(
 
 
 def _solved(bench: Bench, frees: Sequence[Unknown], measured: Elements, sd: Array, joint: int) -> Solved | None:
-    """Return the unknown of a joint to solve for, with its most precise bend; None where the bench lacks either."""
+    """Return the unknown of a joint to solve, with the joint's most precise bend; None if there is no such pair."""
     solvable = [(kind, k) for kind in GRID for k, u in enumerate(frees) if (u.kind, u.joint) == (kind, joint)]
     row = measured.row
     bends = (measured.kind == "angle") & (bench.joint[row] == joint) & ~bench.unload[row] & (measured.measured > 0)

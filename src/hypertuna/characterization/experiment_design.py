@@ -19,30 +19,30 @@ from hypertuna.characterization.unknowns import Unknown, with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import NEUTRAL_BRAID
 
-STEP = 1e-4  # of a logarithm, for differences
-# Standard deviation of each measurement, of common workshop instruments.
+STEP = 1e-4  # step of a logarithm for central differences
+# Standard deviations of measurements with common workshop instruments.
 CALIPER = 0.05e-3  # m
 RULER = 0.2e-3  # m, on a cut-open joint
-PHOTOGRAPH = math.radians(1.0)
+PHOTOGRAPH = math.radians(1.0)  # angle of a braid on a photograph
 TENSILE_TEST, LOAD_CELL, SYRINGE, BENDING_TEST = 0.05, 0.02, 0.02, 0.03  # relative
-STRAIN = 0.005  # of a contraction
-GONIOMETER = math.radians(0.2)
-ARM = 0.08  # m, of the scale that holds a joint straight
-NARROWED = 0.9  # of its interval: unknowns narrowed less are not listed
+STRAIN = 0.005  # free contraction of a drive unit [1]
+GONIOMETER = math.radians(0.2)  # bend of a joint
+ARM = 0.08  # m, distance from the middle of a joint to the scale that holds it straight
+NARROWED = 0.9  # an unknown is listed if a measurement shortens its interval below this part
 
 
 @dataclass(frozen=True)
 class InformationGain:
-    """One more measurement, with its expected value and what it would narrow."""
+    """One more measurement, with its expected value and the intervals that it would narrow."""
 
     text: str  # the quantity, and the instrument
-    value: float  # expected by the fit, in `unit`
+    value: float  # value that the fit predicts, in `unit`
     sd: float  # standard deviation of the measurement, in `unit`
     unit: str
     half_interval: float  # half the 95 % interval of the expected value, in `unit`
-    bits: float  # expected information gain, log2 of the ratio of standard deviations of the prediction
+    bits: float  # expected information gain: log2 of the prediction's standard deviation before over after
     before: dict[str, float]  # half the 95 % interval of the logarithm of each unknown narrowed by a tenth or more
-    after: dict[str, float]
+    after: dict[str, float]  # the same half intervals after the measurement
 
     @property
     def record(self) -> dict[str, Any]:
@@ -57,13 +57,13 @@ class Candidate:
     """A possible measurement: its value for a robot, its standard deviation, and its displayed unit."""
 
     text: str
-    of: Callable[[Robot], float]  # [SI]
-    sd: float  # of the value [SI]; negative: relative
-    unit: str
+    of: Callable[[Robot], float]  # returns the measured value of a robot [SI]
+    sd: float  # standard deviation of the value [SI]; if negative, relative to the value
+    unit: str  # displayed unit
     factor: float = 1.0  # displayed units per SI unit
 
     def noise(self, value: float) -> float:
-        """Return the standard deviation of the measurement at a value [SI]."""
+        """Return the standard deviation of the measurement [SI] for a value [SI]."""
         return self.sd if self.sd > 0 else -self.sd * abs(value)
 
 
@@ -80,7 +80,7 @@ def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
     for candidate in candidates(fit.described, fit.bench, fit.free):
         value = candidate.of(fit.robot)
         sd = candidate.noise(value)
-        if not sd:  # relative to a value of 0, as a bend at 0 kPa
+        if not sd:  # a relative noise of a value of 0, such as a bend at 0 kPa
             continue
         gradient = np.array([_derivative(fit, candidate, k) for k in range(n)])
         covariance = cov @ gradient
@@ -103,7 +103,7 @@ def information_gain(fit: BenchFit) -> tuple[InformationGain, ...]:
 
 
 def _derivative(fit: BenchFit, candidate: Candidate, k: int) -> float:
-    """Return the derivative of a measurement's value [SI] by the logarithm of unknown k."""
+    """Return the derivative of a measurement's value [SI] with respect to the logarithm of unknown k."""
     unknown, mask = fit.free[k], np.eye(len(fit.free), dtype=bool)[k]
     up, down = (
         candidate.of(with_unknowns(fit.described, fit.free, np.where(mask, value, fit.values), checked=False))
@@ -113,7 +113,7 @@ def _derivative(fit: BenchFit, candidate: Candidate, k: int) -> float:
 
 
 def candidates(described: Robot, bench: Bench, free: Sequence[Unknown]) -> list[Candidate]:
-    """Return possible measurements: of parts, of a drive unit alone, and of every joint on the bench."""
+    """Return possible further measurements: of parts, of a drive unit alone, and of every joint on the bench."""
     top = float(bench.pressure.max())
     at_top = f"at {top / 1e3:g} kPa"
     outer, inner, angle = (partial(_of_unit, name) for name in ("outer_diameter", "inner_diameter", "braid_angle"))
@@ -133,7 +133,7 @@ def candidates(described: Robot, bench: Bench, free: Sequence[Unknown]) -> list[
 
 
 def _held(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """Return measurements that the bench lacks of a joint held straight, or shortened by both sides."""
+    """Return measurements missing on the bench: of the joint held straight, and with both sides under pressure."""
     name, of_joint = described.joints[joint].name, bench.joint == joint
     top = float(bench.pressure[of_joint].max())
     at_top = f"at {top / 1e3:g} kPa"
@@ -154,12 +154,12 @@ def _held(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
 
 
 def open_quantities(described: Robot, bench: Bench) -> list[Candidate]:
-    """Return the quantities of the bench's joints at their highest pressures that the bench does not measure."""
+    """Return quantities that the bench does not measure, for each of its joints at the joint's highest pressure."""
     return [candidate for joint in bench.joints for candidate in _open(described, bench, joint)]
 
 
 def _open(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """Return the quantities of a joint at its highest pressure that the bench does not measure."""
+    """Return quantities of a joint, at its highest pressure, that the bench does not measure."""
     top = float(bench.pressure[bench.joint == joint].max())
     rows_at_top = (bench.joint == joint) & (bench.pressure == top)
     both_sides = bench.side == len(SIDES)
@@ -183,22 +183,22 @@ def _open(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
 
 
 def _angle(robot: Robot, joint: int, pressure: float) -> float:
-    """Return the bend of a joint by one side [rad]."""
+    """Return the bend of a joint [rad] with its left side under pressure [Pa]."""
     return float(bend(robot, joint, [pressure]).angle[0])
 
 
 def _shorter(robot: Robot, joint: int, pressure: float) -> float:
-    """Return the shortening of a joint by one side [m]."""
+    """Return the shortening of a joint [m] with its left side under pressure [Pa]."""
     return float(bend(robot, joint, [pressure]).shortening[0]) * joint_group(robot, joint)[1].length
 
 
 def _both_shorter(robot: Robot, joint: int, pressure: float) -> float:
-    """Return the shortening of a joint by both sides [m]."""
+    """Return the shortening of a joint [m] with both sides under pressure [Pa]."""
     return float(shortening(robot, joint, np.array([pressure]))[0])
 
 
 def _volume(robot: Robot, joint: int, pressure: float) -> float:
-    """Return the oil that one side of a joint takes in [m^3]."""
+    """Return the oil [m^3] that the left side of a joint takes in under pressure [Pa]."""
     return float(bend(robot, joint, [pressure]).volume[0])
 
 
@@ -208,7 +208,7 @@ def _stiffness(robot: Robot, joint: int, pressure: float) -> float:
 
 
 def _of_joint(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
-    """Return measurements of a joint: its sizes, its oil, and bends on sides and branches that the bench lacks."""
+    """Return measurements of a joint: sizes, stiffness, and what the bench lacks of oil volume and bends."""
     name, of_joint = described.joints[joint].name, bench.joint == joint
     top = float(bench.pressure[of_joint].max())
 
@@ -239,7 +239,7 @@ def _of_joint(described: Robot, bench: Bench, joint: int) -> list[Candidate]:
 
 
 def _of_unit(name: str, robot: Robot) -> float:
-    """Return a number of the drive unit by name [SI]."""
+    """Return the attribute of the drive unit that a name stands for [SI]."""
     return float(getattr(drive_unit(robot), name))
 
 
@@ -249,7 +249,7 @@ def _relative(material: str, described: float, robot: Robot) -> float:
 
 
 def _bend(joint: int, side: str, pressure: list[float], unload: bool, robot: Robot) -> float:
-    """Return the bend [rad] at the highest of rising pressures [Pa], or unloaded to the lowest of them."""
+    """Return the bend [rad] at the highest of rising pressures [Pa], or after unloading to the lowest of them."""
     curve = bend(robot, joint, pressure, side=side, unload=unload)
     return float((curve.angle if curve.unload_angle is None else curve.unload_angle)[-1])
 
@@ -260,8 +260,8 @@ def _pull(robot: Robot, pressure: float, stretch: float) -> float:
 
 
 def _contraction(robot: Robot, pressure: float) -> float:
-    """Return the contraction at which one drive unit no longer pulls [1]."""
+    """Return the free contraction of a drive unit [1] at a pressure [Pa]: that at which it no longer pulls."""
     from scipy.optimize import brentq
 
-    neutral = math.cos(NEUTRAL_BRAID) / math.cos(drive_unit(robot).braid_angle)  # there the pressure pulls no more
+    neutral = math.cos(NEUTRAL_BRAID) / math.cos(drive_unit(robot).braid_angle)  # stretch where pressure stops pulling
     return 1 - float(brentq(lambda stretch: _pull(robot, pressure, stretch), neutral, 1.0, xtol=1e-13))

@@ -21,16 +21,16 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Plotted, Tabular
 from hypertuna.ranges import Range, Whole
 
-MEMBERS = 300
-MODEL_ERROR = 0.03  # of the fast model beside finite elements, relative (docs/fe.md)
-COUNT, ERROR = Whole(min=50, max=5000), Range(min=0, max=0.5)
-PARTS = 100  # of a stage, for the progress
-INTERVAL = (0.05, 0.5, 0.95)
-NODES, DEGREE = 5, 3  # errors of an instrument for each member, and polynomial of a quantity in its readings
-SPLIT = 0.25  # part of the range of expected values: a wider gap splits them into two
-MISREAD = 3.0  # residual, in standard deviations, in the middle of the family
-TINY = 1e-12
-NARROWED = 0.9  # of its interval: ranges narrowed less are not listed
+MEMBERS = 300  # members of a family by default
+MODEL_ERROR = 0.03  # error of the fast model, compared with finite elements, relative (docs/fe.md)
+COUNT, ERROR = Whole(min=50, max=5000), Range(min=0, max=0.5)  # allowed number of members, and allowed model error
+PARTS = 100  # steps of progress in each stage
+INTERVAL = (0.05, 0.5, 0.95)  # quantiles: lower end of the 90 % interval, median and upper end
+NODES, DEGREE = 5, 3  # instrument errors per member (quadrature), and degree of a quantity's polynomial in the reading
+SPLIT = 0.25  # a gap wider than this part of the expected values' interval splits the interval into two
+MISREAD = 3.0  # a value was misread if the family's median is more standard deviations away
+TINY = 1e-12  # keeps logarithms and quotients finite
+NARROWED = 0.9  # a quantity is listed if a measurement shortens its interval below this part
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Quantity:
 
     text: str
     unit: str
-    values: Array  # (members,), in `unit`
+    values: Array  # (members,), values of the members in `unit`
 
     @property
     def interval(self) -> tuple[float, float, float]:
@@ -50,13 +50,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Next:
-    """A further measurement, with its expected readings and what it would narrow."""
+    """A further measurement, with its expected readings and the quantities that it would narrow."""
 
     text: str
     unit: str
-    bits: float  # expected information gain on the open quantities: sum of log2 of how much narrower each gets
-    expected: tuple[tuple[float, float], ...]  # in `unit`: 90 % of the values, in two parts where a gap splits them
-    narrows: dict[str, float]  # interval after over before, by quantity, of those narrowed by a tenth or more
+    bits: float  # expected information gain: sum of log2 of the factors by which it narrows the open quantities
+    expected: tuple[tuple[float, float], ...]  # in `unit`: 90 % of the values, as two intervals if a gap splits them
+    narrows: dict[str, float]  # interval after over before, for each quantity narrowed by a tenth or more
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
     space: Designs
     population: Population
     found: Array  # (members, elements), computed values [SI]
-    quantities: tuple[Quantity, ...]
-    next: tuple[Next, ...]  # the most informative first
+    quantities: tuple[Quantity, ...]  # quantities that the bench does not measure
+    next: tuple[Next, ...]  # further measurements, the most informative first
     middle: int  # index of the member nearest to the medians
     seed: int
     model_error: float
@@ -75,12 +75,12 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
 
     @property
     def members(self) -> tuple[Design, ...]:
-        """Designs of the sample."""
+        """The designs of the sample."""
         return self.population.members
 
     @property
     def values(self) -> Array:
-        """Unknowns (members, n) [SI]."""
+        """Values of the unknowns (members, n) [SI]."""
         return np.array([member.values for member in self.members])
 
     @property
@@ -98,7 +98,7 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
 
     @property
     def facts(self) -> list[dict[str, Any]]:
-        """Measured values beside those of the family and of the chosen member, in displayed units."""
+        """Measured values, with the values of the family and of the chosen member, in displayed units."""
         measured, bench, rows = self.space.elements, self.space.bench, []
         for e, (kind, row) in enumerate(zip(measured.kind.tolist(), measured.row.tolist(), strict=True)):
             factor = KINDS[kind].factor
@@ -115,7 +115,7 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the bench, and on measured values that no member comes near."""
+        """Warnings of the bench, and warnings on measured values far from the family's median."""
         far = [
             f"{one['file']}, line {one['line']}: the {one['kind']} is {one['measured']:.3g} {one['unit']}, but "
             f"{one['median']:.3g} in the middle of the family: it was misread, or its standard deviation is larger."
@@ -166,35 +166,35 @@ def family(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Family:
-    """Sample the designs of an actuator that meet a bench: docs/bench.md has the method.
+    """Sample the designs of an actuator that meet a bench; docs/bench.md has the method.
 
-    free, bounds: as for `fit_bench`, but all unknowns are alike within their bounds, and what holds the axis is one of
-    them. members: size of the sample. model_error: of the fast model, relative to each measured value.
+    free, bounds: as for `fit_bench`, but priors are uniform between the bounds, and the buckling of the axis is an
+    unknown too. members: size of the sample. model_error: error of the fast model, relative to each measured value.
     """
     started = time.monotonic()
     COUNT.check(members, "members", "leave it out")
     ERROR.check(model_error, "model error", "give it as a fraction, such as 0.03")
     space = designs(robot, bench, free, bounds=bounds, model_error=model_error)
 
-    def report(stage: int, done: int, total: int) -> None:  # drawn, and then judged
+    def report(stage: int, done: int, total: int) -> None:  # stage 0 draws designs, 1 ranks measurements
         if progress is not None:
             progress(PARTS * stage + PARTS * done // total, 2 * PARTS)
 
     population = populate(space, members, seed=seed, progress=partial(report, 0))
     robots = [c.robot for c in population.members]
     found = np.array([space.elements.of(computed(c, bench)) for c in robots])
-    quantities = tuple(Quantity(c.text, c.unit, _of(c, robots)) for c in open_quantities(robot, bench))
+    quantities = tuple(Quantity(c.text, c.unit, _values(c, robots)) for c in open_quantities(robot, bench))
     middle = _middle(space, population.members, quantities, (found - space.elements.measured) / space.sd)
     measurements, possible = [], candidates(robot, bench, space.free)
     for k, c in enumerate(possible, 1):
-        measurements += [measurement] if (measurement := _next(c, _of(c, robots), quantities)) is not None else []
+        measurements += [measurement] if (measurement := _next(c, _values(c, robots), quantities)) is not None else []
         report(1, k, len(possible))
     ranked = tuple(sorted(measurements, key=lambda c: -c.bits))
     return Family(space, population, found, quantities, ranked, middle, seed, model_error, time.monotonic() - started)
 
 
 def chosen_robot(family: Family) -> Robot:
-    """Return the robot of the chosen member, with the family as the source of changed values."""
+    """Return the robot of the chosen member, with the family named as the source of changed values."""
     space, low, high = family.space, *np.quantile(family.values, (INTERVAL[0], INTERVAL[-1]), axis=0)
     chosen = family.members[family.middle]
     texts: dict[str, list[str]] = {}
@@ -209,23 +209,23 @@ def chosen_robot(family: Family) -> Robot:
 
 
 def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[Quantity], off: Array) -> int:
-    """Return the index of the member with unknowns, quantities and residuals (members, elements) nearest the median."""
+    """Return the index of the member nearest the median unknowns and quantities, with small residuals `off`."""
     unknowns = np.array([[u.log(v) for u, v in zip(space.free, m.values.tolist(), strict=True)] for m in members])
     logs = np.hstack([unknowns, np.log(np.maximum([m.values for m in quantities], TINY)).T])
     distances = (logs - np.median(logs, axis=0)) / np.maximum(logs.std(axis=0), TINY)
     return int(np.argmin((distances**2).sum(axis=1) + (off**2).sum(axis=1)))
 
 
-def _of(candidate: Candidate, robots: Sequence[Robot]) -> Array:
-    """Return a quantity of every member (members,), in its displayed unit."""
+def _values(candidate: Candidate, robots: Sequence[Robot]) -> Array:
+    """Return a measurement's value for every robot (members,), in its displayed unit."""
     return candidate.factor * np.array([candidate.of(robot) for robot in robots])
 
 
 def _next(candidate: Candidate, values: Array, quantities: Sequence[Quantity]) -> Next | None:
-    """Return what a measurement with values (members,) in the family would narrow; None for one that is always 0.
+    """Return the measurement, and how it narrows each quantity; None if its noise is 0. values: of the members.
 
-    Each member, with each error of the instrument, makes a reading. How much narrower the logarithm of a quantity is
-    about its cubic in the logarithm of the reading is what the reading tells.
+    Each member gives a reading for each error of the instrument. The logarithm of each quantity is fitted by a cubic
+    in the logarithm of the reading; its residuals over its own spread are the factor of narrowing.
     """
     sd = np.array([candidate.factor * candidate.noise(value / candidate.factor) for value in values.tolist()])
     if not (sd > 0).all():
@@ -248,7 +248,7 @@ def _expected(values: Array) -> tuple[tuple[float, float], ...]:
     """Return the interval with 90 % of the values, as two intervals where a gap splits them."""
     low, _, high = np.quantile(values, INTERVAL).tolist()
     inside = np.sort(values[(low <= values) & (values <= high)])
-    smallest_part = len(inside) // 10  # members that make a part of their own
+    smallest_part = len(inside) // 10  # fewest members of each interval
     gaps = np.diff(inside)[smallest_part : len(inside) - smallest_part]
     if not len(gaps) or gaps.max() <= SPLIT * (high - low):
         return ((low, high),)

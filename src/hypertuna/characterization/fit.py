@@ -23,48 +23,48 @@ from hypertuna.identification import estimator
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.loss import interval_factor, residual_scale
 
-STARTS = 3
-MAX_EVALUATIONS = 100  # of one search
-KNOWN = 2.0  # factor to either side of a value, beyond which it does not count as determined
-STOPS = {
+STARTS = 3  # searches by default
+MAX_EVALUATIONS = 100  # most evaluations in one search
+KNOWN = 2.0  # a determined value is known within this factor to either side
+STOPS = {  # text by the status of the search
     0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
     1: "The search converged: the gradient of the error is zero",
     2: "The search converged: the error does not change any more",
     3: "The search converged: the unknowns do not change any more",
     4: "The search converged: neither error nor unknowns change any more",
 }
-TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends a search, and a rough one
-INSIDE = 1e-6  # of the allowed range: distance of a start from its bounds
-FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise before the residuals are known
-MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # the resolution of instruments
-MIN_FREEDOM = 2.0  # degrees of freedom, to estimate a noise that is not stated
-NORMAL_QUANTILE = 1.959964
-LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
-PARTS = 100  # of a stage, for the progress
+TOLERANCE, ROUGH = 1e-6, 1e-3  # relative change that ends the final search, and the rough searches before it
+INSIDE = 1e-6  # least distance of a start from its bounds, as a part of their range
+FIRST_LEVEL = {"angle": math.radians(1.0), "volume": 1e-7}  # rad, m^3: noise assumed before the first search
+MIN_LEVEL = {"angle": math.radians(1e-4), "volume": 1e-11}  # rad, m^3: smallest estimated noise, that of instruments
+MIN_FREEDOM = 2.0  # fewest degrees of freedom with which a noise that is not stated can be estimated
+NORMAL_QUANTILE = 1.959964  # half width of a normal 95 % interval in standard deviations
+LARGE_SCALE = 1.5  # a warning is given if residuals are more than this many times the stated noise
+PARTS = 100  # steps of progress in each stage
 
 
 @dataclass(frozen=True)
 class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
     """A fit of an actuator's unknowns to bench runs: values, intervals, combinations and errors."""
 
-    robot: Robot  # with the fitted values and their sources
+    robot: Robot  # robot with the fitted values and their sources
     described: Robot  # before the fit
     bench: Bench
     free: tuple[Unknown, ...]
     values: Array  # (n,) [SI]
     low: Array  # (n,) [SI], 95 % interval, within the bounds
     high: Array  # (n,) [SI]
-    narrowing: Array  # (n,), length of each interval without the bench over that with it
-    covariance: Array  # (n, n), of the logarithms, `Unknown.log`
+    narrowing: Array  # (n,), length of each interval without the bench over its length with the bench
+    covariance: Array  # (n, n), covariance of the logarithms `Unknown.log`
     directions: tuple[Direction, ...]  # from the best to the least determined
-    combinations: tuple[Combination, ...]  # those determined, the best first
-    found: dict[str, Array]  # computed (rows,) by kind [SI]
-    noise: dict[str, float]  # estimated, of the kinds without stated noise: angle [rad], volume [m^3]
-    rms: dict[str, float]  # of computed minus measured, by kind
-    residual_scale: float  # of the residuals over the stated noise, 1 at least
+    combinations: tuple[Combination, ...]  # determined combinations, the narrowest first
+    found: dict[str, Array]  # computed values (rows,) by kind [SI]
+    noise: dict[str, float]  # estimated noise of the kinds without stated noise: angle [rad], volume [m^3]
+    rms: dict[str, float]  # root mean square of computed minus measured values, by kind [SI]
+    residual_scale: float  # scale of the residuals over the stated noise, 1 at least
     freedom: float  # degrees of freedom
-    quantile: float  # of the 95 % interval, in standard deviations
-    stop: str
+    quantile: float  # half width of a 95 % interval in standard deviations
+    stop: str  # why the search ended, as a sentence
     converged: bool
     evaluations: int
     seconds: float
@@ -93,7 +93,7 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
     @property
     def record(self) -> dict[str, Any]:
-        """Record of the fit, for JSON; its robot is the described one."""
+        """Record of the fit, for JSON; the robot in it is the one before the fit."""
         names = ("residual_scale", "freedom", "stop", "converged", "evaluations", "seconds", "loss", "warnings")
         directions = {"singular_value": "singular_value", "sd": "sd", "constrained": "determined", "vector": "vector"}
         return {name: getattr(self, name) for name in (*names, "correlation")} | {
@@ -117,12 +117,12 @@ class BenchFit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
 
 def _determined(narrowing: float, low: float, high: float) -> bool:
-    """Return whether the bench determines a value: its interval is narrowed threefold, to a factor of 2 at most."""
+    """Return whether the bench determines a value: it narrows the interval threefold, to a factor of 4 at most."""
     return bool(narrowing >= DETERMINED and high <= KNOWN**2 * low)
 
 
 def at_border(levels: Mapping[str, float]) -> dict[str, float]:
-    """Return errors by kind in displayed units, with column names that have the unit."""
+    """Return errors by kind in displayed units; the keys are column names that end in the unit."""
     return {KINDS[kind].column: level * KINDS[kind].factor for kind, level in levels.items()}
 
 
@@ -137,10 +137,10 @@ def fit_bench(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> BenchFit:
-    """Fit the unknowns of an actuator to bench runs, with 95 % intervals: docs/bench.md has the theory.
+    """Fit the unknowns of an actuator to bench runs, with 95 % intervals; docs/bench.md has the theory.
 
-    free, bounds [SI] and loss as for `unknowns` and `hypertuna.identify`; starts: searches from the description, then
-    from Sobol points of this seed; progress: called with parts and total.
+    free, bounds [SI] and loss: as for `unknowns` and `hypertuna.identify`. starts: number of searches; the first starts
+    from the described values, the others from Sobol points of this seed. progress: called with parts done and total.
     """
     started = time.monotonic()
     problem = bench_problem(robot, bench, free, bounds, loss, starts)
@@ -160,7 +160,7 @@ def fit_bench(
 
 
 def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int) -> Callable[[], None]:
-    """Return a function that reports one more step of a stage with an unknown number of steps, never the last part."""
+    """Return a function that reports one more step of a stage, whose number of steps is unknown in advance."""
     part = 0
 
     def tick() -> None:
@@ -175,7 +175,7 @@ def _ticks(progress: Callable[[int, int], None] | None, stage: int, stages: int)
 def _search(
     problem: BenchProblem, start: Array, levels: dict[str, float], tolerance: float, tick: Callable[[], None]
 ) -> dict[str, Any]:
-    """Return the best point found from a start (n,); `tick` is called at every evaluation of residuals or Jacobians."""
+    """Return the optimum reached from a start (n,); `tick` is called at every evaluation of residuals or Jacobians."""
 
     def residual(z: Array) -> Array:
         tick()
@@ -201,15 +201,16 @@ def _search(
 
 def _levels(problem: BenchProblem, z: Array, levels: dict[str, float]) -> dict[str, float]:
     """Return the noise [rad and m^3] of kinds without stated noise, from the residuals at z (n,)."""
-    # degrees of freedom enter the scale's equation in the tank's `_levels`: equal for a linear loss
+    # the fit of tank runs puts the degrees of freedom into the equation of the scale; equal for a linear loss
     rows = len(problem.measured)
     squares = problem.residual(z, levels)[:rows] ** 2
     share = 1 - effective_parameters(problem.jacobian(z, levels, rough=True)[:rows]) / rows
     new = dict(levels)
     for name, level in levels.items():
-        own = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
+        chosen = (problem.elements.kind == name) & np.isnan(problem.elements.sd)
         if share > 0:
-            new[name] = max(level * (residual_scale(squares[own], problem.loss) / math.sqrt(share)), MIN_LEVEL[name])
+            scale = residual_scale(squares[chosen], problem.loss) / math.sqrt(share)
+            new[name] = max(level * scale, MIN_LEVEL[name])
     return new
 
 
@@ -222,7 +223,7 @@ def _rms(problem: BenchProblem, errors: Array) -> dict[str, float]:
 def _result(
     problem: BenchProblem, result: dict[str, Any], levels: dict[str, float], tick: Callable[[], None]
 ) -> BenchFit:
-    """Return the fit with intervals, combinations and warnings, from a search's result."""
+    """Return the fit with intervals, combinations and warnings, from the result of a search."""
     rows, bench, z, (low, high) = len(problem.measured), problem.bench, result["x"], problem.bounds()
     residual, jacobian = problem.residual(z, levels), problem.jacobian(z, levels)
     freedom = rows - effective_parameters(jacobian)
@@ -244,7 +245,7 @@ def _result(
     points = randomized_fits(problem, z, levels, factor, jacobian, tick=tick)
     intervals = np.sort([problem.values(end) for end in (estimate.low, estimate.high)], axis=0)
     intervals = np.clip(intervals, *np.array([[item.lower, item.upper] for item in problem.free]).T)  # against rounding
-    # the bench determines directions that it narrows threefold: 1 / sqrt(1 + s^2) is left
+    # a singular value s narrows the interval of its direction by sqrt(1 + s^2)
     directions = tuple(estimate.directions(lambda s, sd: math.hypot(1, s) >= DETERMINED))
     values = problem.values(z)
     robot = with_unknowns(problem.robot, problem.free, values)
@@ -285,7 +286,7 @@ def _result(
 
 
 def _check_freedom(problem: BenchProblem, freedom: float) -> None:
-    """Check that the rows suffice to estimate the noise that is not stated."""
+    """Check that there are enough rows to estimate the noise, if it is not stated."""
     if freedom < MIN_FREEDOM:
         rows = len(problem.measured)
         n = len(problem.free)
@@ -295,7 +296,7 @@ def _check_freedom(problem: BenchProblem, freedom: float) -> None:
 
 
 def _with_sources(fit: BenchFit) -> Robot:
-    """Return the fitted robot with the bench as the source of fitted values."""
+    """Return the fitted robot, with the bench named as the source of fitted values."""
     file_names = ", ".join(dict.fromkeys(fit.bench.files))
     texts: dict[str, list[str]] = {}
     for u, value, low, high, narrowing in zip(fit.free, fit.values, fit.low, fit.high, fit.narrowing, strict=True):

@@ -14,15 +14,15 @@ from hypertuna.characterization.fit import BenchFit
 from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
-POINTS = 24  # of a curve
-FAR = 5.0  # standard deviations between angle and fit, above which a row was likely misread
-MIN_SINGULAR = 1e-3  # lower end of the axis
+POINTS = 24  # points of a fitted curve
+FAR = 5.0  # a row whose angle is more standard deviations from the fit was likely misread
+MIN_SINGULAR = 1e-3  # smaller singular values are drawn as zero, at the lower end of the axis
 
 
 @plots.of(BenchFit)
 @styled
 def plot_bench(fit: BenchFit, *, width: float = WIDTH) -> Figure:
-    """Plot a fit to bench runs: `width` [inch]."""
+    """Plot a fit to bench runs: loops of each joint, singular values, and intervals; width [inch]."""
     joints = fit.bench.joints
     figure = Figure(figsize=(width, 0.42 * width + 0.36 * width), layout="constrained")
     grid = figure.add_gridspec(2, len(joints), height_ratios=(1.15, 1))
@@ -56,7 +56,7 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
                 angles = sign * np.degrees(bench.angle[rows])
                 style: Any = {"ms": 4.2, "mec": color, "mfc": face, "mew": 0.9, "color": color}
                 axes.plot(bench.pressure[rows] / 1e3, angles, "o", label=label, **style)
-    # rows so far from the fit that they were likely misread
+    # rows that were likely misread
     noise = np.where(np.isnan(bench.angle_sd), fit.noise.get("angle", np.nan), bench.angle_sd)
     misread = np.abs(fit.angle - bench.angle) > FAR * fit.residual_scale * noise
     misread_rows = np.flatnonzero((bench.joint == joint) & misread)
@@ -70,11 +70,11 @@ def _plot_joint(axes: Axes, fit: BenchFit, joint: int) -> None:
 
 
 def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
-    """Plot the singular values: information of the bench relative to that of the prior."""
+    """Plot the singular values: information from the bench relative to that in the prior."""
     values = np.array([direction.singular_value for direction in fit.directions])
     rank = np.arange(1, len(values) + 1)
     determined = np.array([direction.constrained for direction in fit.directions])
-    threshold = math.sqrt(DETERMINED**2 - 1)  # 1 / sqrt(1 + s^2) of an interval is left
+    threshold = math.sqrt(DETERMINED**2 - 1)  # a singular value s narrows an interval by sqrt(1 + s^2)
     axes.axhspan(MIN_SINGULAR / 2, threshold, color=FAINT, alpha=0.12, lw=0)
     zero = values < MIN_SINGULAR
     if zero.any():
@@ -94,7 +94,7 @@ def _plot_spectrum(axes: Axes, fit: BenchFit) -> None:
 
 
 def _plot_unknowns(axes: Axes, fit: BenchFit) -> None:
-    """Plot each unknown's interval between its bounds."""
+    """Plot the 95 % interval of each unknown between its bounds."""
     for row, unknown in enumerate(fit.parameters):
         color = COLORS[1] if unknown["determined"] else FAINT
         extent = math.log(unknown["upper"] / unknown["lower"])

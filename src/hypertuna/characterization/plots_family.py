@@ -1,4 +1,4 @@
-"""Figure of a family: blocked moments of members and of excluded designs, over the lever."""
+"""Figure of a family: the blocked moment over the lever, for members and for excluded designs."""
 
 import math
 
@@ -14,8 +14,8 @@ from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, TIGHT, WIDTH, styled
 
-FAR = 3.0  # residual, in standard deviations, of a measured value that excludes a design
-EXCLUDED = {
+FAR = 3.0  # a design is drawn as excluded if one of its residuals is larger, in standard deviations
+EXCLUDED = {  # color and marker by the reason that excludes a design
     NO_ROOM: (FAINT, "x"),
     NO_BEND: (COLORS[0], "+"),
     LOCKED: (COLORS[2], "1"),
@@ -26,7 +26,7 @@ EXCLUDED = {
 @plots.of(Family)
 @styled
 def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
-    """Plot blocked moments of members and excluded designs over the lever, a panel for each joint: `width` [inch]."""
+    """Plot the blocked moments of members and excluded designs over the lever, one panel a joint; width [inch]."""
     joints = family.space.bench.joints
     figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(joints)))
@@ -38,7 +38,7 @@ def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
 
 
 def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
-    """Plot a joint's members, colored by their shortening, over the designs that are excluded."""
+    """Plot a joint's members, colored by shortening, on top of the excluded designs."""
     bench = family.space.bench
     top = float(bench.pressure[bench.joint == joint].max())
 
@@ -72,7 +72,7 @@ def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
 
 
 def _excluded(design: Design) -> str:
-    """Return the reason that excludes a design drawn from the bounds, empty if none does."""
+    """Return the reason that excludes a design drawn from the prior; empty if none does."""
     if design.excluded or design.off is None:
         return design.excluded
     return "another measured value" if np.abs(design.off).max() > FAR else ""

@@ -1,7 +1,7 @@
 """Sequential Monte Carlo: points drawn from the prior, then moved until they sample the posterior with equal weights.
 
-The likelihood enters by powers that rise from 0 to 1 (tempering). At each, points are drawn anew by their weights, and
-moved by differences of others (differential evolution, ter Braak 2006).
+The likelihood is raised to powers that grow from 0 to 1 (tempering). At each power, points are resampled by their
+weights, and moved by differences of other points (differential evolution, ter Braak 2006).
 """
 
 from collections import Counter
@@ -14,28 +14,28 @@ from hypertuna.arrays import Array
 from hypertuna.characterization.designs import Design, Designs
 from hypertuna.errors import InputError
 
-KEPT = 0.5  # effective part of the points at each power
-SWEEPS, MOVED = 12, 3.0  # largest number of moves at each power, and accepted ones of a point that suffice
-SPREAD = 1e-3  # of a move, beside the difference
-MAX_DRAWS = 100  # of the prior for each point that is asked for
+KEPT = 0.5  # part of the points that must stay effective when the power rises
+SWEEPS, MOVED = 12, 3.0  # at each power: most moves tried for each point, and accepted moves for each that suffice
+SPREAD = 1e-3  # standard deviation of the noise added to each move
+MAX_DRAWS = 100  # most draws from the prior for each point wanted
 
 
 @dataclass(frozen=True)
 class Population:
     """Points of equal weight from the posterior of designs, and the draws from the prior."""
 
-    points: Array  # (count, n + s)
-    members: tuple[Design, ...]
-    drawn: tuple[Design, ...]  # the first draws from the prior, excluded ones too
-    tried: int  # draws from the prior
-    evaluations: int  # draws and moves
-    powers: tuple[float, ...]
+    points: Array  # (count, n + s), points of the box of `Designs`
+    members: tuple[Design, ...]  # the designs at the points
+    drawn: tuple[Design, ...]  # the first `count` draws from the prior, including excluded designs
+    tried: int  # number of draws from the prior
+    evaluations: int  # number of designs computed, for draws and moves
+    powers: tuple[float, ...]  # powers of the likelihood, from 0 to 1
 
 
 def populate(
     space: Designs, count: int, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
 ) -> Population:
-    """Return points (count,) of a space of designs, sampled from the posterior given what was measured."""
+    """Return `count` points of a space of designs, sampled from the posterior given the bench."""
     rng, unknown_count, solved_count = np.random.default_rng(seed), len(space.free), len(space.solved)
     drawn: list[Design] = []
     accepted: list[tuple[Array, Design]] = []
@@ -54,8 +54,8 @@ def populate(
     while True:
         fit = np.array([design.fit for design in members])
         step = _step(log_weight, fit, 1 - power)
-        power, chance = power + step, np.exp(log_weight + step * fit - (log_weight + step * fit).max())
-        chosen = np.searchsorted(np.cumsum(chance) / chance.sum(), (rng.random() + np.arange(count)) / count)
+        power, weights = power + step, np.exp(log_weight + step * fit - (log_weight + step * fit).max())
+        chosen = np.searchsorted(np.cumsum(weights) / weights.sum(), (rng.random() + np.arange(count)) / count)
         points, members = points[chosen], [members[k] for k in np.minimum(chosen, count - 1)]
         for part, tried in _moves(space, points, members, power, rng):
             evaluations += tried
@@ -68,7 +68,7 @@ def populate(
 
 
 def _too_few(drawn: list[Design], met: int) -> InputError:
-    """Return the error that hardly any design meets the bench, with the reasons that exclude the others."""
+    """Return the error that too few designs meet the bench, with the reasons that exclude designs."""
     reasons = Counter(design.excluded for design in drawn if design.excluded).most_common()
     texts = ", ".join(f"{count} have {reason}" for reason, count in reasons)
     rule, fix = f"must be met by one in {MAX_DRAWS} designs within the bounds", "check the file, or give wider --bounds"
@@ -76,28 +76,28 @@ def _too_few(drawn: list[Design], met: int) -> InputError:
 
 
 def _step(weight: Array, fit: Array, rest: float) -> float:
-    """Return the largest rise of the power, at most `rest`, that leaves enough effective points."""
+    """Return the largest increase of the power, at most `rest`, that keeps enough points effective."""
 
-    def effective_count(step: float) -> float:
-        chance = np.exp(weight + step * fit - (weight + step * fit).max())
-        return float(chance.sum() ** 2 / (chance**2).sum()) / len(chance)
+    def effective_fraction(step: float) -> float:
+        weights = np.exp(weight + step * fit - (weight + step * fit).max())
+        return float(weights.sum() ** 2 / (weights**2).sum()) / len(weights)
 
-    needed = min(KEPT, 0.9 * effective_count(0.0))
-    if effective_count(rest) >= needed:
+    needed = min(KEPT, 0.9 * effective_fraction(0.0))
+    if effective_fraction(rest) >= needed:
         return rest
     low, high = 0.0, rest
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (middle, high) if effective_count(middle) >= needed else (low, middle)
+        low, high = (middle, high) if effective_fraction(middle) >= needed else (low, middle)
     return low
 
 
 def _moves(
     space: Designs, points: Array, members: list[Design], power: float, rng: np.random.Generator
 ) -> Iterator[tuple[float, int]]:
-    """Move points (count, n + s) and their designs in place by Metropolis steps; yield progress and number of trials.
+    """Move points (count, n + s) and their designs in place by Metropolis steps.
 
-    Yields after each move of all points which part of the moves is done at least, and how many designs it tried.
+    After each sweep over all points, yields the part of the work that is done, and the number of designs computed.
     """
     (count, size), uniform = points.shape, len(space.free)
     scale, moved_count = 2.38 / np.sqrt(2 * size), 0
@@ -107,7 +107,7 @@ def _moves(
 
     for sweep in range(1, SWEEPS + 1):
         accepted = 0
-        for half in np.array_split(rng.permutation(count), 2):  # one half moves by differences of the other
+        for half in np.array_split(rng.permutation(count), 2):  # each moves by differences of the others
             others = np.setdiff1d(np.arange(count), half)
             for k in half.tolist():
                 a, b = points[rng.choice(others, 2, replace=False)]

@@ -19,11 +19,11 @@ from hypertuna.errors import InputError
 from hypertuna.identification.loss import LOSSES
 from hypertuna.ranges import Whole, check_name
 
-STEP = 1e-4  # of a logarithm, for central differences
-ROUGH_STEP = 1e-6  # the same, for one-sided differences
-FAILED = 1e3  # residual, in standard deviations, of a bend without a solution
-STRAIN_STEP = 0.03
-STARTS = Whole(min=1, max=1024)
+STEP = 1e-4  # step of a logarithm for central differences
+ROUGH_STEP = 1e-6  # step of a logarithm for one-sided differences
+FAILED = 1e3  # largest residual, and residual of a value without a solution, in standard deviations
+STRAIN_STEP = 0.03  # step of the strain in the search for a change of sign
+STARTS = Whole(min=1, max=1024)  # allowed number of searches
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Elements:
     """The measured values of a bench, sorted by kind; every array has one entry per value."""
 
     kind: NDArray[np.str_]
-    row: NDArray[np.int64]  # of the bench
+    row: NDArray[np.int64]  # row of the bench
     measured: Array  # [SI]
-    sd: Array  # stated noise [SI], NaN for none
+    sd: Array  # stated noise [SI], NaN if none is stated
 
     def of(self, rows: Mapping[str, Array]) -> Array:
-        """Return the entries (elements,) of arrays (rows,) by kind."""
+        """Return the entries (elements,) that belong to the measured values, from arrays (rows,) by kind."""
         return np.array([rows[kind][row] for kind, row in zip(self.kind.tolist(), self.row.tolist(), strict=True)])
 
 
@@ -52,7 +52,8 @@ def elements(bench: Bench) -> Elements:
 class BenchProblem:
     """Residuals and bounds of a fit: bench, unknowns and measured values.
 
-    A point z (n,) is the logarithm of every unknown from its described value, in units of its prior standard deviation.
+    A point z (n,) holds, for every unknown, the logarithm of its value over the described one, in prior standard
+    deviations.
     """
 
     robot: Robot
@@ -73,11 +74,11 @@ class BenchProblem:
 
     @property
     def unknown_kinds(self) -> tuple[str, ...]:
-        """Kinds of quantities whose noise is not stated, and must be estimated."""
+        """Kinds of quantities without stated noise, whose noise must be estimated."""
         return tuple(dict.fromkeys(self.elements.kind[np.isnan(self.elements.sd)].tolist()))
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lowest and the highest point (n,)."""
+        """Return the lower and upper bounds of a point z (n,)."""
         rows = [sorted(u.log(end) - u.log(u.described) for end in (u.lower, u.upper)) for u in self.free]
         low, high = (np.array(rows) / self.prior_sd[:, np.newaxis]).T
         return low, high
@@ -88,14 +89,14 @@ class BenchProblem:
         return np.array([u.value(u.log(u.described) + x) for u, x in zip(self.free, logs, strict=True)])
 
     def residual(self, z: Array, levels: Mapping[str, float], joint: int | None = None) -> Array:
-        """Return residuals at z: computed minus measured over noise (elements,), then z itself, those of the prior.
+        """Return residuals at z: computed minus measured, over noise (elements,); then those of the prior, which are z.
 
-        levels: noise [SI] of the kinds whose noise is unknown. joint: compute its rows only, others are NaN.
+        levels: noise [SI] of the kinds without stated noise. joint: the joint whose rows are computed, others are NaN.
         """
         robot = with_unknowns(self.robot, self.free, self.values(z), checked=False)
         try:
             values = self.elements.of(computed(robot, self.bench, joint))
-        except InputError:  # no such joint can be built, such as one without room for its hoses
+        except InputError:  # the joint cannot be built: its hoses have no room, for example
             values = np.full(len(self.measured), np.nan)
         level = np.array([levels.get(name, np.nan) for name in self.elements.kind])
         scaled = (values - self.measured) / np.where(np.isnan(self.elements.sd), level, self.elements.sd)
@@ -104,13 +105,13 @@ class BenchProblem:
         return np.concatenate([np.where(of_joint[self.elements.row], clipped, np.nan), z])
 
     def jacobian(self, z: Array, levels: Mapping[str, float], *, rough: bool = False) -> Array:
-        """Return the derivatives of the residual by the point: central differences, or one-sided ones for a search."""
+        """Return derivatives of the residuals with respect to z: central differences, or one-sided ones if rough."""
         step, columns = ROUGH_STEP if rough else STEP, []
         center = self.residual(z, levels) if rough else None
         for k, unknown in enumerate(self.free):
             change = np.zeros(len(z))
             change[k] = step / unknown.prior_sd
-            up = self.residual(z + change, levels, unknown.joint)  # an unknown of one joint moves no row of another
+            up = self.residual(z + change, levels, unknown.joint)  # only rows of the unknown's joint
             down = self.residual(z - change, levels, unknown.joint) if center is None else center
             column = (up - down) / (change[k] * (1 if rough else 2))
             columns.append(np.where(np.isnan(column), 0.0, column))
@@ -118,18 +119,19 @@ class BenchProblem:
 
 
 def computed(robot: Robot, bench: Bench, joint: int | None = None) -> dict[str, Array]:
-    """Return all kinds of quantities [SI] for the rows of a bench, (rows,) each, NaN but for a joint's rows.
+    """Return all kinds of quantities [SI] for the rows of a bench, (rows,) each; with `joint` only for its rows.
 
-    Oil volumes are those of drive units; of moments only those of held joints, and nothing else of these.
+    Other entries are NaN. Rows of a held joint have a moment only, other rows have none. Oil volumes are those of
+    drive units.
     """
     result = {kind: np.full(len(bench.joint), np.nan) for kind in KINDS}
     for loop in bench.loops:
         if joint is not None and loop.joint != joint:
             continue
-        rising, at = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
+        rising, index = np.unique(np.append(bench.pressure[loop.rows], loop.top), return_inverse=True)
         unload = bench.unload[loop.rows]
         path = _path(robot, loop, rising, unload=bool(unload.any()))
-        on_path = np.where(unload, len(path["shortening"]) - 1 - at[:-1], at[:-1])  # unloading starts at the top
+        on_path = np.where(unload, len(path["shortening"]) - 1 - index[:-1], index[:-1])  # unloading starts at the top
         for kind, values in path.items():
             result[kind][loop.rows] = values[on_path]
     for k in np.flatnonzero(np.isfinite(bench.moment)).tolist():
@@ -140,7 +142,7 @@ def computed(robot: Robot, bench: Bench, joint: int | None = None) -> dict[str, 
 
 
 def _path(robot: Robot, loop: Loop, rising: Array, *, unload: bool) -> dict[str, Array]:
-    """Return the quantities along a loop from rest: one side up and maybe back, or both sides at once."""
+    """Return the quantities along a loop from rest, for rising pressures [Pa] and, with unload, the same falling."""
     if loop.side == len(SIDES):
         return {
             "shortening": shortening(robot, loop.joint, np.concatenate([rising, rising[::-1]]) if unload else rising)
@@ -160,7 +162,7 @@ def shortening(robot: Robot, joint: int, pressure: Array) -> Array:
 def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, arm: float = math.inf) -> float:
     """Return the moment [N m] that holds a joint straight under the rising pressure [Pa] of one side.
 
-    Friction takes its part. arm: distance [m] of the force that holds it from its middle, as in `held_at`.
+    Friction reduces the moment. arm: distance [m] of the holding force from the joint's middle, as in `held_at`.
     """
     model = joint_models(robot)[joint]
     pressures = np.zeros((1, 2))
@@ -173,15 +175,15 @@ def blocked_moment(robot: Robot, joint: int, pressure: float, side: int = 0, *, 
 
 
 def held_at(moment: float, length: float, arm: float) -> float:
-    """Return the moment of a force at a distance [m] from a joint's middle that holds it like a couple [N m].
+    """Return the moment [N m] of a force, `arm` [m] from a joint's middle, that replaces a couple `moment` [N m].
 
-    The joint, as long as L, is a beam that does not move at the force: the moment is smaller by 1 + (L / arm)^2 / 12.
+    A beam of the joint's length L does not move where the force acts: the couple is divided by 1 + (L / arm)^2 / 12.
     """
     return moment / (1 + (length / arm) ** 2 / 12)
 
 
 def _strain(model: JointModel, pressures: Array) -> float:
-    """Return the strain at which a straight joint's axial force, which falls with the strain, is zero."""
+    """Return the axial strain at which the axial force of a straight joint is zero; the force falls with the strain."""
 
     def thrust(strain: float) -> float:
         load = model.at(0.0, strain, pressures)
@@ -219,6 +221,6 @@ def bench_problem(
 
 
 def effective_parameters(jacobian: Array) -> float:
-    """Return the trace of a fit's hat matrix, from the Jacobian over noise by prior standard deviations [1]."""
+    """Return the trace of a fit's hat matrix [1]; jacobian: residuals over noise, unknowns in prior deviations."""
     singular = np.linalg.svd(jacobian, compute_uv=False)
     return float(np.sum(singular**2 / (1 + singular**2)))

@@ -1,4 +1,4 @@
-"""Room in a joint's sections for muscles, the member on the axis, oil pipes of the joints behind, and silicone."""
+"""Whether muscles, a film on the axis, and oil pipes of the joints behind fit in a joint's sections."""
 
 import math
 
@@ -7,15 +7,15 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.fe.geometry import WALL, joint_body
 
-PIPE = 1e-3  # m, wall of an oil pipe
-PIPES = 2  # oil lines of a joint, one a side
+PIPE = 1e-3  # m, wall thickness of an oil pipe
+PIPES = 2  # oil pipes of a joint, one for each side
 
 
 def with_room(robot: Robot, joint: int) -> Robot:
-    """Return the robot with drive units as close as they must be; InputError if the joint has no room for them.
+    """Return the robot with a joint's drive units far enough apart; InputError if they or oil pipes do not fit.
 
-    The rules of finite elements hold in the narrowest section (`joint_body`). Between the muscles of the two sides is
-    room for a film on the axis, and there, or above and below them, for the pipes of every joint behind.
+    The muscles must meet the rules of finite elements in the narrowest section (`joint_body`). A film on the axis must
+    fit between the muscles of the two sides. The pipes of the joints behind must fit there, or above and below.
     """
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     spacing = unit.outer_diameter + WALL
@@ -35,7 +35,7 @@ def with_room(robot: Robot, joint: int) -> Robot:
     top = max(channel.z for channel in body.channels)
     distance = body.radius + WALL + pipe
     lowest = top + math.sqrt(max(0.0, distance**2 - min(actuator.levers) ** 2))
-    highest = lowest + (PIPES * len(bores) / 2 - 1) * (2 * pipe + WALL)  # half of them below the muscles
+    highest = lowest + (PIPES * len(bores) / 2 - 1) * (2 * pipe + WALL)  # half of the pipes are below
     if _to_rim(float(body.semi_major.min()), float(body.semi_minor.min()), highest) < pipe + WALL:
         rule, fix = "must leave room for the oil pipes of the joints behind", "give a longer lever or thinner hoses"
         raise InputError(rule, key=f"joint {group.name}, lever_m", fix=fix)
@@ -43,7 +43,7 @@ def with_room(robot: Robot, joint: int) -> Robot:
 
 
 def _to_rim(a: float, b: float, z: float) -> float:
-    """Return the distance [m] from a point at z on the half axis a of an ellipse to its rim; negative outside."""
-    if z < (a**2 - b**2) / a:  # the nearest points are on either side
+    """Return the distance [m] from a point at z on the semi-axis a of an ellipse to its rim; negative outside."""
+    if z < (a**2 - b**2) / a:  # there are two nearest points, on either side of the semi-axis
         return b * math.sqrt(1 - z**2 / (a**2 - b**2))
     return a - z

@@ -1,4 +1,4 @@
-"""Randomized fits to bench runs, which show how widely products of powers hold along the set of good fits."""
+"""Randomized fits to bench runs: samples of the unknowns that fit about as well as the best fit."""
 
 from collections.abc import Callable, Mapping
 
@@ -7,11 +7,11 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.characterization.problem import BenchProblem
 
-COUNT = 32
-PARTS = (0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # of the perturbation, step by step; then corrections
-CORRECTIONS = 6
-MAX_STEP = 0.5  # of a correction
-OUTLIER = 3.0  # residual, in standard deviations, above which a row does not guide the fits
+COUNT = 32  # fits tried
+PARTS = (0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # part of the random noise and prior mean applied at each step
+CORRECTIONS = 6  # further steps, with new Jacobians, for a fit that is not yet good
+MAX_STEP = 0.5  # largest step of a correction, in prior standard deviations
+OUTLIER = 3.0  # rows with a larger residual, in standard deviations, are left out
 MAX_SIGMA = 4.0  # standard deviations by which the sum of squares may exceed its expectation
 
 
@@ -27,8 +27,8 @@ def randomized_fits(
 ) -> Array:
     """Return fits (fits, n) to residuals with random noise added and to random prior means.
 
-    Randomized maximum likelihood. z: the fit (n,); factor: on the noise [1]; jacobian: of the residuals at the fit,
-    over the noise times the factor; tick: called at every fit. Only fits as good as the noise allows are returned.
+    This is randomized maximum likelihood. z: the best fit (n,). factor: multiplies the noise [1]. jacobian: of the
+    residuals at z, divided by the factor. tick: called at every fit. Fits worse than the noise allows are left out.
     """
     rng, rows = np.random.default_rng(seed), len(problem.measured)
     low, high = problem.bounds()
@@ -43,7 +43,7 @@ def randomized_fits(
     for _ in range(COUNT):
         if tick is not None:
             tick()
-        mean = rng.standard_normal(len(low))  # of the prior, normal about the description, truncated at the bounds
+        mean = rng.standard_normal(len(low))  # prior mean: normal about the described values, truncated at the bounds
         while (outside := (mean < low) | (mean > high)).any():
             mean[outside] = rng.standard_normal(int(outside.sum()))
         noise = rng.standard_normal(rows)[inliers]
@@ -55,7 +55,7 @@ def randomized_fits(
             if (size := step @ step) > 0:
                 jacobian_here += np.outer(new - residual - jacobian_here @ step, step / size)
             residual = new
-        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # with a new Jacobian
+        for _ in range(CORRECTIONS if residual @ residual > allowed else 0):  # each with a new Jacobian
             jacobian_here = problem.jacobian(x, levels, rough=True)[:rows][inliers] / factor
             step = _step(jacobian_here, residual + noise, x - mean, low - x, high - x)
             step *= min(1.0, MAX_STEP / float(np.abs(step).max()))
@@ -67,7 +67,7 @@ def randomized_fits(
 
 
 def _step(jacobian: Array, residual: Array, prior_offset: Array, low: Array, high: Array) -> Array:
-    """Return the least-squares step (n,) of residuals and prior; unknowns that meet a bound stay on it."""
+    """Return the least-squares step (n,) of residuals and prior; an unknown that reaches a bound stays on the bound."""
     matrix = np.concatenate([jacobian, np.eye(len(prior_offset))])
     target = -np.concatenate([residual, prior_offset])
     step, free = np.zeros(len(prior_offset)), np.ones(len(prior_offset), dtype=bool)

@@ -15,27 +15,29 @@ from hypertuna.identification.names import split_names
 
 
 class Kind(NamedTuple):
-    """A kind of unknown: its default bounds, its keys of the robot's file, and its unit."""
+    """A kind of unknown: its default bounds, its keys in the robot's file, and its unit."""
 
-    low: float  # default bounds, as factors on the described value
-    high: float
-    keys: tuple[str, ...] = ()  # of the actuator of a joint, or of the drive unit, in the robot's file
-    unit: str = "1"  # SI, "1" for a number
-    scaled: bool = True  # False: the default bounds are values [rad or 1]
-    counted: str = ""  # meaning of a number
-    optional: bool = False  # fitted only where it is named
+    low: float  # default lower bound, as a factor on the described value
+    high: float  # default upper bound
+    keys: tuple[str, ...] = ()  # keys in the robot's file, in a joint's actuator or in the drive unit
+    unit: str = "1"  # SI unit, "1" for a number
+    scaled: bool = True  # False: the default bounds are values, not factors
+    counted: str = ""  # meaning of a number without unit
+    optional: bool = False  # fitted only if named
 
 
+# Kinds of unknowns of each joint, by name.
 PER_JOINT = {
-    "lever": Kind(0.5, 2.0, ("lever_m",), "m"),  # in no drawing; inside the section
-    # links are measured, rigid end walls are not
+    "lever": Kind(0.5, 2.0, ("lever_m",), "m"),  # no drawing shows it; it ends inside the section
+    # the length of links is measured, but not that of rigid end walls
     "segment_length": Kind(0.8, 1.25, ("segment_length_m",), counted="x described"),
-    "stiffness_factor": Kind(0.25, 4.0, ("stiffness_factor",)),  # strip, pipes and channels stiffen and weaken
-    # from a film that buckles at once to stiff pipes
+    "stiffness_factor": Kind(0.25, 4.0, ("stiffness_factor",)),  # a strip and pipes stiffen, channels weaken
+    # from a film that buckles at once, to stiff pipes
     "axis_buckling": Kind(1.0, 300.0, ("axis_stiffness_n", "axis_buckling_n"), "N", scaled=False, optional=True),
     # ratio of the two levers
     "asymmetry": Kind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
 }
+# Kinds of unknowns that all joints share.
 SHARED = {
     # at 54.7 deg the pull is zero
     "braid_angle": Kind(math.radians(20), math.radians(50), ("braid_angle_deg",), "rad", scaled=False),
@@ -47,33 +49,33 @@ SHARED = {
     "friction": Kind(0.01, 1.0, ("friction",), scaled=False),
 }
 KINDS = PER_JOINT | SHARED
-# Factors that pull and stiffness are proportional to, in place of the unknown itself: name and formula.
+# Factors to which pull or stiffness is proportional (name, formula); their logarithm is fitted, not the unknown's.
 FACTORS = {
     "braid_angle": ("braid_pull", "2 / tan^2(braid_angle) - 1, the pull at rest over pressure and section"),
     "diameter_ratio": ("hose_wall", "1 - diameter_ratio^2, the fraction of the hose's section that is wall"),
 }
 # Displayed unit, and displayed units per SI unit.
 BORDER = {"N": ("N", 1.0), "m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "1": ("1", 1.0)}
-# Of a material, by the set in use.
+# Elastic constants of a material, by the material set in use.
 MODULI = {
     "datasheet": ("modulus_100",),
     "fe": ("modulus_fe",),
     "tensile": ("tensile",),
     "mean": ("modulus_100", "tensile"),
 }
-INSIDE = 1 - 1e-9  # of an upper limit
-FILM = 5e3  # N, stiffness in tension of a bending sensor's film on the axis, where none is described
-STEP = 1e-5  # of a logarithm, for differences
+INSIDE = 1 - 1e-9  # default upper bounds end at this part of an upper limit
+FILM = 5e3  # N, tensile stiffness on the axis if none is described: that of a bending sensor's film
+STEP = 1e-5  # step of a logarithm for differences
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A positive unknown, fitted by the logarithm of itself or of a factor in pull or stiffness that it sets."""
+    """A positive unknown; the fit varies the logarithm of the unknown, or of its factor in FACTORS."""
 
     kind: str  # key of KINDS
-    joint: int | None  # its joint group; None if all share it
-    name: str  # lever[I]
-    described: float  # [SI]; a modulus, a segment length: factor on the described one; asymmetry: left lever over right
+    joint: int | None  # joint group; None if all joints share the unknown
+    name: str  # such as lever[I]
+    described: float  # value [SI]; modulus, segment length: factor on the described one; asymmetry: left lever / right
     lower: float  # prior bounds, in the unit of `described`
     upper: float
 
@@ -84,28 +86,28 @@ class Unknown:
 
     @property
     def factor(self) -> str:
-        """Name in products of powers: that of its factor in FACTORS, or its own."""
+        """Name in products of powers: the name of the factor in FACTORS, or of the unknown itself."""
         return FACTORS.get(self.kind, (self.name, ""))[0]
 
     def log(self, value: float) -> float:
-        """Return the logarithm of the factor at a value of the unknown [SI]."""
+        """Return the logarithm that the fit varies, at a value of the unknown [SI]."""
         if self.kind == "braid_angle":
             return math.log(2 / math.tan(value) ** 2 - 1)
         return math.log(1 - value**2) if self.kind == "diameter_ratio" else math.log(value)
 
     def value(self, log: float) -> float:
-        """Return the value of the unknown [SI] at a logarithm of the factor."""
+        """Return the value of the unknown [SI], given the logarithm that the fit varies."""
         if self.kind == "braid_angle":
             return math.atan(math.sqrt(2 / (1 + math.exp(log))))
         return math.sqrt(-math.expm1(log)) if self.kind == "diameter_ratio" else math.exp(log)
 
     @property
     def prior_sd(self) -> float:
-        """Prior standard deviation of the logarithm, as of a uniform distribution between the bounds."""
+        """Prior standard deviation of the logarithm: that of a uniform distribution between the bounds."""
         return abs(self.log(self.upper) - self.log(self.lower)) / math.sqrt(12)
 
     def relative(self, value: float) -> float:
-        """Return the magnitude of d(log of the unknown) / d(log of its factor) at a value [SI]."""
+        """Return the magnitude of the derivative of log(unknown) with respect to the fitted logarithm [1]."""
         steps = (math.log(self.value(self.log(value) + side * STEP)) for side in (1, -1))
         return abs(next(steps) - next(steps)) / (2 * STEP)
 
@@ -119,11 +121,11 @@ def unknowns(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     optional: bool = False,
 ) -> tuple[Unknown, ...]:
-    """Return the unknowns that a bench of some joints may identify.
+    """Return the unknowns that a bench may identify, for the joints that it measures.
 
-    names: such as `lever` (of every joint measured) or `lever[I]`; all if left out. both_sides: joints bent both ways,
-    the only ones with free asymmetry unless it is named. bounds: lower and upper by name [SI]. optional: include the
-    optional kinds.
+    names: such as `lever` (of every joint measured) or `lever[I]`; all if left out. both_sides: joints bent both ways;
+    without names, the asymmetry is unknown in these joints only. bounds: lower and upper by name [SI]. optional:
+    include the optional kinds.
     """
     unit = drive_unit(robot)
     for material in (unit.hose, unit.matrix):
@@ -178,7 +180,7 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
     """Return the value [SI] of an unknown in the robot's description."""
     unit = drive_unit(robot)
     part: Any = unit if joint is None else joint_group(robot, joint)[1]
-    if kind == "axis_buckling":  # None: it never buckles
+    if kind == "axis_buckling":  # a buckling force of None: the axis never buckles
         return 0.0 if not part.axis_stiffness else float(part.axis_buckling or KINDS[kind].high)
     if kind == "asymmetry":
         return float((2 + part.asymmetry) / (2 - part.asymmetry))
@@ -188,7 +190,7 @@ def _described(robot: Robot, kind: str, joint: int | None) -> float:
 
 
 def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
-    """Return the unknowns that a name means: a kind, or a kind with a joint."""
+    """Return the unknowns that a name stands for: all of a kind, or the one of a joint."""
     matching = [unknown for unknown in known if name in (unknown.name, unknown.kind)]
     if not matching:
         same_kind = [unknown.name for unknown in known if unknown.kind == name.partition("[")[0]]
@@ -198,7 +200,7 @@ def _matching(known: Sequence[Unknown], name: str) -> list[Unknown]:
 
 
 def _check_bounds(robot: Robot, unknown: Unknown, low: float, high: float, key: str) -> None:
-    """Check bounds of an unknown: positive, in order, around the described value, below its limit."""
+    """Check the bounds of an unknown: positive, in order, around the described value, below the upper limit."""
     unit, factor = BORDER[unknown.unit]
     unit = "" if unit == "1" else f" {unit}"
     limit = _upper_limit(robot, unknown.kind, unknown.joint)
@@ -218,7 +220,7 @@ def _check_bounds(robot: Robot, unknown: Unknown, low: float, high: float, key: 
 
 
 def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, checked: bool = True) -> Robot:
-    """Return the robot with other values (n,) of unknowns, in the measure of `Unknown.described` [SI].
+    """Return the robot with new values (n,) of unknowns, in the units of `Unknown.described`.
 
     checked: validate the whole description, which takes a thousand times longer.
     """
@@ -251,12 +253,12 @@ def with_unknowns(robot: Robot, frees: Sequence[Unknown], values: Array, *, chec
         groups[j] = groups[j].model_copy(update={"actuator": actuator.model_copy(update=changes)})
     update = {"drive_unit": unit.model_copy(update=shared), "joints": tuple(groups), "materials": materials}
     changed_robot = robot.model_copy(update=update)
-    changed_robot.__dict__.pop("hash", None)  # of the described values
+    changed_robot.__dict__.pop("hash", None)  # the cached hash of the described values
     return parse(changed_robot.document(), file=robot.file) if checked else changed_robot
 
 
 def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
-    """Return the keys of a robot's file that an unknown changes, without indices, as in [sources]."""
+    """Return the keys of the robot's file that an unknown changes, without indices, as [sources] lists them."""
     unit = drive_unit(robot)
     if one.kind.endswith("modulus"):
         name = unit.hose if one.kind == "hose_modulus" else unit.matrix
@@ -266,7 +268,7 @@ def keys_of(robot: Robot, one: Unknown) -> tuple[str, ...]:
 
 
 def sourced(robot: Robot, described: Robot, texts: Mapping[str, str]) -> Robot:
-    """Return a robot with new sources for changed keys; a source of the description follows after "Before:"."""
+    """Return the robot with new sources for changed keys; the source before the change follows after "Before:"."""
     document = robot.document()
     sources = document.setdefault("sources", {})
     without_sources = described.model_copy(update={"sources": {}})

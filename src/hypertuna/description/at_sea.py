@@ -1,4 +1,4 @@
-"""Tables that a robot needs to dive, to fly missions and to run the firmware, estimated from its shape and joints."""
+"""Estimated tables that a robot needs to dive, to fly missions and to run the firmware."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,11 +14,12 @@ from hypertuna.description.shape import DENSITY, Shape
 from hypertuna.description.twin import new_command, require_groups
 from hypertuna.errors import InputError
 
-SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1, as HyperTuna's first
-ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)
-HEEL, LONE = 2.6, 20.0  # deg: more than full turns heel such robots; fins from which a lone one rolls them by 3
-ROLL = 0.6  # natural frequency of roll over that of the beat; 0.4 to 0.6 on HyperTuna
-DIVES = 0.65  # speed of cruise over that of inversion; 0.58 on HyperTuna at 2 Hz
+SERVO_PINS = (2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 29, 33, 36, 37)  # of a Teensy 4.1; the first are HyperTuna's
+ANALOG_PINS = (14, 15, 16, 17, 20, 21, 22, 23, 24, 25, 38, 39, 40, 41, 27)  # of a Teensy 4.1, in the order of use
+HEEL = 2.6  # deg, roll that reveals a lost fin: full turns roll such robots less
+LONE = 20.0  # deg, angle of the fins above which the roll is monitored: one fin alone then rolls them by 3 deg
+ROLL = 0.6  # natural frequency of roll over the beat frequency; 0.4 to 0.6 on HyperTuna
+DIVES = 0.65  # speed of the cruise over the inversion speed; 0.58 on HyperTuna at 2 Hz
 
 SOURCES = {
     "spatial.com_height_m": f"estimate: ballast in the head, so low that roll has {ROLL:g} of the frequency of the "
@@ -57,7 +58,7 @@ BOARD = {
 
 
 def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
-    """Check that a robot has the named tables, and with `pilot` its sensors; the error lists all that are missing."""
+    """Check that a robot has the named tables, and with `pilot` a pilot's sensors; the error lists what it lacks."""
     board = "firmware" in tables
     require_groups(robot, sea=True, board=board)
     absent = [f"[{table}]" for table in tables if getattr(robot, table) is None]
@@ -79,7 +80,7 @@ def require_at_sea(robot: Robot, *tables: str, pilot: bool = True) -> None:
 def antenna_of(robot: Robot) -> tuple[float, float]:
     """Return the satellite antenna's distance behind the nose and height above the axis [m].
 
-    It stands at the head's center of mass, at the upper end of what is highest.
+    The antenna is at the head's center of mass, as high as the highest part of the body.
     """
     links = robot.links
     head_height = links.lateral_area[0] / links.length[0] if robot.spatial is None else robot.spatial.height[0]
@@ -97,10 +98,10 @@ def add_space(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape) -
 
 
 def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape, speed: float) -> None:
-    """Add a pilot, and a microcontroller where it has pins for all joints, to a robot with fins and a controller.
+    """Add a pilot to a robot with fins and a controller, and a microcontroller if it has pins for all joints.
 
-    `tuna` is HyperTuna's document, `speed` [m/s] that of the robot's gait: its pilot is HyperTuna's, with its slowest
-    gait, on the robot's own scales of length, speed and time.
+    `tuna` is HyperTuna's document, `speed` [m/s] is that of the robot's cruise. The pilot is HyperTuna's, scaled to the
+    robot's length, mass and speed.
     """
     gait, drives = document["gaits"]["cruise"], [group.drive for group in parse(document).joints]
     slow = gait | {
@@ -127,7 +128,7 @@ def take_to_sea(document: dict[str, Any], tuna: Mapping[str, Any], shape: Shape,
 
 
 def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:
-    """Return the table ``[spatial]`` of links with elliptical sections, which roll at a frequency `roll` [Hz]."""
+    """Return the table ``[spatial]`` of links with elliptical sections; the robot rolls at a frequency `roll` [Hz]."""
     volume = [mass / DENSITY for mass in links["mass_kg"]]
     columns = list(zip(volume, links["lateral_area_m2"], links["length_m"], strict=True))
     height = [area / length for _, area, length in columns]
@@ -147,7 +148,7 @@ def _spatial(links: Mapping[str, Any], roll: float) -> dict[str, Any]:
 
 
 def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[float], roll: float) -> float:
-    """Return the depth [m] of the head's center of mass at which a body of elliptical sections rolls at `roll` [Hz]."""
+    """Return how far the head's center of mass must be below the axis [m], so that the body rolls at `roll` [Hz]."""
     sections = list(zip(links["mass_kg"], links["length_m"], height, width, strict=True))
     inertia = sum(m * (h**2 + w**2) / 16 for m, _, h, w in sections)
     added = sum(DENSITY * math.pi / 128 * (h**2 - w**2) ** 2 * length for _, length, h, w in sections)
@@ -156,7 +157,7 @@ def _ballast(links: Mapping[str, Any], height: Sequence[float], width: Sequence[
 
 
 def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, float]:
-    """Return the table ``[fins]``: HyperTuna's, with sizes and places for this shape and a length of the head [m]."""
+    """Return the table ``[fins]``: HyperTuna's, with size and place for this shape; head: its length [m]."""
     span = 0.118 * shape.length
     changed = {"x_m": min(0.3 * shape.length, 0.8 * head), "y_m": shape.width / 2 + span / 2, "z_m": 0.0}
     changed |= {"span_m": span, "chord_m": 0.8 * span}
@@ -164,7 +165,7 @@ def _fins(shape: Shape, head: float, tuna: Mapping[str, float]) -> dict[str, flo
 
 
 def _pins(drives: Sequence[Drive]) -> dict[str, list[int]]:
-    """Return the pins of servos and analog sensors, of the joint groups' drives and the two fins."""
+    """Return the pins of the servos of joint groups and fins, and of the analog sensors, by key."""
     servos = sum(len(drive.servos) for drive in drives)
     pumps = sum(len(drive.servos) for drive in drives if drive.oil)
     free_pins = iter(ANALOG_PINS)

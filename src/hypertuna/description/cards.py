@@ -1,4 +1,4 @@
-"""What is shown of a robot: its side view, and a table of its links."""
+"""Card of a robot: side view, facts, and a table of the links."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 from hypertuna.description.robot import Robot
 from hypertuna.display import Card, Facts, Table, cards, number, safe, tables
 
-WIDE = 1000  # units of the drawing in a body length
+WIDE = 1000  # units of the drawing per body length
 
 
 @cards.of(Robot)
 def robot_card(robot: Robot) -> Card:
-    """Show a robot from the side, with six numbers and a table of its links."""
+    """Show a robot from the side, with facts and a table of its links."""
     groups = {link: group.name for group in robot.joints for link in group.links}
     links = robot.links
     facts = {
@@ -60,7 +60,7 @@ def link_columns(robot: Robot) -> dict[str, Any]:
 
 
 def side_svg(robot: Robot) -> str:
-    """Draw the links from the side at their mean height: joints as dots, centers of mass as crosses, a scale bar."""
+    """Draw the links from the side at their mean height, with joints as dots and centers of mass as crosses."""
     links, scale = robot.links, WIDE / robot.body.length
     fronts = [scale * x for x in (0.0, *accumulate(links.length))]
     heights = [scale * area / length for area, length in zip(links.lateral_area, links.length, strict=True)]

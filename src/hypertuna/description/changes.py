@@ -1,4 +1,4 @@
-"""Values of a robot set by key, as `--set` and the sizing of a pump take them."""
+"""Values of a robot that are set by key, as in the option `--set` and in the sizing of pumps."""
 
 import re
 from collections.abc import Mapping
@@ -9,14 +9,14 @@ from hypertuna.description.validation import written
 from hypertuna.errors import InputError, InputErrors, did_you_mean
 from hypertuna.io.door import parse_toml
 
-NAMES = ("name", "drives", "quantity")  # keys that name a table of a list: of a joint group, a servo, a sensor
+NAMES = ("name", "drives", "quantity")  # keys that name a table in a list: of joint groups, servos, sensors
 
 
 def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> Robot:
-    """Return a robot with new values [units of the file] of keys, written as in its file.
+    """Return the robot with new values [units of the file], by key as in its file.
 
     A table of a list is chosen by name or index, ``joints.II.bandwidth_hz`` or ``links.mass_kg[3]``; without either,
-    the value is that of all: ``joints.line.bore_m``. `option` is named in errors.
+    all tables of the list get the value: ``joints.line.bore_m``. `option` is named in errors.
     """
     if not values:
         return robot
@@ -36,13 +36,13 @@ def changed(robot: Robot, values: Mapping[str, Any], option: str = "--set") -> R
 
 
 def settable(robot: Robot) -> list[str]:
-    """Return the keys of all values in a robot's file as `changed` takes them, without uncertainties and sources."""
+    """Return the keys of all values in a robot's file that `changed` can set, without [uncertainty] and [sources]."""
     document = robot.document()
     return _settable({key: part for key, part in document.items() if key not in ("uncertainty", "sources")}, "")
 
 
 def _settable(node: Any, key: str) -> list[str]:
-    """Return the keys of the values below a node; tables of a list are called by name, or by index."""
+    """Return the keys of the values below a node; tables of a list are named, or have an index."""
     if isinstance(node, dict):
         parts = list(node.items())
     elif isinstance(node, list) and node and all(isinstance(part, dict) for part in node):
@@ -54,27 +54,27 @@ def _settable(node: Any, key: str) -> list[str]:
 
 
 def _fix(error: InputError, values: Mapping[str, Any]) -> str | None:
-    """Return the fix of an error: where a comma split one number into two integers, a decimal point."""
+    """Return the fix of an error; if a comma split one number into two integers, the fix is a decimal point."""
     pairs = [v for v in values.values() if isinstance(v, list) and len(v) == 2 and all(isinstance(x, int) for x in v)]
     pair = next((pair for pair in pairs if str(pair) == error.value and error.rule == "must be a number"), None)
     return error.fix if pair is None else f"write a decimal point, {pair[0]}.{pair[1]}"
 
 
 def toml_value(text: str) -> Any:
-    """Return the value of a text as TOML reads it; numbers with commas are a list, other words are text."""
+    """Return the value of a text in TOML; numbers with commas are a list, and words without quotes are text."""
     for candidate in (text, f"[{text}]" if "," in text else text):
         try:
             return parse_toml(f"value = {candidate}")["value"]
         except InputError:
             continue
     try:
-        return float(text)  # of forms that TOML lacks: .5
+        return float(text)  # forms that TOML lacks, such as .5
     except ValueError:
         return text
 
 
 def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
-    """Set the value of a key below a node, in all tables of a list if none is named; return its place as names."""
+    """Set the value of a key below a node, in all tables of a list if none is named; return the names of its place."""
     if isinstance(node, list):
         return _set_in_list(node, rest, value, key)
     if not isinstance(node, dict):
@@ -93,7 +93,7 @@ def _set(node: Any, rest: str, value: Any, key: str) -> list[str]:
 
 
 def _set_in_list(nodes: list[Any], rest: str, value: Any, key: str) -> list[str]:
-    """Set the value in one table or number of a list, or in all its tables; return its place below the list."""
+    """Set the value in one table or number of a list, or in all tables; return the names of its place in the list."""
     if index := re.match(r"\[(\d+)\]\.?", rest):
         k = int(index[1])
         if k >= len(nodes):

@@ -1,4 +1,4 @@
-"""A document as TOML text, each key with its meaning from the schema as a comment."""
+"""A document as TOML text, in which each key has its meaning from the schema as a comment."""
 
 import json
 import re
@@ -8,9 +8,9 @@ from typing import Any
 
 from hypertuna.description.validation import Place, field_at, is_table, written
 
-WIDTH = 120  # columns up to which a comment stands beside its value
+WIDTH = 120  # columns; a comment that would end beyond is put above its value
 
-# How to measure the values of a table, above its header.
+# Comments above the header of a table, by its name.
 HINTS = {
     "links": "Measure each link: a ruler for lengths, a scale for masses, the point of balance for com_m, a side view\n"
     "on squared paper for lateral_area_m2.",
@@ -31,7 +31,7 @@ def commented(document: Mapping[str, Any], model: type[Any], *, hints: Mapping[s
 
 
 def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapping[str, str]) -> list[str]:
-    """Return the lines of a table: its values, then the tables in it."""
+    """Return the lines of a table: its values, then its subtables."""
     lines = [_line(key, value, model, (*place, key)) for key, value in table.items() if not _has_tables(value)]
     for key, value in table.items():
         if not _has_tables(value):
@@ -50,7 +50,7 @@ def _table(table: Mapping[str, Any], model: type[Any], place: Place, hints: Mapp
 
 
 def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
-    """Return a key with its value, and with its meaning except below the first of several tables."""
+    """Return the line of a key and its value, with a comment on its meaning, except in later tables of a list."""
     name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
     text = f"{name} = {literal(value)}"
     if len(text) > WIDTH and isinstance(value, str):
@@ -58,25 +58,25 @@ def _line(key: str, value: Any, model: type[Any], place: Place) -> str:
     _, field = field_at(model, place)
     if field is None or not field.description or any(part for part in place if isinstance(part, int)):
         return text
-    if is_table(field.annotation):  # an entry of a table of names
+    if is_table(field.annotation):  # a table of named entries
         return text
     beside = f"{text}  # {field.description}"
     return beside if len(beside) <= WIDTH else f"# {field.description}\n{text}"
 
 
 def _has_tables(value: Any) -> bool:
-    """Whether a value is a table or a list of tables."""
+    """Return whether a value is a table or a list of tables."""
     return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
 
 
 def _wrapped(text: str) -> str:
-    """Return a text broken in lines that TOML joins."""
+    """Return a text broken into lines that TOML joins again."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return "\\\n" + " \\\n".join(textwrap.wrap(escaped, WIDTH - 4))
 
 
 def literal(value: Any) -> str:
-    """Return a value as TOML writes it."""
+    """Return a value in the notation of TOML."""
     if isinstance(value, list):
         return f"[{', '.join(map(literal, value))}]"
     if isinstance(value, bool):

@@ -1,8 +1,8 @@
-"""Numbers of a robot's file as variables of a design, with the values that follow them; the caudal fin by its shape.
+"""Numbers of a robot's file, and sizes of the caudal fin, as variables of a design.
 
-A key has the unit of the file. What is declared to follow a link's length or mass (`following`) follows it as in the
-studio, and so do the sums. ``fin.span``, ``fin.chord``, ``fin.area`` and ``fin.aspect_ratio`` are factors on the caudal
-fin as described.
+A variable has the unit of the file. Values that scale with a link's length or mass (`following`) change with it, as in
+the studio, and so do the sums of the body. ``fin.span``, ``fin.chord``, ``fin.area`` and ``fin.aspect_ratio`` are
+factors on the described caudal fin.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from hypertuna.description.schema.base import Key, Part
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, did_you_mean, shown
 
-# Powers of the factors on span and chord; area and aspect ratio are their product and their ratio.
+# Variables of the fin, each with its powers in the factors on span and chord.
 FIN = {"span": (1.0, 0.0), "chord": (0.0, 1.0), "area": (0.5, 0.5), "aspect_ratio": (0.5, -0.5)}
-WHOLE_FIN = "factor"  # unit of the fin's variables: times that of the file
-FOLLOWED = {"links.length": "length", "links.mass": "mass"}
-TEXTS = ("description", "sources", "uncertainty", "fit")  # tables without numbers to design
-Place = tuple[int | str, ...]
+WHOLE_FIN = "factor"  # unit of the fin's variables, which are factors on the described fin
+FOLLOWED = {"links.length": "length", "links.mass": "mass"}  # variables with which other values scale
+TEXTS = ("description", "sources", "uncertainty", "fit")  # tables without numbers to vary
+Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class Variable:
     """A number of a robot's file that a search or a sweep varies."""
 
     name: str  # key with its unit, joint groups by name: ``hinge.stiffness_n_m_per_rad``; or ``fin.span``
-    label: str  # without the unit, in words
-    unit: str  # of the file
-    value: float  # as described
-    low: float
-    high: float
-    place: Place  # in the document; empty of the fin
+    label: str  # the name without the unit
+    unit: str  # unit of the file
+    value: float  # described value
+    low: float  # lower end of the range
+    high: float  # upper end of the range
+    place: Place  # place in the document; empty for the fin
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -50,17 +50,17 @@ class Variable:
 
 @dataclass(frozen=True)
 class _Leaf:
-    """A value of a robot's file: its key, its value and what the schema says of it."""
+    """A value of a robot's file, with its key, its place and its declaration in the schema."""
 
-    name: str
-    label: str
+    name: str  # key with units
+    label: str  # key without units
     place: Place
     value: Any
-    about: Key | None
+    about: Key | None  # declaration in the schema
 
 
 def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
-    """Return a number of a robot as a variable between two values [unit of the file]."""
+    """Return the number of a robot that a key names as a variable between two values [unit of the file]."""
     if name.startswith("fin."):
         return _checked(robot, _fin_variable(robot, name, low, high))
     leaves = list(_leaves(robot, robot.model_dump(mode="json", by_alias=True, exclude_none=True), "", "", ()))
@@ -89,7 +89,7 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
 
 
 def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return numbers of a robot as variables, by key; the robot must be valid at both ends of each range."""
+    """Return numbers of a robot as variables; ends: range by key, at both ends of which the robot must be valid."""
     chosen = tuple(variable(robot, name, *map(float, pair)) for name, pair in ends.items())
     for name, count in Counter(item.name for item in chosen).items():
         if count > 1:
@@ -103,9 +103,9 @@ def variables(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
 
 
 def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], *, made_by: str = "") -> Robot:
-    """Return a robot with other values of variables [unit of the file]; `made_by` is added to their source.
+    """Return the robot with new values of variables [unit of the file]; `made_by` is added to their sources.
 
-    Without `made_by` sources are left out, which a search does not need. InputError where the file would be refused.
+    Without `made_by` sources are left out, since a search does not need them. InputError if the file would be invalid.
     """
     document = robot.document()
     full = robot.model_dump(mode="json", by_alias=True, exclude_none=True)
@@ -127,13 +127,13 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
     if made_by:
         sources = document.setdefault("sources", {})
         for key in [*_changes(old_document, document)]:
-            source = robot.source(key)  # an estimate stays one
+            source = robot.source(key)  # an estimate stays an estimate
             sources[key] = f"{source}; {made_by}" if source else made_by
     return parse(document, file=robot.file)
 
 
 def _check_ends(name: str, low: float, high: float) -> None:
-    """Check that a range of a variable has two finite ends in rising order."""
+    """Check that the range of a variable has two finite ends in rising order."""
     key, value = f"design {name}", f"{low:g}:{high:g}"
     if not math.isfinite(low) or not math.isfinite(high):
         raise InputError("must be finite", key=key, value=value, fix="give LOW:HIGH")
@@ -143,7 +143,7 @@ def _check_ends(name: str, low: float, high: float) -> None:
 
 
 def _checked(robot: Robot, varied: Variable) -> Variable:
-    """Return a variable after a check of the robots at both ends of its range."""
+    """Check that the robots at both ends of a variable's range are valid; return the variable."""
     for end in (varied.low, varied.high):
         try:
             designed(robot, (varied,), (end,))
@@ -156,19 +156,19 @@ def _checked(robot: Robot, varied: Variable) -> Variable:
 
 
 def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Iterator[_Leaf]:
-    """Yield the values of a table and of those below it."""
+    """Yield the values of a table and of its subtables."""
     for attribute, field in type(part).model_fields.items():
         alias = field.alias or attribute
         if alias in dump and not (part.table == "" and alias in TEXTS and not name):
             value = getattr(part, attribute)
             tables = isinstance(value, tuple) and any(isinstance(row, Part) for row in value)
-            short = alias if tables else attribute  # of a number without its unit
+            short = alias if tables else attribute  # a number's attribute has no unit
             below = (f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip("."), (*place, alias))
             yield from _values(value, dump[alias], *below, part.declared.get(attribute))
 
 
 def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:
-    """Yield the leaves of a value: of a table, of a list's tables by name, of a list's numbers by index."""
+    """Yield the leaves of a value: those of a table, of a list's tables (by name) or numbers (by index), or itself."""
     if isinstance(value, Part):
         yield from _leaves(value, dump, name, label, place)
     elif isinstance(value, Mapping):
@@ -184,7 +184,7 @@ def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: K
 
 
 def _put(document: Any, whole: Any, place: Place, value: float) -> None:
-    """Set a value of a document; tables and lists that the document lacks are copied from `whole` with its defaults."""
+    """Set a value of a document; tables and lists that it lacks are copied from `whole`, which has all defaults."""
     *path, last = place
     for part in path:
         whole = whole[part]
@@ -195,7 +195,7 @@ def _put(document: Any, whole: Any, place: Place, value: float) -> None:
 
 
 def _follow(document: dict[str, Any], varied: Variable, value: float) -> None:
-    """Scale the values of a document that follow a link's length or mass, and the sum of the body."""
+    """Scale the values of a document that depend on a link's length or mass, and correct the sum of the body."""
     kind = FOLLOWED.get(varied.label.partition("[")[0])
     if kind is None:
         return
@@ -219,7 +219,7 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
 
 
 def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
-    """Return a factor on a size of the caudal fin as a variable between two values."""
+    """Return the variable that a name such as fin.span stands for: a factor on the caudal fin, between two values."""
     kind = name.removeprefix("fin.")
     if kind not in FIN:
         fix = did_you_mean(name, [f"fin.{size}" for size in FIN])

@@ -1,6 +1,6 @@
 """Drag of a swimming body from its shape: friction, form, blunt parts in the flow, and beating of the fin.
 
-Chosen from handbooks and from drag that was measured, not from speeds of robots.
+The values are from handbooks and measured drag, not from speeds of robots.
 """
 
 import math
@@ -13,8 +13,8 @@ from hypertuna.arrays import Array
 from hypertuna.description.shape import DENSITY, FIN_DRAG, Shape
 
 VISCOSITY = 1.0e-6  # m^2/s, kinematic, of water at 20 C
-STRIDE = 0.5  # lengths per beat: a tail that beats a fifth of the length, at a Strouhal number of 0.4
-# Drag coefficients on the largest section.
+STRIDE = 0.5  # body lengths per beat: a tail excursion of a fifth of the length at a Strouhal number of 0.4
+# Drag coefficients, relative to the largest section.
 # - Heads across the flow: 0.8 flat, 0.2 with rounded edges (Hoerner 1965, chapter 3).
 # - Appendages of an underwater vehicle: the sonar has 27.4 % of its drag, nearly as much as the bare hull (Allen et
 #   al., cited in doi:10.1007/s00773-018-0558-y): 0.3 in all, of which 0.09 are the hull's.
@@ -24,15 +24,15 @@ FLAT, ROUNDED, APPENDAGES, FOLDED, GAPS = 0.8, 0.2, 0.2, 0.05, 0.1
 
 
 class Nose(NamedTuple):
-    """A form of body, blunt or streamlined: drag coefficients of its blunt parts over the largest section."""
+    """A form of body, blunt or streamlined, with the drag coefficients of its blunt parts."""
 
-    words: str  # for its builder
-    parts: Mapping[str, float]  # drag coefficients of what is not streamlined, on the largest section
-    factor: float  # within which the drag area lies in 90 % of cases
-    reason: str
+    words: str  # description for the builder of a robot
+    parts: Mapping[str, float]  # drag coefficients of blunt parts, relative to the largest section
+    factor: float  # uncertainty: the drag area lies within this factor in 90 % of cases
+    reason: str  # reason for the factor
 
 
-NOSES = {
+NOSES = {  # by the value of the option --nose
     "streamlined": Nose(
         "smooth, closed and rounded in front, nothing in the flow but thin fins",
         {"folded fins": FOLDED},
@@ -55,13 +55,13 @@ NOSES = {
 
 
 def friction(shape: Shape, frequency: float) -> float:
-    """Return the friction coefficient on the wetted area (ITTC 1957) at the speed of a gait of a frequency [Hz]."""
+    """Return the friction coefficient on the wetted area (ITTC 1957), at a stride of `STRIDE` and a frequency [Hz]."""
     reynolds = STRIDE * frequency * shape.length**2 / VISCOSITY
     return 0.075 / (math.log10(max(reynolds, 2000.0)) - 2) ** 2
 
 
 def blunt_area(shape: Shape, nose: str, frequency: float, wetted: float) -> float:
-    """Return the drag area [m^2] beyond skin friction: a streamlined form's of a wetted area [m^2], and the nose's.
+    """Return the drag area [m^2] beyond skin friction: form drag of the wetted area [m^2], and drag of blunt parts.
 
     A streamlined body of slenderness d/l has 1 + 1.5 (d/l)^1.5 + 7 (d/l)^3 times its friction (Hoerner, chapter 6).
     """
@@ -74,7 +74,8 @@ def blunt_area(shape: Shape, nose: str, frequency: float, wetted: float) -> floa
 def beating(shape: Shape, swing: float) -> float:
     """Return the rise of the fin's drag coefficient [1] in a beat whose amplitude at the fin's middle is `swing` [m].
 
-    A plate of chord c has 8 KC^(-1/3) in a flow to and fro of KC = 2 pi a / c (Graham 1980), not that of steady flow.
+    In an oscillating flow with KC = 2 pi a / c, a plate of chord c has a drag coefficient of 8 KC^(-1/3) (Graham 1980).
+    The rise is the difference from steady flow.
     """
     keulegan = 2 * math.pi * swing * shape.fin_span / shape.fin_area
     result: float = max(8 * keulegan ** (-1 / 3) - FIN_DRAG, 0.0)
@@ -82,16 +83,16 @@ def beating(shape: Shape, swing: float) -> float:
 
 
 def beating_of_chord(value: float, ratio: float) -> float:
-    """Return the rise `value` of a fin's drag coefficient where the chord is `ratio` times as long, by the same law."""
+    """Return the rise of a fin's drag coefficient after its chord is multiplied by `ratio`; value: rise before."""
     result: float = max((value + FIN_DRAG) * ratio ** (1 / 3) - FIN_DRAG, 0.0)
     return result
 
 
 def swing(shape: Shape, lengths: Sequence[float], amplitude: Sequence[float], phase: Sequence[float]) -> float:
-    """Return the amplitude [m] of the fin's middle from amplitude and phase [rad] of the joint before each link.
+    """Return the amplitude [m] of the fin's middle, from amplitude and phase [rad] of the joint before each link.
 
-    The body recoils so that it gains no momentum and no spin: the motion is what a straight line, fitted by mass and
-    added mass, leaves of the bending.
+    The body recoils so that its momentum and angular momentum stay zero: a straight line, fitted with mass and added
+    mass as weights, is subtracted from the bending.
     """
     x, height, width = shape.sections(0.0, shape.length)
     section = np.where(x < shape.fin_start * shape.length, math.pi / 4, 1.0) * height * width

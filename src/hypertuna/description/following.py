@@ -1,4 +1,4 @@
-"""Values of a robot's file that follow a link's length, mass or height, or the hinge's stiffness."""
+"""Values of a robot's file that scale with a link's length, mass or height, or with the hinge's stiffness."""
 
 from __future__ import annotations
 
@@ -11,28 +11,32 @@ from hypertuna.description.schema.base import Part
 from hypertuna.description.schema.body import Fins, Links, Spatial
 from hypertuna.description.schema.water import Strip
 
+# Tables that have such values, by key.
 TABLES: dict[str, type[Part]] = {"links": Links, "spatial": Spatial, "fins": Fins, "water.strip": Strip, "hinge": Hinge}
 
 
 def followers(kind: str, link: int, *, alias: bool = False) -> dict[str, int]:
-    """Return powers of a factor on a link's length, mass or height by the attributes, or file keys, that follow it."""
+    """Return the values that scale with a size of a link, each with its power of the factor on that size.
+
+    kind: "length", "mass", "height" or "stiffness". The values are named by attributes, or with `alias` by file keys.
+    """
     powers = {}
     for table, part in TABLES.items():
         for name, key in part.declared.items():
             per_link = table in ("links", "spatial")
-            if kind in key.follows and (table != "fins" or link == 0):  # on the head
+            if kind in key.follows and (table != "fins" or link == 0):  # fins are on the head
                 place = f"{part.model_fields[name].alias}{f'[{link}]' * per_link}" if alias else name
                 powers[f"{table}.{place}"] = key.follows[kind]
     return powers
 
 
 def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, int]:
-    """Return the powers of those keys that a file gives; the others follow by the schema's defaults."""
+    """Return the powers of the keys that a file gives; the other keys follow through the schema's defaults."""
 
     def is_given(key: str) -> bool:
         try:
             table, last = table_of(document, key)
-            return bool(table[last])  # nothing multiplies zero
+            return bool(table[last])  # zero stays zero
         except (KeyError, IndexError, TypeError):
             return False
 
@@ -40,7 +44,7 @@ def given(document: Mapping[str, Any], powers: Mapping[str, int]) -> dict[str, i
 
 
 def table_of(document: Any, key: str) -> tuple[Any, Any]:
-    """Return the table or list of a document that holds a key such as ``links.length_m[3]``, and its name there."""
+    """Return the table or list that holds a key such as ``links.length_m[3]``, and the key or index in it."""
     *path, last = (int(part) if part.isdigit() else part for part in re.split(r"[.\[]", key.replace("]", "")))
     for part in path:
         document = document[part]

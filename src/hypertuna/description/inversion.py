@@ -1,4 +1,4 @@
-"""Speed at which a hull's pitch reverses the effect of its fins on depth, as with stern planes of submarines."""
+"""Speed above which the fins' effect on depth is reversed by the pitch of the hull, as with stern planes."""
 
 import math
 
@@ -9,10 +9,10 @@ from hypertuna.description.robot import Robot, require
 def inversion_speed(robot: Robot) -> float:
     """Return the speed [m/s] above which fins up take a robot down; infinite if there is none.
 
-    Fins of a lift A U^2 (d + a) at an angle d and a hull of a lift k U^2 a at its stern hold each other in balance at
-    an incidence a. The nose then stands at an angle of pitch at which weight and buoyancy balance the moment
-    (mu_z - mu_t - k x) U^2 a: Munk's, less that of the two lifts, x apart. The path climbs by pitch less incidence,
-    which changes its sign where this moment per radian is that of weight and buoyancy.
+    Fins at an angle d have the lift A U^2 (d + a), and the stern of the hull has the lift k U^2 a; the two balance at
+    an incidence a. Weight and buoyancy balance the moment (mu_z - mu_t - k x) U^2 a by an angle of pitch: this is
+    Munk's moment minus that of the two lifts, x apart. The path angle is pitch minus incidence. It changes its sign at
+    the speed at which this moment per radian is equal to that of weight and buoyancy.
     """
     links, space, fins = robot.links, require(robot.spatial, "spatial", robot), require(robot.fins, "fins", robot)
     density = robot.water.density

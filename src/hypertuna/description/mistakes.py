@@ -1,4 +1,4 @@
-"""All mistakes of a document in one answer: an example mends each, so that the checks behind it run, too."""
+"""All mistakes of a document in one error: each is replaced by a valid value, so that further checks can run."""
 
 import copy
 import difflib
@@ -12,27 +12,28 @@ from hypertuna.description.commented import commented
 from hypertuna.description.validation import Place, field_at, fix_of, rule_of, written
 from hypertuna.errors import InputError, InputErrors, did_you_mean, shown
 
-# Kinds of TOML files: keys that only they have, and what reads them.
+# Kinds of TOML files: keys that only this kind has, and the command that reads it.
 KINDS = {
     "a robot": ({"links", "joints", "body", "gaits"}, "a robot is an option: `--robot {file}`"),
     "a mission": ({"waypoints", "stay"}, "`hypertuna mission {file}` flies it"),
     "a manifest of trials": ({"recordings", "steady"}, "`hypertuna identify {file}` reads it"),
 }
-MOST = 200  # mistakes that are told: a file with more is none of ours
-ROUNDS = 12  # of mending: tables in tables, each with mistakes that hide those behind it
-# Of a document: what `hypertuna robot new` writes for its shape, and a valid one with all tables.
+MOST = 200  # most mistakes that are reported; a file with more is of another kind
+ROUNDS = 12  # most rounds of mending, since a mistake in a table hides those of its subtables
+# A function that returns, for a document, two valid ones: as `hypertuna robot new` writes it, and with all tables.
 Example = Callable[[Mapping[str, Any]], tuple[dict[str, Any], Mapping[str, Any]]]
 Model = type[BaseModel]
-ABOUT = ("uncertainty", "sources")  # tables about the values of others: nothing to paste
+ABOUT = ("uncertainty", "sources")  # tables about the values of other tables, which are not pasted
 
 
 def translate(
     error: ValidationError, document: Mapping[str, Any], model: Model, file: str | None, example: Example | None = None
 ) -> InputError:
-    """Return all mistakes of a document as one error, with the missing keys to paste.
+    """Return all mistakes of a document as one error, with the missing keys as text to paste.
 
-    The rules come from the model's descriptions and units; `example` makes valid documents of about its size. Without
-    one, only the mistakes that are seen at once are returned. Of a nearly empty document the whole file is to paste.
+    The rules come from the model's descriptions and units; `example` makes valid documents of about the same size.
+    Without it, only the mistakes of pydantic's first run are found. For a nearly empty document, the text to paste is a
+    whole file.
     """
     if wrong_kind := _of_another_kind(document, model, file):
         return wrong_kind
@@ -76,15 +77,15 @@ def _of_another_kind(document: Mapping[str, Any], model: Model, file: str | None
 
 
 def _in_order(error: ValidationError) -> list[Any]:
-    """Return pydantic's errors: unknown keys first, as these explain missing ones; without those of bad defaults."""
+    """Return pydantic's errors, without consequences of others; unknown keys come first, since these explain others."""
     errors = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
     bad = {one["loc"][:n] for one in errors for n in range(len(one["loc"]))}
-    errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # bad items are not counted
+    errors = [one for one in errors if one["type"] != "too_short" or one["loc"] not in bad]  # only good items count
     return sorted(errors, key=lambda one: one["type"] != "extra_forbidden")[:MOST]
 
 
 def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[InputError]:
-    """Return the mistakes of the file behind one of pydantic's errors."""
+    """Return the mistakes of the file for one of pydantic's errors."""
     place, cause = item["loc"], item.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         errors = cause.errors if isinstance(cause, InputErrors) else (cause,)
@@ -109,12 +110,12 @@ def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[
 
 
 def _placed(key: str, table: str, place: Place) -> str:
-    """Return a key with the place of its table: joints.line.bore_m as joints[0].line.bore_m."""
+    """Return a key with the indices of its table's place: joints[0].line.bore_m for joints.line.bore_m."""
     return f"{written(place)}{key.removeprefix(table)}" if table and key.startswith(table) else key
 
 
 def _follows(mistake: InputError, replaced: list[str]) -> bool:
-    """Return whether a mistake may come from a value that an example replaced: its own, or one that its rule names."""
+    """Return whether a mistake may be due to a replaced value: its own value, or one that its rule names."""
     key = mistake.key or ""
     return any(
         key.startswith(other) or other.startswith(key) or re.split(r"[.\[]", other)[-1] in mistake.rule
@@ -123,7 +124,7 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
 
 
 def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
-    """Mend a document at one of pydantic's errors; list keys set from an example; return whether it was possible."""
+    """Mend a document at one of pydantic's errors; return whether this was possible. `replaced` collects the keys."""
     place = item["loc"]
     owner = _at(document, place[:-1])
     if isinstance(item.get("ctx", {}).get("error"), InputError):
@@ -131,7 +132,7 @@ def _mend(item: Any, reported: list[InputError], document: Any, model: Model, va
             return False
         keys = [_place(error.key or "") for error in reported]
         if any(written(key) in replaced for key in keys):
-            keys = [place]  # their table as a whole
+            keys = [place]  # replace the whole table
         return sum(_replace(key, document, valid, replaced) for key in keys) == len(keys)
     if item["type"] == "extra_forbidden":
         if isinstance(owner, dict) and place[-1] in owner:
@@ -141,12 +142,12 @@ def _mend(item: Any, reported: list[InputError], document: Any, model: Model, va
                 owner[intended] = value
         return True
     if item["type"] == "missing" and isinstance(owner, dict) and place[-1] in owner:
-        return True  # was misspelled
+        return True  # a misspelled key that is already corrected
     return _replace(place, document, valid, replaced)
 
 
 def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bool:
-    """Replace a value by the example's, a list of numbers as a whole; return whether the document has the place."""
+    """Replace a value, or a whole list of numbers, by the example's; return whether the document has the place."""
     while isinstance(place[-1], int) and not isinstance(_at(valid, place), Mapping):
         place = place[:-1]
     replaced.append(written(place))
@@ -154,13 +155,13 @@ def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bo
 
 
 def _place(key: str) -> Place:
-    """Return a key such as ``joints[0].links[2]`` as a place: its names and indices."""
+    """Return the place of a key such as ``joints[0].links[2]``: its names and indices."""
     parts = re.findall(r'"([^"]*)"|\[(\d+)\]|([^.\[\]"]+)', key)
     return tuple(int(index) if index else quoted or plain for quoted, index, plain in parts)
 
 
 def _put(document: Any, place: Place, value: Any) -> bool:
-    """Put a value into a document, or remove it for None; return whether the document has the place."""
+    """Put a value at a place of a document, or remove it if None; return whether the document has the place."""
     owner = _at(document, place[:-1])
     if isinstance(owner, dict):
         owner.pop(place[-1], None)
@@ -174,7 +175,7 @@ def _put(document: Any, place: Place, value: Any) -> bool:
 
 
 def _at(value: Any, place: Place) -> Any:
-    """Return the value at a place, None if there is none; of a list that is too short, the last."""
+    """Return the value at a place; None if there is none; the last one of a list that is too short."""
     for part in place:
         if isinstance(value, Mapping):
             value = value.get(part)
@@ -186,12 +187,12 @@ def _at(value: Any, place: Place) -> Any:
 
 
 def _keys(owner: Model | None) -> list[str]:
-    """Return the keys of a table as in the file, none without a table."""
+    """Return the keys of a model as in the file; none without a model."""
     return [info.alias or name for name, info in owner.model_fields.items()] if owner else []
 
 
 def _meant(table: Any, owner: Model | None) -> dict[str, str]:
-    """Return by unknown key of a table the absent key that it is likely to mean."""
+    """Return for each unknown key of a table the absent key that was likely meant."""
     if not isinstance(table, Mapping) or len(table) > MOST:
         return {}
     known_keys = _keys(owner)
@@ -202,7 +203,7 @@ def _meant(table: Any, owner: Model | None) -> dict[str, str]:
 
 
 def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[str, Any]:
-    """Return a document with its unknown keys replaced by those that they are likely to mean."""
+    """Return a document with its unknown keys replaced by the keys that were likely meant."""
     meant = _meant(table, field_at(model, place)[0])
     keys = {key: meant.get(key, key) for key in table}
     return {
@@ -212,14 +213,14 @@ def _spelled(table: Mapping[str, Any], model: Model, place: Place = ()) -> dict[
 
 
 def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any]) -> dict[str, Any] | None:
-    """Return a nearly empty document completed by an example; None for any other, whose missing parts suffice."""
+    """Return a nearly empty document completed from an example; None for other documents."""
     if not first or not {("links",), ("joints",), ("water",)} & {*missing} or not mended.keys() <= first.keys():
         return None
     filled = copy.deepcopy(mended)
     for place in missing:
         _put(filled, place, _at(first, place))
     result = {key: filled.get(key, value) for key, value in first.items() if key not in ABOUT or key in filled}
-    result["water"] = first["water"] | result["water"]  # a density alone is no law
+    result["water"] = first["water"] | result["water"]  # the document may have only a density
     try:
         model.model_validate(result)
     except ValidationError:
@@ -232,7 +233,7 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
         value = _at(first, place) or _at(valid, place)
-        if value is None or isinstance(place[-1], int):  # a value of a list is no key to paste
+        if value is None or isinstance(place[-1], int):  # an item of a list has no key
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]
         index = next((part for part in reversed(place) if isinstance(part, int)), None)

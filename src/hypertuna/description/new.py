@@ -1,4 +1,4 @@
-"""First description of a user's robot: every value is an estimate with its rule, to be replaced by a measured one."""
+"""First description of a new robot: every value is an estimate with a rule, until the user measures it."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,20 +15,22 @@ from hypertuna.io.files import shipped
 from hypertuna.ranges import Range, Whole, check_choice
 
 GIVEN = "as given to `hypertuna robot new`"
+# Allowed sizes of a robot.
 LINKS = Whole(min=2, max=20)
 LENGTH = Range(min=0.03, max=10.0, unit="m")
 SLENDER = Range(min=0.03, max=0.45)  # height over length: outside, mass or length has a slip
 FLAT = Range(min=0.15, max=2.0)  # width over height
-FLOATS = Range(min=1 / 3, max=3.0)  # mass of the water that the sections displace over the robot's
-SPAN = Range(min=0.02, max=0.6)  # of the tail fin, over the length
-CHORD = Range(min=0.01, max=0.4)  # of the tail fin, over the length
-SHORTEST = 0.02  # of a link, over the length of the robot
-SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
-AMPLITUDE = 30.0  # deg, of a single joint
-CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
+FLOATS = Range(min=1 / 3, max=3.0)  # mass of the displaced water over the robot's mass
+SPAN = Range(min=0.02, max=0.6)  # span of the tail fin over the length
+CHORD = Range(min=0.01, max=0.4)  # chord of the tail fin over the length
+SHORTEST = 0.02  # length of the shortest link over the length of the robot
+# Estimates of the gait.
+SWING, LAG = 40.0, 80.0  # deg, sum of the joints' amplitudes, and phase from the first joint to one beyond the last
+AMPLITUDE = 30.0  # deg, amplitude of a single joint
+CRUISE = 2.0, 0.3  # frequency [Hz] of a robot of this length [m]; it falls with the root of the length
 BANDWIDTH = 5.0  # Hz, of joints that servos drive
 
-OWN = ("height", "width", "fin_span", "fin_chord")
+OWN = ("height", "width", "fin_span", "fin_chord")  # sizes that [sources] mentions if they are given
 SOURCES = {
     "body.mass_kg": GIVEN,
     "links.name": "as made by `hypertuna robot new`",
@@ -43,11 +45,11 @@ bend {SWING:g} deg together, more toward the tail, in a wave of {LAG:g} deg; a s
 
 
 class Estimate(NamedTuple):
-    """Rule of an estimate, and the factor that bounds the true value in 90 % of cases, with its reason."""
+    """Rule of an estimate, and the factor within which the true value lies in 90 % of cases, with a reason."""
 
     rule: str
-    factor: float = 1.0  # of a value that is no estimate, or does not matter to a settled beat
-    reason: str = ""
+    factor: float = 1.0  # 1 for a value that is no estimate, or does not affect a settled beat
+    reason: str = ""  # reason for the factor
 
     @property
     def source(self) -> str:
@@ -58,7 +60,7 @@ class Estimate(NamedTuple):
 
 
 def water_estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> dict[str, Estimate]:
-    """Return the estimates of ``[water.strip]`` and of the links' areas by key; `given` names the sizes that are known.
+    """Return the estimates of ``[water.strip]`` and of the links' areas, by key; given: names of the known sizes.
 
     `swung` [m] is the amplitude of the fin's middle in the gait.
     """
@@ -66,7 +68,7 @@ def water_estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> d
 
 
 def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterator[tuple[str, Estimate]]:
-    """Yield each estimate with its key."""
+    """Yield the key and the estimate of each value, for `water_estimates`."""
     aspect, known_sizes = shape.width / shape.height, given & {"height", "width"}
     yield "water.strip", Estimate("estimate: theory and handbooks, for the same shape")
     if not known_sizes:
@@ -120,17 +122,17 @@ def _estimates(shape: Shape, nose: str, swung: float, given: set[str]) -> Iterat
 
 
 class Sizes(TypedDict, total=False):
-    """Sizes of a robot as its builder reads them off [m], [kg]; what is not given is estimated."""
+    """Sizes of a robot as measured by its builder [m], [kg]; sizes that are not given are estimated."""
 
-    links: int  # 3
-    length: float  # 0.3
+    links: int  # number of links; default 3
+    length: float  # default 0.3 m
     mass: float | None
-    lengths: Sequence[float]  # of the links, in place of `links` and `length`
-    nose: str  # of `NOSES`: "robot"
-    height: float | None  # largest, of the body without fins
-    width: float | None  # largest, of the body without fins
-    fin_span: float | None  # of the tail fin, tip to tip
-    fin_chord: float | None  # of the tail fin: its area over its span
+    lengths: Sequence[float]  # lengths of the links, in place of `links` and `length`
+    nose: str  # key of `NOSES`; default "robot"
+    height: float | None  # largest height of the body without fins
+    width: float | None  # largest width of the body without fins
+    fin_span: float | None  # span of the tail fin, tip to tip
+    fin_chord: float | None  # area of the tail fin over its span
 
 
 def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
@@ -143,7 +145,9 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
     frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / shape.length):.2g}")
     wave, nose = _wave(len(groups)), sizes.get("nose", "robot")
     beats = [
-        (a / len(on), p) for on, a, p in zip(groups.values(), *map(np.radians, wave.values()), strict=True) for _ in on
+        (a / len(members), p)
+        for members, a, p in zip(groups.values(), *map(np.radians, wave.values()), strict=True)
+        for _ in members
     ]
     swung = swing(shape, lengths, [a for a, _ in beats], [p for _, p in beats])
     columns, strip = link_columns(shape, lengths, friction(shape, frequency), beating(shape, swung))
@@ -172,7 +176,7 @@ def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) 
 
 
 def _sources(shape: Shape, sizes: Sizes) -> dict[str, str]:
-    """Return the texts of ``[sources]`` by key, with the sizes that the builder gave."""
+    """Return the texts of ``[sources]`` by key; they name the sizes that the builder gave."""
     sizes_given = {name: size for name, size in sizes.items() if name in OWN and size is not None}
     listed = [f"{name.replace('_', ' ')} {sizes_given[name]:g} m" for name in OWN if name in sizes_given]
     aspect = shape.width / shape.height
@@ -187,7 +191,7 @@ times as wide as high, from {100 * shape.fin_start:.3g} % of the length on a fin
 
 
 def _mass_rule(sizes: Sizes) -> str:
-    """Return the text of ``[sources]`` for the robot's mass."""
+    """Return the text of ``[sources]`` for an estimated mass of the robot."""
     if sizes.get("height") or sizes.get("width"):
         return "estimate: that of the water in the place of the fish"
     return f"estimate: {FULL:g} kg/m^3 times the cube of the length, a slender fish"
@@ -233,7 +237,7 @@ def shape_of(
 
 
 def _check_floats(shape: Shape, key: str) -> None:
-    """Check that a fish floats with a usual section."""
+    """Check that the sections of a neutrally buoyant fish have usual proportions."""
     mass, slender, flat = shape.mass, shape.height / shape.length, shape.width / shape.height
     if slender not in SLENDER:
         rule = f"must make a fish from {SLENDER.min:g} to {SLENDER.max:g} times as high as long at neutral buoyancy"
@@ -251,7 +255,7 @@ def _check_floats(shape: Shape, key: str) -> None:
 
 
 def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
-    """Return the links of each named group: the joints behind the head, shared equally."""
+    """Return the links of each named joint group; the groups share the joints behind the head equally."""
     count = links - 1
     names = names or [f"J{i}" for i in range(1, links)]
     if len(names) == 1 and names[0].isdigit():
@@ -274,7 +278,7 @@ def _wave(groups: int) -> dict[str, list[float]]:
 
 
 def example(document: Mapping[str, Any], file: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return two robots like a document, which may have mistakes: a first file, and one with tables of all kinds."""
+    """Return two valid documents with the sizes of a faulty one: a first robot file, and one with all tables."""
     table = document.get("links")
     columns: dict[str, Any] = table if isinstance(table, dict) else {}
     counts = [len(column) for column in columns.values() if isinstance(column, list)]
@@ -299,7 +303,7 @@ def example(document: Mapping[str, Any], file: str = "") -> tuple[dict[str, Any]
 def _like(
     document: Mapping[str, Any], columns: Mapping[str, Any], name: str, links: int, joints: list[str]
 ) -> dict[str, Any]:
-    """Return a first robot with the length and mass of a document, or usual ones if these make no fish."""
+    """Return a first robot with the length and mass of a document, or with usual ones if these are not possible."""
     body = document.get("body")
     body_table: dict[str, Any] = body if isinstance(body, dict) else {}
     lengths = _positive(columns.get("length_m"))
@@ -316,19 +320,19 @@ def _like(
 
 
 def _positive(value: Any) -> list[float]:
-    """Return the positive numbers among a value, which may be a number or a list."""
+    """Return the positive numbers in a value, which may be a number or a list."""
     values = value if isinstance(value, list) else [value]
     return [x for x in values if isinstance(x, int | float) and not isinstance(x, bool) and 0 < x < math.inf]
 
 
 def _name_of(document: Mapping[str, Any], file: str) -> str:
-    """Return the name for a robot: that of its document, else of its file, else "fish"."""
+    """Return the name of a robot: from its document, else from its file, else "fish"."""
     names = (document.get("name"), file.rpartition("/")[2].removesuffix(".toml"), "fish")
     return next(name for name in names if isinstance(name, str) and NAME.fullmatch(name))
 
 
 def _spread(value: Any, count: int) -> Any:
-    """Return a list stretched or shortened to a count of values by nearest neighbors; any other value as it is."""
+    """Return a list resampled to a number of values by nearest neighbors; other values are returned unchanged."""
     if not isinstance(value, list):
         return value
     return [value[round(i * (len(value) - 1) / max(count - 1, 1))] for i in range(count)]

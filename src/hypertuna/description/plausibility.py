@@ -1,4 +1,4 @@
-"""Allowed but unlikely values of a robot, each in a sentence: slips of units and of powers of ten."""
+"""Warnings on unlikely values of a robot, such as slips of units and of powers of ten."""
 
 import math
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.description.schema.body import AROUND
 from hypertuna.description.validation import declared, plain
 
-SLIPS: dict[str, dict[str, float]] = {  # by unit: what may have been meant, and its factor to the unit
+SLIPS: dict[str, dict[str, float]] = {  # by unit: other units that may have been used, each in this unit
     "m": {"mm": 1e-3, "cm": 1e-2},
     "m^2": {"cm^2": 1e-4, "mm^2": 1e-6},
     "m^3": {"ml": 1e-6, "l": 1e-3},
@@ -26,21 +26,22 @@ SLIPS: dict[str, dict[str, float]] = {  # by unit: what may have been meant, and
     "m/s": {"cm/s": 1e-2, "mm/s": 1e-3},
     "rad/s": {"rpm": math.pi / 30, "deg/s": math.pi / 180},
 }
-WIDE = 0.6  # width over height of a section whose width is unknown
-DENSITY = (5.0, 10e3)  # kg/m^3, of a link: the plate of a fin in the place of an ellipse, to lead
+# Likely ranges and limits.
+WIDE = 0.6  # width over height assumed for a section whose width is unknown
+DENSITY = (5.0, 10e3)  # kg/m^3, mass of a link over an elliptical volume: from a thin fin to lead
 SLENDER = (0.004, 1.0)  # height of a link over the length of the body
 FRICTION = (0.1, 12.0)  # wetted over lateral area
-HEAVY = 1.3  # of the whole robot over its links
-HIGH = 0.7  # of fins and sections over the length of the robot
-LOW = 0.01  # of the trailing edge over that length
-BLUNT = (1e-6, 0.5)  # drag area over the square of that length
-FRONT = 0.1  # of a link: centers of mass lie behind it
+HEAVY = 1.3  # largest mass of the whole robot over the mass of its links
+HIGH = 0.7  # largest height of fins and sections over the length of the robot
+LOW = 0.01  # smallest height of the trailing edge over the length of the robot
+BLUNT = (1e-6, 0.5)  # drag area over the square of the length
+FRONT = 0.1  # smallest distance of a center of mass from a link's front end, over the link's length
 BULK = (0.3, 400.0)  # kg/m^3, mass over length cubed
-SWIMMING = (0.01, 20.0)  # lengths per second
+SWIMMING = (0.01, 20.0)  # speed in body lengths per second
 
 
 def implausible(robot: Robot) -> list[str]:
-    """Return a sentence for each unlikely value of a robot, none if all are likely."""
+    """Return a sentence for each unlikely value of a robot."""
     if (slip := _unit_of_lengths(robot)) is not None:
         return [slip, *(text for text in _unusual(robot) if "s.length_m" not in text)]  # comparisons would repeat it
     unlikely = (_unlikely_links, _unlikely_sizes, _unlikely_speeds, _coarse_sensors, _idle_factors)
@@ -48,7 +49,7 @@ def implausible(robot: Robot) -> list[str]:
 
 
 def _unit_of_lengths(robot: Robot) -> str | None:
-    """Return a sentence on links that are too long for the mass, if another unit explains it."""
+    """Return a sentence on links that are too long for the robot's mass, if another unit of length explains this."""
     total, mass = math.fsum(robot.links.length), robot.body.mass
     for unit, factor in SLIPS["m"].items() if mass / total**3 < BULK[0] else ():
         if BULK[0] <= mass / (factor * total) ** 3 <= BULK[1]:
@@ -70,7 +71,7 @@ def _unusual(robot: Robot) -> Iterator[str]:
         numbers = [*_numbers(entry.value)]
         unlikely = [x for x in numbers if not usual[0] <= x <= usual[1] and x != 0]
         if entry.key.endswith("amplitude_deg") and max(numbers, default=0.0) >= usual[0]:
-            unlikely = []  # a joint may well rest
+            unlikely = []  # some joints may stay straight
         if unlikely:
             worst = max(unlikely, key=abs)
             limits = f"usual are {usual[0]:g} to {usual[1]:g}"
@@ -78,7 +79,7 @@ def _unusual(robot: Robot) -> Iterator[str]:
 
 
 def _slip(value: float, unit: str, usual: tuple[float, float]) -> str:
-    """Return a hint for a value [unit of the file]: another unit that makes it usual, else to check unit and power."""
+    """Return a hint for an unusual value [unit of the file]: a unit in which it is usual, else to check the unit."""
     for other, factor in SLIPS.get(unit, {}).items():
         if usual[0] <= value * factor <= usual[1]:
             return f"is it in {other}? Then write {value * factor:.6g}"
@@ -151,7 +152,7 @@ def _unlikely_speeds(robot: Robot) -> Iterator[str]:
 
 
 def _coarse_sensors(robot: Robot) -> Iterator[str]:
-    """Yield sentences on sensors so coarse that working ones repeat readings, and so look stuck."""
+    """Yield sentences on sensors with so coarse a resolution that a working sensor repeats readings and looks stuck."""
     effects = {
         "depth": "a stuck one is recognized only on the way up or down",
         "field": "a stuck one is recognized only by a reading out of range",
@@ -168,7 +169,7 @@ def _coarse_sensors(robot: Robot) -> Iterator[str]:
 
 
 def _idle_factors(robot: Robot) -> Iterator[str]:
-    """Yield sentences on factors of ``[uncertainty]`` without effect, as their values are no estimates."""
+    """Yield sentences on factors of ``[uncertainty]`` that have no effect, since their values are no estimates."""
     for key in robot.uncertainty or {}:
         if not is_estimate(robot, key):
             yield (

@@ -19,15 +19,15 @@ PHASES = 12  # midlines in one beat
 
 @plots.of(Robot)
 def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
-    """Plot a robot to scale from the side and from above: `width` [inch]."""
+    """Plot a robot to scale from the side and from above; `width` [inch]."""
     length, heights = robot.body.length, np.divide(robot.links.lateral_area, robot.links.length)
     midlines = _midlines(robot)
     side_half = heights.max() / 2 / length
     top_half = max(np.abs(midlines.imag).max() / length, 0.06)
     side_above, side_below, top_above, top_below = side_half + 0.11, side_half + 0.10, top_half + 0.08, top_half + 0.03
-    total_height = side_above + side_below + top_above + top_below  # body lengths, as everything here
-    wide = 1.08
-    figure = Figure(figsize=(width, width * total_height / wide), facecolor="white")
+    total_height = side_above + side_below + top_above + top_below  # body lengths
+    total_width = 1.08
+    figure = Figure(figsize=(width, width * total_height / total_width), facecolor="white")
     side, top = figure.subplots(2, 1, height_ratios=[side_above + side_below, top_above + top_below])
     figure.subplots_adjust(left=0, right=1, top=1, bottom=0, hspace=0)
     for axes, above, below in ((side, side_above, side_below), (top, top_above, top_below)):
@@ -39,12 +39,12 @@ def plot_robot(robot: Robot, *, width: float = WIDTH) -> Figure:
 
 
 def midline(robot: Robot, angles: Array) -> Points:
-    """Return the joints' positions x + i y (links + 1,) [m] at angles (groups,) [rad], head held still (Eqs 21-24)."""
+    """Return the midline x + i y (links + 1,) [m] at angles of joint groups (groups,) [rad], head held (Eqs 21-24)."""
     return body_points(robot, np.zeros((1, 3)), (group_shares(robot) @ angles)[np.newaxis]).ravel()
 
 
 def _midlines(robot: Robot) -> Points:
-    """Return the midlines over one beat of the first gait, or the straight one: shape (phases, links + 1)."""
+    """Return midlines (phases, links + 1) [m] over a beat of the first named gait; without gaits, the straight one."""
     if not robot.gaits:
         return midline(robot, np.zeros(len(robot.joints)))[np.newaxis]
     gait = next(iter(robot.gaits.values()))
@@ -58,12 +58,14 @@ def _draw_side(axes: Axes, robot: Robot, heights: Array) -> None:
     links, length = robot.links, robot.body.length
     fronts = [0.0, *accumulate(links.length)]
     gap = 0.002 * length
-    for x, long, high, name in zip(fronts, links.length, heights, links.name, strict=False):
-        corner = min(0.02 * length, 0.3 * long, 0.3 * high)
+    for x, link_length, link_height, name in zip(fronts, links.length, heights, links.name, strict=False):
+        corner = min(0.02 * length, 0.3 * link_length, 0.3 * link_height)
         box = f"round,pad=0,rounding_size={corner}"
-        place = (x + gap / 2, -high / 2)
-        axes.add_patch(FancyBboxPatch(place, long - gap, high, boxstyle=box, fc=BODY, ec=EDGE, lw=0.9))
-        axes.text(x + long / 2, high / 2 + 0.01 * length, name, ha="center", va="bottom", color=INK, fontsize=7)
+        place = (x + gap / 2, -link_height / 2)
+        axes.add_patch(FancyBboxPatch(place, link_length - gap, link_height, boxstyle=box, fc=BODY, ec=EDGE, lw=0.9))
+        axes.text(
+            x + link_length / 2, link_height / 2 + 0.01 * length, name, ha="center", va="bottom", color=INK, fontsize=7
+        )
     axes.plot(np.add(fronts[:-1], links.com), np.zeros(len(links.com)), "+", color=INK, ms=6, mew=1.1, zorder=3)
     for g, group in enumerate(robot.joints):
         axes.plot([fronts[i] for i in group.links], [0.0] * len(group.links), **_mark(g), zorder=4)
@@ -91,19 +93,19 @@ def _draw_top(axes: Axes, robot: Robot, lines: Points) -> None:
 
 
 def _title(axes: Axes, text: str) -> None:
-    """Write what a view shows in its upper left corner."""
+    """Write the title of a view in its upper left corner."""
     axes.annotate(text, (0.037, 1), (0, -8), "axes fraction", "offset points", color=INK, fontsize=9, va="top")
 
 
 def _mark(group: int) -> dict[str, Any]:
     """Return color and marker of a joint group by its index."""
-    cycle, index = divmod(group, len(COLORS))  # another shape of a color each time around
+    cycle, index = divmod(group, len(COLORS))  # a color that comes again gets another shape
     color, shape = COLORS[index], SHAPES[(index + cycle) % len(SHAPES)]
     return {"color": color, "marker": shape, "ls": "none", "ms": 6.5, "mec": "white", "mew": 0.8}
 
 
 def _legend(axes: Axes, robot: Robot, y: float) -> None:
-    """Add the legend."""
+    """Add a legend of joint groups and centers of mass at a height y [m]."""
     for g, group in enumerate(robot.joints):
         axes.plot([], [], label=f"joint {group.name}", **_mark(g))
     axes.plot([], [], "+", color=INK, ms=6, mew=1.1, label="center of mass")
@@ -113,7 +115,7 @@ def _legend(axes: Axes, robot: Robot, y: float) -> None:
 
 
 def _scale_bar(axes: Axes, length: float, y: float) -> None:
-    """Draw a bar of 1, 2 or 5 times a power of ten, about a sixth of the body."""
+    """Draw a scale bar of 1, 2 or 5 times a power of ten, about a sixth of the body long."""
     power = 10 ** np.floor(np.log10(length / 6))
     bar = max(step * power for step in (1, 2, 5) if step * power <= length / 6)
     axes.plot([0, bar], [y, y], color=INK, lw=2, solid_capstyle="butt")

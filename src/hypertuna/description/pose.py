@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 
-Points = NDArray[np.complex128]
+Points = NDArray[np.complex128]  # positions x + i y [m]
 
 
 def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
-    """Return positions x + i y (instants, links + 1) [m] of nose, front end of every link behind it, and tail tip.
+    """Return the positions x + i y (times, links + 1) [m] of the nose and of every link's rear end.
 
-    `pose` (times, 3) [m], [rad], `angles` (times, links) [rad]; returns x + i y (times, links + 1) [m].
+    `pose` (times, 3): x, y [m] and heading [rad] of the head; `angles` (times, links) [rad].
     """
     theta = pose[:, 2:] + np.cumsum(angles, axis=1)
     steps = np.array(robot.links.length) * (np.cos(theta) + 1j * np.sin(theta))
@@ -21,7 +21,7 @@ def body_points(robot: Robot, pose: Array, angles: Array) -> Points:
 
 
 def group_shares(robot: Robot) -> Array:
-    """Return the share of each group's bend at the joint in front of every link (links, groups) [1]."""
+    """Return the share of each joint group's bend that every link's front joint takes (links, groups) [1]."""
     share = np.zeros((len(robot.links.name), len(robot.joints)))
     for g, group in enumerate(robot.joints):
         share[list(group.links), g] = group.share
@@ -29,7 +29,7 @@ def group_shares(robot: Robot) -> Array:
 
 
 def coordinate_shares(robot: Robot) -> Array:
-    """Share of each coordinate, joint groups and then hinges, in the bend at each link's front joint (links, D) [1]."""
+    """Return the share of each of D coordinates (joint groups, then hinges) at every link's joint (links, D) [1]."""
     hinges = np.zeros((len(robot.links.name), len(robot.hinges)))
     for d, hinge in enumerate(robot.hinges):
         hinges[hinge.link, d] = 1.0

@@ -1,4 +1,4 @@
-"""Provenance of a result: version, instruction set, robot, model; and which values are estimates."""
+"""Provenance of a result: version, instruction set, robot and model; whether a value is an estimate."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,7 @@ from hypertuna.io.files import shipped, version
 
 
 def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
-    """Return the attributes of every dataset and file: version, instruction set, robot and, with `water`, its model."""
+    """Return attributes for every dataset and file: version, instruction set, robot and, with `water`, the model."""
     facts = {
         "hypertuna_version": version(),
         "isa": _core.isa(),
@@ -24,16 +24,17 @@ def provenance(robot: Robot, *, water: bool = True) -> dict[str, str]:
 
 
 def journal_header(kind: str, robot: Robot, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the header of a journal, by which only the same work resumes it.
+    """Return the header of a journal; only work with the same header resumes from it.
 
-    `kind` is the work ("optimize", "identify"); `options` has everything that its course depends on, seed included.
+    `kind` is the kind of work ("optimize", "identify"); `options` has all inputs that affect the results, such as the
+    seed.
     """
     robot_facts = {"robot": robot.name, "robot_hash": robot.hash}
     return {"kind": kind, "version": version(), "isa": _core.isa()} | robot_facts | {"options": dict(options)}
 
 
 def is_estimate(robot: Robot, key: str) -> bool:
-    """Return whether a value is an estimate: its source says so, or it has none."""
+    """Return whether the value of a key is an estimate: its source says so, or it has no source."""
     return (robot.source(key) or "estimate").startswith("estimate")
 
 
@@ -43,7 +44,7 @@ def factor_of(robot: Robot, key: str) -> float:
 
 
 def robot_path(file: str) -> Path:
-    """Return the path of ``Robot.file``; a relative one may be that of a robot that comes with hypertuna."""
+    """Return the path of ``Robot.file``, which may name a robot that comes with hypertuna: robots/NAME.toml."""
     path = Path(file)
     by_name = path.parent == Path("robots") and path.stem in robots()
     return shipped("robots") / path.name if by_name else path

@@ -1,4 +1,4 @@
-"""Documentation pages of a schema."""
+"""Documentation pages made from the schema of a TOML file."""
 
 import json
 import re
@@ -9,6 +9,7 @@ from hypertuna.description.robot import Robot, load
 from hypertuna.description.schema.base import BEYOND
 from hypertuna.description.validation import declared, plain
 
+# Types of JSON Schema in words, singular and plural.
 _NOUNS = {
     "number": ("number", "numbers"),
     "integer": ("whole number", "whole numbers"),
@@ -19,19 +20,19 @@ _LIMITS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 class Key(NamedTuple):
-    """A key of a robot's file with what its documentation says, in words."""
+    """A key of a robot's file with its documentation, in words."""
 
-    key: str  # joints.line.bore_m; gaits.NAME.frequency_hz
+    key: str  # such as joints.line.bore_m or gaits.NAME.frequency_hz
     unit: str
-    value: str
-    default: str  # empty: the key is required
-    typical: str
-    how: str  # to find its value
+    value: str  # allowed values
+    default: str  # empty if the key is required
+    typical: str  # HyperTuna's value, or the usual range
+    how: str  # how to find the value
     meaning: str
 
 
 def keys() -> list[Key]:
-    """Return all keys of a robot's file, with HyperTuna's values as typical ones, or usual ranges."""
+    """Return all keys of a robot's file; typical values are HyperTuna's, or usual ranges."""
     schema, result = json_schema(), []
     typical = _typical()
     for heading, table in _tables(schema, schema["$defs"], ""):
@@ -49,7 +50,7 @@ def keys() -> list[Key]:
 
 
 def _default(rule: Mapping[str, Any]) -> str:
-    """Return the default of an optional key: the rule in its meaning, its value, or none."""
+    """Return the default of an optional key: the rule that its meaning states, else the value, else "none"."""
     if rule_in_words := re.search(r"\(default: (.*)\)$", rule["description"]):
         return rule_in_words[1]
     value = rule.get("default")
@@ -57,7 +58,7 @@ def _default(rule: Mapping[str, Any]) -> str:
 
 
 def _typical() -> dict[str, str]:
-    """Return typical values as text, by key without indices and names of gaits and materials."""
+    """Return typical values as text, by key without indices and without names of gaits and materials."""
     typical = {key: "{:g} to {:g}".format(*k.usual) for key, k in declared(Robot).items() if k.usual}
     own_values: dict[str, str] = {}
     for entry in load("hypertuna").entries():
@@ -67,7 +68,7 @@ def _typical() -> dict[str, str]:
 
 
 def _shown(value: Any) -> str:
-    """Write a value of a robot as text, a list of numbers by its lowest and highest."""
+    """Return a value of a robot as text; a list of numbers is shown as its lowest and highest."""
     flat = (
         [x for part in value for x in (part if isinstance(part, list) else [part])] if isinstance(value, list) else []
     )
@@ -104,7 +105,7 @@ def markdown(
 ) -> str:
     """Return a JSON Schema of a TOML file as a Markdown page: one section per table, one row per key.
 
-    `more` returns further columns of a key, among them its default.
+    `more` returns further columns of a key, one of which may be its default.
     """
     titles = ["key", "unit", "value", *(more("") if more else ()), "meaning"]
     lines = [f"# {title}", "", introduction]
@@ -144,13 +145,13 @@ def _tables(
 
 
 def _unless_null(rule: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the rule of an optional key that is present."""
+    """Return the rule for the value of a key, without the alternative null of an optional key."""
     options: list[Mapping[str, Any]] = rule.get("anyOf", [rule])
     return next(option for option in options if option.get("type") != "null")
 
 
 def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
-    """Return the allowed values of a key in words, such as "number > 0"; with `number` 1 in the plural."""
+    """Return the allowed values of a key in words, such as "number > 0"; number: 0 for singular, 1 for plural."""
     rule = _unless_null(rule)
     if choices := rule.get("enum", [rule["const"]] if "const" in rule else None):
         return " or ".join(f"`{json.dumps(choice)}`" for choice in choices)
@@ -161,7 +162,7 @@ def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
     if entries := rule.get("additionalProperties"):
         return f"{_value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
-    # a limit that only keeps slips out needs no word
+    # limits of BEYOND only keep slips out, and are not mentioned
     present = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}
     limits = (f"{_LIMITS[name]} {limit:g}" for name, limit in present.items())
     return f"{noun} {' and '.join(limits)}".strip()

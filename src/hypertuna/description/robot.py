@@ -42,7 +42,7 @@ from hypertuna.ranges import Range
 
 T = TypeVar("T")
 
-TOLERANCE = 1e-6  # relative, of sums: links to the body length, shares to one
+TOLERANCE = 1e-6  # relative tolerance of sums: of the links' lengths and of shares
 Factor = Annotated[float, number(Range(min=1, max=100))]
 
 
@@ -52,8 +52,8 @@ class Entry(NamedTuple):
     key: str
     value: Any
     unit: str
-    source: str | None
-    default: bool = False
+    source: str | None  # entry of [sources], or the rule of the default
+    default: bool = False  # whether the file does not give the value
 
     @property
     def estimate(self) -> bool:
@@ -124,7 +124,7 @@ class Robot(Part, Plotted, Tabular):
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:
-        """The passive hinges; in coordinates of the tail, their bends follow those of the joint groups."""
+        """The passive hinges, nose to tail; among the tail's coordinates, they come after the joint groups."""
         return self.hinge_list or () if self.hinge is None else (self.hinge,)
 
     @property
@@ -134,12 +134,12 @@ class Robot(Part, Plotted, Tabular):
 
     @property
     def file(self) -> str:
-        """File of the robot, empty if none."""
+        """File of the robot; empty without one."""
         return self._file
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of all that affects results: all but description, sources and the table of the firmware."""
+        """SHA-256 of all values that affect results: all but description, sources and the table of the firmware."""
         texts = {"description", "sources", "firmware"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -162,7 +162,7 @@ class Robot(Part, Plotted, Tabular):
         return self.model_dump(mode="json", by_alias=True, exclude_unset=True)
 
     def using(self, *, water: str | None = None, joints: str | None = None, areas: str | None = None) -> Robot:
-        """Return the robot with another choice of model.
+        """Return the robot with another water law, joint model or areas.
 
         Parameters
         ----------
@@ -172,7 +172,7 @@ class Robot(Part, Plotted, Tabular):
         Returns
         -------
         Robot
-            Checked; its hash differs where the choice does.
+            The checked robot; its hash differs if the choice does.
 
         Raises
         ------
@@ -186,17 +186,17 @@ class Robot(Part, Plotted, Tabular):
         return parse(document | {"model": document["model"] | choice}, file=self.file)
 
     def source(self, key: str) -> str | None:
-        """Look up the source of a value: the longest entry of ``[sources]`` that starts its key.
+        """Return the source of a value: the longest entry of ``[sources]`` with which its key starts.
 
         Parameters
         ----------
         key : str
-            As in the file, with or without indices: ``links.mass_kg[2]``.
+            Key as in the file, with or without indices: ``links.mass_kg[2]``.
 
         Returns
         -------
         str or None
-            The source, None without one.
+            The source; None without one.
         """
         return entry_of(self.sources, key)
 
@@ -206,7 +206,7 @@ class Robot(Part, Plotted, Tabular):
         Returns
         -------
         tuple of Entry
-            Key, value and unit as in the file, and source; of what the file does not give, the rule of the default.
+            Key, value and unit as in the file, and source; for values that the file does not give, the default's rule.
         """
         texts = {"format", "name", "description", "uncertainty", "sources"}
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude=texts)
@@ -275,7 +275,7 @@ class Robot(Part, Plotted, Tabular):
         yield from self._source_checks()
 
     def _joint_checks(self) -> Iterator[Check]:
-        """Check that groups share the existing joints, each joint once, with shares that add up to one."""
+        """Check that each joint is in one group at most, and that the shares of a group add up to one."""
         yield from unique(tuple(group.name for group in self.joints), "joints[{}].name")
         last = len(self.links.name) - 1
         owner: dict[int, int] = {}
@@ -296,7 +296,7 @@ class Robot(Part, Plotted, Tabular):
                 yield self.controller.fill(group.line.fill_pressure, f"joints[{g}].line.fill_pressure_pa")
 
     def _source_checks(self) -> Iterator[Check]:
-        """Check that every source and every factor belongs to a key or the start of one."""
+        """Check that every entry of [sources] and [uncertainty] is a key with a value, or the start of such a key."""
         about: dict[str, Mapping[str, Any]] = {"uncertainty": self.uncertainty or {}, "sources": self.sources}
         if not any(about.values()):
             return
@@ -310,14 +310,14 @@ class Robot(Part, Plotted, Tabular):
 
 
 class _Cache(dict[Hashable, Any]):
-    """Objects that other rooms built from a robot, by key; its copies and pickles are empty."""
+    """Objects that other modules built from a robot, by key; a copied or pickled cache is empty."""
 
     def __reduce__(self) -> tuple[type[_Cache], tuple[()]]:
         return _Cache, ()
 
 
 def cached(robot: Robot, key: Hashable, make: Callable[[], T]) -> T:
-    """Return what `make` builds from a robot, built once per robot object and key and kept with the robot."""
+    """Return the object that `make` builds from a robot, once per robot and key; it is kept with the robot."""
     cache = robot.__dict__.setdefault("_cache", _Cache())
     if key not in cache:
         cache[key] = make()
@@ -338,7 +338,7 @@ def robots() -> tuple[str, ...]:
 
 @checked
 def load(robot: str | Path) -> Robot:
-    """Read a robot description, by name or from a file.
+    """Read and check the description of a robot, given its name or its file.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ def load(robot: str | Path) -> Robot:
     Returns
     -------
     Robot
-        Checked, in SI units and radians.
+        The robot, in SI units and radians.
 
     Raises
     ------
@@ -369,12 +369,12 @@ def load(robot: str | Path) -> Robot:
 
 
 def robot_of(robot: Robot | str | Path) -> Robot:
-    """Return a robot as it is, or load the one of a name or file."""
+    """Return a robot, which is loaded if a name or a file is given."""
     return robot if isinstance(robot, Robot) else load(robot)
 
 
 def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
-    """Return the robot of a document as `tomllib` reads it; `file` is named in errors and kept as ``Robot.file``."""
+    """Return the robot that a document of `tomllib` describes; `file` is named in errors and kept as ``Robot.file``."""
     try:
         robot = Robot.model_validate(document)
     except ValidationError as error:
@@ -386,14 +386,14 @@ def parse(document: Mapping[str, Any], *, file: str = "") -> Robot:
 
 
 def joint_key(robot: Robot, name: str) -> str:
-    """Return the key of a joint group by name: ``joints[0]``."""
+    """Return the key, such as ``joints[0]``, of the joint group with a name."""
     return f"joints[{[group.name for group in robot.joints].index(name)}]"
 
 
 def require(value: T | None, key: str, robot: Robot | None = None, fix: str | None = None) -> T:
-    """Return an optional value of a robot, or raise InputError: ``require(robot.pump, "pump", robot)``.
+    """Return an optional value of a robot; InputError if it is None: ``require(robot.pump, "pump", robot)``.
 
-    The schema gives the default fix: the table to add, or the value with its unit.
+    The default fix is from the schema: the table to add, or the value with its unit.
     """
     if value is None:
         raise InputError("is missing", file=(robot and robot.file) or None, key=key, fix=fix or fix_for(Robot, key))

@@ -19,7 +19,7 @@ def why_no_twin(robot: Robot) -> str:
 
 
 def _unfit(robot: Robot) -> str:
-    """Return the reason why no twin takes a robot's joints, as the end of a sentence; empty if it takes them."""
+    """Return the reason why a twin cannot have a robot's joints, as the end of a sentence; empty if it can."""
     if len(robot.joints) > _core.MAX_JOINTS:
         return f"it has {len(robot.joints)} joint groups, and the twin takes at most {_core.MAX_JOINTS}"
     if len(robot.joints) + len(robot.hinges) > _core.MAX_COORDINATES:
@@ -31,13 +31,13 @@ def _unfit(robot: Robot) -> str:
 
 
 def twin_note(robot: Robot) -> str:
-    """Return a sentence on a robot with joints that a twin does not take; empty for all others."""
+    """Return a sentence on a robot whose joints a twin cannot have; empty for all other robots."""
     reason = _unfit(robot)
     return f"{robot.name} swims, sweeps, turns and optimizes, but has no twin: {reason}." if reason else ""
 
 
 def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> None:
-    """Refuse a robot with more joint groups than the twin or the firmware allows; the fix is `new_command`'s."""
+    """Refuse a robot with more joint groups than the twin or the firmware allows; the fix names `new_command`."""
     count, most = len(robot.joints), _core.BOARD_JOINTS if board else _core.MAX_JOINTS
     if count > most:
         rule, file = f"must be at most {most} groups for the {'firmware' if board else 'twin'}", robot.file or None

@@ -1,4 +1,4 @@
-"""Places of values in a document, and the words for them: key as written in the file, rule, fix."""
+"""Places of values in a document, and their texts in errors: key as in the file, rule, fix."""
 
 import re
 import types
@@ -13,7 +13,7 @@ from hypertuna.description.schema.base import Key, Part
 
 T = TypeVar("T")
 Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
-_NOUNS = {
+_NOUNS = {  # types in pydantic's messages, in the words of a TOML file
     "dictionary": "a table",
     "tuple": "a list",
     "string": "text",
@@ -21,7 +21,7 @@ _NOUNS = {
     "integer": "a whole number",
     "boolean": "true or false",
 }
-_PHRASES = {  # regular expressions
+_PHRASES = {  # regular expressions in pydantic's messages, and their replacements
     "^Value error, ": "",
     "Input should": "must",
     "be greater than or equal to 0$": "not be negative",
@@ -40,7 +40,7 @@ def nested_model(annotation: Any) -> type[BaseModel] | None:
 
 @cache
 def declared(table: type[Part]) -> Mapping[str, Key]:
-    """Return the declared keys of a table and the tables below it, by key without indices and names."""
+    """Return the declared keys of a table and its subtables, by key without indices and names."""
     keys: dict[str, Key] = {}
     for name, field in table.model_fields.items():
         keys[str(field.alias)] = table.declared[name]
@@ -63,9 +63,9 @@ def entry_of(table: Mapping[str, T], key: str) -> T | None:
 
 
 def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseModel] | None, FieldInfo | None]:
-    """Return the table at a place in a document, None without one, and the field there, None if it is unknown."""
+    """Return model and field at a place in a document; no model (None) for a plain value, no field if it is unknown."""
     field: FieldInfo | None = None
-    named = False  # in a table of named entries, such as [gaits.NAME]: the next part is a name
+    named = False  # whether the next part is a name, as in [gaits.NAME]
     for part in place:
         if isinstance(part, int):
             continue
@@ -80,7 +80,7 @@ def field_at(model: type[BaseModel] | None, place: Place) -> tuple[type[BaseMode
 
 
 def fix_for(model: type[BaseModel], key: str) -> str | None:
-    """Return what to write for a missing key such as ``joints[0].line``, or ``joints.I.line`` by name."""
+    """Return the fix for a missing key such as ``joints[0].line`` or ``joints.I.line``: the table or value to write."""
     place: list[str] = []
     for part in re.split(r"[.\[\]]+", key):
         if field_at(model, (*place, part))[1] is not None:
@@ -90,7 +90,7 @@ def fix_for(model: type[BaseModel], key: str) -> str | None:
 
 
 def unit_of(field: FieldInfo | None) -> str:
-    """Return the unit of a field, empty if it has none."""
+    """Return the unit of a field; empty if it has none."""
     extra = field.json_schema_extra if field else None
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
@@ -103,7 +103,7 @@ def written(place: Place) -> str:
 
 
 def rule_of(message: str) -> str:
-    """Return the rule behind pydantic's message, in the words of a TOML file."""
+    """Return pydantic's message as a rule, in the words of a TOML file: "must be a number"."""
     if "should have at least 1 " in message:
         return "must not be empty"
     if "exceeded maximum size" in message:
@@ -120,7 +120,7 @@ def rule_of(message: str) -> str:
 
 
 def fix_of(field: FieldInfo | None) -> str | None:
-    """Return what to write instead, from meaning and unit of the field."""
+    """Return the fix for a wrong value, from meaning and unit of the field: "give the length of each link [m]"."""
     if field is None or field.description is None:
         return None
     unit, meaning = unit_of(field), re.sub(r" \(default: .*\)$", "", field.description)
@@ -128,7 +128,7 @@ def fix_of(field: FieldInfo | None) -> str | None:
 
 
 def is_table(annotation: Any) -> bool:
-    """Whether an annotation is a dict, or a dict or None."""
+    """Return whether an annotation is a dict, or a dict or None."""
     if get_origin(annotation) in (Union, types.UnionType):
         return any(is_table(part) for part in get_args(annotation))
     return get_origin(annotation) is dict

@@ -1,4 +1,4 @@
-"""Write a changed robot into the text of its file, with comments and layout kept."""
+"""Write a changed robot into the text of its file; comments and layout are kept."""
 
 import contextlib
 import math
@@ -11,20 +11,20 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.io.door import parse_toml, read_text
 from hypertuna.io.files import write_atomically
 
-SAME = 1e-13  # relative tolerance of the same number in another notation
+SAME = 1e-13  # relative tolerance within which numbers are equal and keep their notation
 
 
 def robot_text(robot: Robot, *, note: str | None = None) -> str:
-    """Return a robot as TOML: the text of its file with changed values replaced, else a new text.
+    """Return a robot as TOML: the text of its file with changed values replaced, or a new text if there is no file.
 
-    Comments and layout are kept; `note`, the origin of the new values, replaces comments beside them.
+    Comments and layout are kept; `note`, the origin of the new values, replaces the comments beside them.
     """
     import tomlkit  # slow to import
 
     with contextlib.suppress(Exception):  # no file, or a layout that tomlkit cannot change
         document = tomlkit.parse(read_text(robot_path(robot.file), "toml"))
         _merge(document, robot.document(), note=note or ("identified, see [fit]" if robot.fit else "changed"))
-        if parse(parse_toml(tomlkit.dumps(document))).hash == robot.hash:  # else it was read from something else
+        if parse(parse_toml(tomlkit.dumps(document))).hash == robot.hash:  # else the robot is from another text
             return _ended(tomlkit.dumps(document))
     return _ended(tomlkit.dumps(_merge(tomlkit.document(), robot.document())))
 
@@ -40,7 +40,7 @@ def write_robot(robot: Robot, path: str | Path, *, note: str | None = None) -> P
 
 
 def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
-    """Change a table of a document to equal its target; values that are equal stay as written."""
+    """Change a table of a document to equal its target; values that are already equal keep their notation."""
     for key in [key for key in table if key not in target]:
         del table[key]
     changed = []
@@ -66,12 +66,12 @@ def _merge(table: Any, target: Mapping[str, Any], note: str = "") -> Any:
 
 
 def _has_tables(value: Any) -> bool:
-    """Whether a value is a list of tables, each with its own comments."""
+    """Return whether a value is a list of tables, each with its own comments."""
     return isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
 
 
 def _remark(table: Any, changed: Sequence[str], note: str) -> None:
-    """Add a note on changes to the comments of changed values and of their table's header."""
+    """Put a note into the comments of changed values, and add it to the comment of their table's header."""
     for key in changed:
         trivia = getattr(table.item(key), "trivia", None) if hasattr(table, "item") else None
         if trivia is not None and trivia.comment:
@@ -82,7 +82,7 @@ def _remark(table: Any, changed: Sequence[str], note: str) -> None:
 
 
 def _new(value: Any) -> Any:
-    """Return a new value laid out for the document: tables by key, matrices by row."""
+    """Return a new value as tomlkit's objects: a mapping as a table, a matrix with a line for each row."""
     import tomlkit
 
     if isinstance(value, Mapping):
@@ -99,7 +99,7 @@ def _new(value: Any) -> Any:
 
 
 def _merge_list(items: Any, target: list[Any], note: str) -> None:
-    """Change the items of a list to those of a target of equal length."""
+    """Change the items of a list to equal those of a target of the same length."""
     for i, value in enumerate(target):
         if not _same(items[i], value):
             if isinstance(value, Mapping):
@@ -108,12 +108,12 @@ def _merge_list(items: Any, target: list[Any], note: str) -> None:
                 items[i] = value
 
 
-def _same(there: Any, value: Any) -> bool:
-    """Whether two values of documents are equal."""
+def _same(old: Any, value: Any) -> bool:
+    """Return whether two values of documents are equal; numbers may differ by rounding."""
     if isinstance(value, Mapping):
-        return isinstance(there, Mapping) and set(there) == set(value) and all(_same(there[k], value[k]) for k in value)
+        return isinstance(old, Mapping) and set(old) == set(value) and all(_same(old[k], value[k]) for k in value)
     if isinstance(value, list):
-        return isinstance(there, list) and len(there) == len(value) and all(map(_same, there, value))
-    if isinstance(value, float) and isinstance(there, (int, float)) and not isinstance(there, bool):
-        return math.isclose(there, value, rel_tol=SAME, abs_tol=0.0)
-    return (type(value) is bool and there is value) or (type(value) is not bool and there == value)
+        return isinstance(old, list) and len(old) == len(value) and all(map(_same, old, value))
+    if isinstance(value, float) and isinstance(old, (int, float)) and not isinstance(old, bool):
+        return math.isclose(old, value, rel_tol=SAME, abs_tol=0.0)
+    return (type(value) is bool and old is value) or (type(value) is not bool and old == value)

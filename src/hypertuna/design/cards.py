@@ -1,4 +1,4 @@
-"""Card and columns of a design of tank runs."""
+"""Card and table columns of a design's next runs."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from hypertuna.pictures import captioned, curve_svg
 
 @cards.of(NextRuns)
 def next_runs_card(result: NextRuns) -> Card:
-    """Show the next runs, what is known so far, and the coefficients that no run narrows."""
+    """Show the next runs, how well the target gaits are known, and warnings."""
     parts: list[Part] = []
     if result.choices:
         header = ["run", "why", "motion", "expected", "half width\nafter [%]"]
@@ -44,19 +44,19 @@ def next_runs_card(result: NextRuns) -> Card:
 
 
 def _expected(value: float, half_width: float, name: str) -> str:
-    """Return an expected value of a quantity with its interval, as text."""
+    """Return the expected value of a quantity and its 95 % interval, as text in the displayed unit."""
     _, _, unit, size = QUANTITIES[name]
     bounds = (number(size * value * math.exp(sign * half_width)) for sign in (-1, 1))
     return f"{number(size * value)} ({' to '.join(bounds)}) {unit}"
 
 
 def _within(half_width: float) -> str:
-    """Return the half width of a logarithm's interval as text."""
+    """Return the half width of the interval of a logarithm as text: in percent, or as a factor if it is wide."""
     return f"{100 * half_width:.2g} %" if half_width < 1 else f"a factor of {math.exp(half_width):.2g}"
 
 
 def _widths_svg(result: NextRuns) -> str:
-    """Draw the half width of the target gaits after each run."""
+    """Draw the half width of the target gaits' 95 % interval after each run."""
     widths = [100 * step.half_width for step in result.steps]
     label = "half width of the target gaits [%]"
     return captioned(curve_svg(range(1, len(widths) + 1), widths, label, dots=True), "After each run.")
@@ -64,7 +64,7 @@ def _widths_svg(result: NextRuns) -> str:
 
 @tables.of(NextRuns)
 def next_runs_columns(result: NextRuns) -> dict[str, Any]:
-    """Return the measured runs as columns, with the half width after each."""
+    """Return the measured runs as columns, with the half width of the target gaits' interval after each run."""
     return {
         "run": [step.results[0].name for step in result.steps],
         "made": [str(step.run) for step in result.steps],

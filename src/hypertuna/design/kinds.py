@@ -1,4 +1,4 @@
-"""Kinds of runs that a tank can make, by the kind of trial that results: all that a design knows of each."""
+"""Kinds of runs that a tank can make: for each, the trials it yields, its candidates and their prediction."""
 
 import math
 from abc import ABC, abstractmethod
@@ -19,18 +19,18 @@ from hypertuna.trials.numbers import HeldThrust, PowerRun, Tow, TurnRun
 from hypertuna.trials.steady import MEASURED, SteadyRun
 
 STEPS = 64  # Runge-Kutta steps per beat or glide: their error is far below the noise of a tank
-COASTS = 2.0  # body lengths at the first speed: how long a glide is followed
-BEATS = {"power": "mechanical_power"}  # names of the quantities of a settled beat that are others than of runs
-Motion = tuple[Gait | None, float]  # gait, None of a straight body; speed [m/s]
-Told = tuple[str, float, float | None]  # quantity, value and standard deviation of the mean of repeats [SI]
+COASTS = 2.0  # a glide is followed for the time of this many body lengths at its first speed
+BEATS = {"power": "mechanical_power"}  # quantity of a run: its name in a settled beat, where the two differ
+Motion = tuple[Gait | None, float]  # gait, None for a straight body; speed [m/s]
+Told = tuple[str, float, float | None]  # name of a quantity; mean of repeats and its standard deviation [SI]
 
 
 class RunKind(ABC):
     """A kind of run, with the quantities it measures and their prediction."""
 
-    key: ClassVar[str]  # of the kind of trial, as manifests have it
-    trials: ClassVar[tuple[type[Any], ...]]  # of which it takes results; its files are those of the first
-    needs: ClassVar[str] = ""  # option of a design: what the tank must have
+    key: ClassVar[str]  # key of the kind of trial in manifests
+    trials: ClassVar[tuple[type[Any], ...]]  # classes of trials that give results; files use the first
+    needs: ClassVar[str] = ""  # option of a design that says whether the tank has the equipment
     speed: ClassVar[str] = ""  # key of the speed in records
     series: ClassVar[bool] = False  # whether a run is measured over time
 
@@ -40,11 +40,11 @@ class RunKind(ABC):
 
     @abstractmethod
     def text(self, motion: Motion) -> str:
-        """Return a run's gait or speed in words."""
+        """Return the run in words, with its gait or speed."""
 
     @abstractmethod
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
-        """Return the candidates of this kind, from gaits that swim and speeds [m/s]."""
+        """Return the candidates of this kind, made from the given gaits or speeds [m/s]."""
 
     def told(self, trial: Any) -> tuple[Motion, list[Told]]:
         """Return a trial's gait and speed, and its measured quantities with standard deviations."""
@@ -53,7 +53,7 @@ class RunKind(ABC):
 
     @abstractmethod
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Return predicted quantities of runs (rows,) [SI], NaN where a run has none, and derivatives (rows, n)."""
+        """Return predicted quantities (rows,) [SI], NaN where a run has none, and their derivatives (rows, n)."""
 
 
 class Swims(RunKind):
@@ -62,7 +62,7 @@ class Swims(RunKind):
     key, trials = "steady", (SteadyRun, TurnRun, PowerRun)
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the quantities of a beat; with the rate of turn for a gait that bends to one side."""
+        """Return the names of the quantities of a beat, with the rate of turn if the gait has a bias."""
         return (*MEASURED, "power", *(("turn_rate",) if motion[0] is not None and any(motion[0].bias) else ()))
 
     def text(self, motion: Motion) -> str:
@@ -84,7 +84,7 @@ class Swims(RunKind):
         return (trial.gait, 0.0), measured
 
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
-        """Return quantities of the settled gaits and their derivatives; rates of turn are positive to either side."""
+        """Return quantities of the settled gaits and their derivatives; rates of turn are magnitudes."""
         index_of = {gait: k for k, gait in enumerate(dict.fromkeys(map(_gait, motions)))}
         gaits, of_motion = Gaits.of(list(index_of)), [index_of[_gait(motion)] for motion in motions]
         beats = settle(at.robot, gaits, model=at.model, steps=STEPS)
@@ -104,7 +104,7 @@ class Tows(RunKind):
     key, trials, needs, speed = "tows", (Tow,), "tow", "tow_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the drag alone."""
+        """Return the name of the drag, the only quantity."""
         return ("drag",)
 
     def text(self, motion: Motion) -> str:
@@ -126,7 +126,7 @@ class Thrusts(RunKind):
     key, trials, needs, speed = "thrusts", (HeldThrust,), "hold", "held_m_s"
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the thrust alone."""
+        """Return the name of the thrust, the only quantity."""
         return ("thrust",)
 
     def text(self, motion: Motion) -> str:
@@ -143,12 +143,12 @@ class Thrusts(RunKind):
 
 
 class Glides(RunKind):
-    """Glides of the straight body, let go in motion."""
+    """Glides of the straight body, released in motion."""
 
     key, trials, needs, speed, series = "glides", (Glide,), "glide", "glide_m_s", True
 
     def measured(self, motion: Motion) -> tuple[str, ...]:
-        """Return the coasting length alone, over which the speed falls by a factor of e."""
+        """Return the name of the coasting length, over which the speed falls by a factor of e."""
         return ("coasting_length",)
 
     def text(self, motion: Motion) -> str:
@@ -167,7 +167,8 @@ class Glides(RunKind):
     def predict(self, at: Point, motions: Sequence[Motion], quantities: Sequence[str]) -> tuple[Array, Array]:
         """Return coasting lengths [m] from the first and the last speed of a glide, and their derivatives.
 
-        Of a drag by the square of the speed, 1/u grows by 1/length a second; else it is the mean over the glide.
+        With drag proportional to the square of the speed, 1/u grows by 1/length per second. With other drag, the
+        length is a mean over the glide.
         """
         straight, along, results = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
         for _, u in motions:
@@ -183,13 +184,13 @@ RUN_KINDS: dict[str, RunKind] = {kind.key: kind for kind in (Swims(), Thrusts(),
 
 
 def _gait(motion: Motion) -> Gait:
-    """Return the gait of a motion that has one."""
+    """Return the gait of a motion, which must have one."""
     assert motion[0] is not None
     return motion[0]
 
 
 def _forces(at: Point, motions: Sequence[Motion], sign: float) -> tuple[Array, Array]:
-    """Return forces on a held or towed head [N] and their derivatives; sign: 1 toward the head."""
+    """Return forces on a held or towed head [N] and their derivatives; sign: 1 for thrust, -1 for drag."""
     straight = (0.0,) * len(at.robot.joints)
     gaits = tuple(gait or Gait(1.0, straight, straight) for gait, _ in motions)
     u, zeros = np.array([u for _, u in motions]), np.zeros(len(motions))

@@ -1,4 +1,4 @@
-"""The figure of a design: intervals that shrink run by run."""
+"""Figure of a design: intervals of targets and coefficients after each run."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,7 +12,7 @@ from hypertuna.figures import FAINT, INK, POINTS, TIGHT, WIDTH, line_style, styl
 @plots.of(NextRuns)
 @styled
 def plot_design(result: NextRuns, *, width: float = WIDTH) -> Figure:
-    """Plot after each run the half width of the target gaits and the standard deviations of the coefficients."""
+    """Plot the half width of the target gaits' interval and the coefficients' standard deviations after each run."""
     figure = Figure(figsize=(width, 5.2), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     runs = np.arange(1, len(result.steps) + 1)

@@ -1,4 +1,4 @@
-"""Predicted logarithms of measured quantities, with exact derivatives by the unknown coefficients."""
+"""Predicted logarithms of measured quantities, with exact derivatives with respect to the unknown coefficients."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,31 +15,31 @@ from hypertuna.trials.kind import Point
 
 
 class Row(NamedTuple):
-    """One quantity of a run, to be predicted."""
+    """A run and one of its quantities: a row of predictions and covariances."""
 
     run: TankRun
     quantity: str
 
 
 class Predicted(NamedTuple):
-    """Logarithms of rows' quantities, and their derivatives by the scaled coefficients."""
+    """Logarithms of rows' quantities, and their derivatives with respect to the scaled coefficients."""
 
-    log: Array  # (rows,) of the value [SI], of a rate of turn to either side; NaN without a settled beat forward
-    jacobian: Array  # (rows, n) by the scaled coefficients
+    log: Array  # (rows,) logarithms of values [SI], of magnitudes for rates of turn; NaN if the gait does not settle
+    jacobian: Array  # (rows, n) derivatives of the logarithms with respect to the scaled coefficients
 
 
 def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
-    """Return the predicted logarithms of rows, with derivatives, for scaled coefficients x (n,)."""
+    """Return the predicted logarithms of rows and their derivatives, at scaled coefficients x (n,)."""
     values, robot = from_scale(unknowns.free, x), unknowns.robot
     changed = columns(robot, unknowns.free, values)
     slopes = np.ascontiguousarray(parameter_jacobian(robot, unknowns.free, values))
     point = Point(robot, core_model(robot, changed), changed, slopes, len(x), {}, {}, STEPS, STEPS, 1)
     results: dict[Row, tuple[float, Array]] = {}
     for key, kind in RUN_KINDS.items():
-        if own := list(dict.fromkeys(row for row in rows if row.run.kind == key)):
-            value, jacobian = kind.predict(point, [row.run.motion for row in own], [row.quantity for row in own])
+        if asked := list(dict.fromkeys(row for row in rows if row.run.kind == key)):
+            value, jacobian = kind.predict(point, [row.run.motion for row in asked], [row.quantity for row in asked])
             with np.errstate(invalid="ignore", divide="ignore"):
                 log = np.log(np.where(value > 0, value, np.nan))
-                results |= dict(zip(own, zip(log, jacobian / value[:, np.newaxis], strict=True), strict=True))
+                results |= dict(zip(asked, zip(log, jacobian / value[:, np.newaxis], strict=True), strict=True))
     log = np.array([results[row][0] for row in rows])
     return Predicted(log, np.array([results[row][1] for row in rows]).reshape(len(rows), len(x)))

@@ -1,4 +1,4 @@
-"""Runs that a tank can make, each of a kind of trial: their quantities, the noise of these, and the candidates."""
+"""Runs that a tank can make: their measured quantities with noise, and grids of candidate and target gaits."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ from hypertuna.trials.steady import SteadyRun
 
 
 class Quantity(NamedTuple):
-    """A quantity of runs: default noise, relative and absolute [SI]; displayed unit and its number per SI unit."""
+    """A quantity of runs: default noise, relative and absolute [SI]; displayed unit, and its number per SI unit."""
 
     relative: float
     absolute: float
@@ -32,15 +32,15 @@ class Quantity(NamedTuple):
 QUANTITIES = {
     "speed": Quantity(0.02, 0.003, "m/s"),
     "cost_of_transport": Quantity(0.03, 0.0, "J/(kg m)"),
-    "turn_rate": Quantity(0.03, 0.02, "deg/s", 180 / math.pi),  # to either side
+    "turn_rate": Quantity(0.03, 0.02, "deg/s", 180 / math.pi),  # magnitude
     "power": Quantity(0.03, 0.0, "W"),
     "drag": Quantity(0.03, 0.005, "N"),
     "thrust": Quantity(0.03, 0.005, "N"),
     "coasting_length": Quantity(0.08, 0.0, "m"),
 }
-SLOWEST = 3.0  # noises of a speed: a slower gait tells next to nothing
-# Candidates: levels of the frequency, of the amplitude over its bound, of the lag over its bound, of the last group's
-# amplitude over that of the others, and of the bias over its bound.
+SLOWEST = 3.0  # a candidate's expected value must exceed this many times its absolute noise
+# Grid of candidates: number of frequencies; amplitude and lag over their bounds; amplitude of the last group over that
+# of the others; bias over its bound.
 FREQUENCIES, AMPLITUDES, LAGS, FINS, BIASES = 5, (0.4, 0.7, 1.0), (0.17, 0.45, 0.72), (0.6, 1.0), (0.4, 1.0)
 
 
@@ -53,9 +53,9 @@ class TankRun:
     kind : str
         Kind of trial, as a manifest has it: a key of `RUN_KINDS`.
     gait : Gait, optional
-        As commanded; None of a straight body.
+        The commanded gait; None for a straight body.
     u : float
-        Speed of a tow or a current, or at which a glide begins [m/s].
+        Speed of a tow or a current, or the speed at which a glide begins [m/s].
     """
 
     kind: str
@@ -68,7 +68,7 @@ class TankRun:
 
     @property
     def motion(self) -> Motion:
-        """Gait, and speed [m/s]."""
+        """Gait (None for a straight body) and speed [m/s]."""
         return self.gait, self.u
 
     @property
@@ -78,7 +78,7 @@ class TankRun:
 
     @property
     def turns(self) -> bool:
-        """Whether the run is a swim of a gait that bends to one side."""
+        """Whether the run is a free swim of a gait with bias."""
         return self.swims and self.gait is not None and any(self.gait.bias)
 
     @property
@@ -91,7 +91,7 @@ class TankRun:
 
 
 def run_record(run: TankRun) -> dict[str, Any]:
-    """Return a run as a JSON record: its gait, or its speed."""
+    """Return a run as a JSON record with its gait, its speed or both."""
     key = RUN_KINDS[run.kind].speed
     return ({key: run.u} if key else {}) | ({} if run.gait is None else gait_record(run.gait))
 
@@ -124,16 +124,16 @@ class Measurement:
     value : float
         The measured number, greater than 0 [SI].
     sd : float, optional
-        Its standard deviation; None: the default noise of the quantity [SI].
+        Standard deviation of the measured number [SI]; None for the default noise of the quantity.
     name : str
         Name of the run.
     day : str
-        Name of the day, whose runs share an offset.
+        Name of the day; the runs of a day share an offset.
 
     Raises
     ------
     InputError
-        If such a run does not measure the quantity, or the value or its standard deviation is not positive.
+        If a run of this kind does not measure the quantity, or the value or its standard deviation is not positive.
     """
 
     run: TankRun
@@ -162,7 +162,7 @@ Told = SteadyRun | NumberRun | Decay | Measurement
 
 
 def measurements(trial: Told, day: str = "") -> list[Measurement]:
-    """Return the measured numbers of a trial; the mean of its repeats has a smaller noise."""
+    """Return the measured numbers of a trial, means over its repeats with the noise of a mean."""
     if isinstance(trial, Measurement):
         return [replace(trial, day=trial.day or day)]
     kind = next((kind for kind in RUN_KINDS.values() if isinstance(trial, kind.trials)), None)
@@ -174,7 +174,7 @@ def measurements(trial: Told, day: str = "") -> list[Measurement]:
 
 
 def noise_of(quantity: str, value: Any) -> Any:
-    """Return the default standard deviation of the logarithm of a value [SI], or of an array of them."""
+    """Return the default standard deviation of the logarithm of a measured value or array of values [SI]."""
     quantity_noise = QUANTITIES[quantity]
     return np.hypot(quantity_noise.relative, quantity_noise.absolute / value)
 
@@ -187,7 +187,7 @@ def candidate_gaits(space: DesignSpace, robot: Robot, biases: Sequence[float] = 
 
 
 def target_gaits(space: DesignSpace, robot: Robot, count: int, biases: Sequence[float] = (0.0,)) -> list[Gait]:
-    """Return gaits spread evenly over the box of the candidates, by Halton's points."""
+    """Return gaits at Halton points, which spread evenly over the range of the candidates."""
     ranges = (
         (space.low[0], space.high[0]),
         *((levels[0], levels[-1]) for levels in (AMPLITUDES, LAGS, FINS, biases)),
@@ -200,12 +200,12 @@ def target_gaits(space: DesignSpace, robot: Robot, count: int, biases: Sequence[
 
 
 def speeds_of(speeds: Array) -> list[float]:
-    """Return four speeds from half the slowest to half more than the fastest of gaits' speeds [m/s]."""
+    """Return four speeds [m/s], from 0.5 times the slowest to 1.5 times the fastest of the given speeds."""
     return [round(float(u), 3) for u in np.geomspace(0.5 * speeds.min(), 1.5 * speeds.max(), 4)]
 
 
 def bias_ends(space: DesignSpace, robot: Robot) -> Array:
-    """Return the larger bound (groups,) of each joint group's bias [rad]."""
+    """Return the bound of bias (groups,) [rad] on the side with the larger range: all lower or all upper bounds."""
     low, high = (bounds[1:].reshape(-1, len(robot.joints))[2] for bounds in (space.low, space.high))
     return np.asarray(np.where(np.abs(low).max() > np.abs(high).max(), low, high))
 
@@ -213,16 +213,15 @@ def bias_ends(space: DesignSpace, robot: Robot) -> Array:
 def gait_of_shares(
     space: DesignSpace, robot: Robot, frequency: float, amplitude: float, lag: float, fin: float, bias: float = 0.0
 ) -> Gait:
-    """Return a gait by its frequency [Hz] and its shares of the bounds of amplitudes, lags and biases."""
+    """Return the gait with a frequency [Hz] and with parts of the bounds of amplitude, lag and bias."""
     groups = len(robot.joints)
     low, high = space.low[1:].reshape(-1, groups), space.high[1:].reshape(-1, groups)
     share = np.full(groups, amplitude)
     share[-1] *= fin if groups > 1 else 1.0
     amplitudes = np.clip(share * high[0], low[0], high[0])
     last_phase = low[1][-1] + lag * (high[1][-1] - low[1][-1])
-    phase = np.clip(
-        last_phase * np.linspace(0, 1, groups) if groups > 1 else low[1], low[1], high[1]
-    )  # a wave toward the tail
+    wave = last_phase * np.linspace(0, 1, groups) if groups > 1 else low[1]  # traveling toward the tail
+    phase = np.clip(wave, low[1], high[1])
     bias_angles = np.clip(bias * bias_ends(space, robot), low[2], high[2])
     degrees = [np.round(np.degrees(row), 1).tolist() for row in (amplitudes, phase, bias_angles)]
     return Gait.from_degrees(
@@ -231,7 +230,7 @@ def gait_of_shares(
 
 
 def _unique(gaits: Any) -> list[Gait]:
-    """Return the gaits without repeats, in their order: a robot of one joint group has no lag."""
+    """Return the gaits without repeats, in their order; a robot with one joint group has no lag to vary."""
     return list({gait.values.tobytes(): gait for gait in gaits}.values())
 
 
@@ -245,7 +244,7 @@ def _halton(k: int, base: int) -> float:
 
 
 def shared_frequency(runs: Sequence[TankRun]) -> tuple[float, int] | None:
-    """Return the frequency [Hz] that two thirds or more of at least four gaits share, and their number; else None."""
+    """Return a frequency [Hz] of two thirds or more of at least four gaits, and the number of such gaits; else None."""
     beats = [run.gait.frequency for run in runs if run.gait is not None]
     for frequency in beats:
         count = sum(math.isclose(frequency, other, rel_tol=0.05) for other in beats)

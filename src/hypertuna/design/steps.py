@@ -1,4 +1,4 @@
-"""Steps of a design: prediction, results and knowledge after each run; and warnings from them."""
+"""Steps of a design: for each run its prediction, its results and the uncertainty after it; warnings."""
 
 import math
 from collections.abc import Sequence
@@ -12,22 +12,22 @@ from hypertuna.design.criterion import CHECK, NEVER
 from hypertuna.design.posterior import Posterior
 from hypertuna.design.runs import Measurement, TankRun, shared_frequency
 
-MISSED = 3.0  # standard deviations: a measurement so far from its prediction contradicts the model
-LOOSE = 2.0  # noises: repeats that differ more have another source of error
-OPEN = 0.1  # relative standard deviation: less is known well enough
-NAMED = 4  # coefficients in a sentence
-DRIFTS = 3.0  # standard deviations of a slope
+MISSED = 3.0  # a measurement this many standard deviations from its prediction contradicts the model
+LOOSE = 2.0  # repeats that differ by more than this many times their noise have another source of error
+OPEN = 0.1  # a coefficient with a smaller relative standard deviation is known well enough
+NAMED = 4  # largest number of coefficients that a warning names
+DRIFTS = 3.0  # a slope of this many standard deviations is a drift
 
 
 @dataclass(frozen=True)
 class Step:
-    """One measured run: its prediction before it, and what was known after it."""
+    """One measured run: the prediction before the run, and the uncertainty after it."""
 
     results: tuple[Measurement, ...]
-    predicted: tuple[tuple[float, float], ...]  # of each result: log value, its standard deviation with noise
-    half_width: float  # of the 95 % interval of the targets' logarithm, rms
-    sd: tuple[float, ...]  # of the scaled coefficients
-    discrepancy: float  # standard deviation of what the model misses, relative
+    predicted: tuple[tuple[float, float], ...]  # of each result: log value, and its standard deviation with noise
+    half_width: float  # rms half width of the 95 % intervals of the targets' logarithms after the run
+    sd: tuple[float, ...]  # standard deviations of the scaled coefficients after the run
+    discrepancy: float  # standard deviation of the model's discrepancy, relative
 
     @property
     def run(self) -> TankRun:
@@ -42,7 +42,7 @@ class Step:
 
 
 def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence[TankRun], never: Array) -> list[str]:
-    """Return warnings: what the runs cannot tell, and what contradicts the model."""
+    """Return warnings: coefficients that no run can narrow, and results that contradict the model or each other."""
     warnings = []
     if shared := shared_frequency([*(step.run for step in steps), *next_runs]):
         warnings.append(
@@ -74,7 +74,7 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
 
 
 def _repeats(results: Sequence[Measurement]) -> str:
-    """Return a warning if repeats of a day differ by more than their noise, else an empty text."""
+    """Return a warning if repeats on one day differ by more than their noise, else an empty text."""
     ratios = [
         math.log(first.value / second.value) ** 2 / (first.noise**2 + second.noise**2)
         for first, second in combinations(results, 2)
@@ -87,7 +87,7 @@ def _repeats(results: Sequence[Measurement]) -> str:
 
 
 def _drift(posterior: Posterior) -> str:
-    """Return a warning if the results of a day drift with their order, else an empty text."""
+    """Return a warning if results drift in the course of a day, else an empty text."""
     results = posterior.results
     if len(results) < CHECK:
         return ""

@@ -1,4 +1,4 @@
-"""Unknown coefficients of a design: those of a fit with their covariance, and those that handbooks leave uncertain."""
+"""Unknown coefficients of a design: fitted ones with their covariance, and others with the uncertainty of handbooks."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,16 +16,16 @@ from hypertuna.identification.names import NUISANCES, Names, prior_factor
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Unknown coefficients of a robot with their normal prior, each in its own scale, log or natural."""
+    """Unknown coefficients of a robot with their normal prior, each on a logarithmic or natural scale."""
 
     robot: Robot
     free: tuple[Free, ...]
-    mean: Array  # (n,)
-    covariance: Array  # (n, n)
+    mean: Array  # (n,) prior mean of the scaled coefficients
+    covariance: Array  # (n, n) prior covariance of the scaled coefficients
 
     @property
     def sd(self) -> Array:
-        """Standard deviations (n,) of the prior: of logarithms, or [SI] of coefficients in natural scale."""
+        """Standard deviations (n,) of the prior: of logarithms, or [SI] for coefficients on a natural scale."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -35,9 +35,9 @@ class Unknowns:
 
 
 def unknowns_of(robot: Robot, prior: Mapping[str, float] | None = None) -> Unknowns:
-    """Return the unknowns of a robot: those of its [fit], and all other coefficients that handbooks leave open.
+    """Return the unknowns of a robot: the coefficients of its [fit], and all others that handbooks leave uncertain.
 
-    prior: instead, factors by name that the robot's values may be off.
+    prior: names of the unknowns to take instead, each with the factor by which the robot's value may be off.
     """
     if prior is not None:
         frees = free(robot, list(prior), prior=prior)
@@ -59,7 +59,7 @@ def unknowns_of(robot: Robot, prior: Mapping[str, float] | None = None) -> Unkno
 
 
 def _fitted(robot: Robot) -> tuple[Sequence[Free], Array]:
-    """Return the coefficients of the table [fit], each starting from its value, and their covariance."""
+    """Return the coefficients of the robot's table [fit], with the fitted values as start, and their covariance."""
     fit = robot.fit
     if fit is None:
         return (), np.zeros((0, 0))

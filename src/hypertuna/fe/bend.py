@@ -30,17 +30,17 @@ from hypertuna.io.files import dataset, write_atomically
 if TYPE_CHECKING:
     import xarray as xr
 
-JOURNAL = "journal.jsonl"
+JOURNAL = "journal.jsonl"  # file of the journal in the folder of a run
 SUMMARY = "bend.json"  # file of the record in the folder of a run
 STRAIN, STRESS = "largest principal logarithmic strain of the matrix", "largest von Mises stress of the matrix"
-SCALARS = {  # of `Measured`, in a dataset
+SCALARS = {  # fields of `Measured` in a dataset: unit and meaning
     "strain_max": ("1", STRAIN),
     "strain_99": ("1", "99 % quantile of that strain over the matrix"),
     "stress_max": ("Pa", STRESS),
     "stress_99": ("Pa", "99 % quantile of that stress over the matrix"),
 }
 
-Each = Callable[[FeModel, int, Measured], None]
+Each = Callable[[FeModel, int, Measured], None]  # called at each pressure: model, index of the pressure, measurements
 
 
 @dataclass(frozen=True)
@@ -49,20 +49,20 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
 
     robot: Robot
     joint: str  # joint group
-    side: str  # with the pressure
+    side: str  # side under pressure
     options: FeOptions
-    pressure: Array  # (n,) converged gauge pressures, rising [Pa]
-    measured: tuple[Measured, ...]  # at each pressure
-    iterations: tuple[int, ...]  # Newton steps to each
-    seconds: tuple[float, ...]  # processor time to each [s]
-    elements: int
-    unknowns: int
+    pressure: Array  # (n,) rising gauge pressures that converged [Pa]
+    measured: tuple[Measured, ...]  # measurements at each pressure
+    iterations: tuple[int, ...]  # Newton steps to each pressure from the one before
+    seconds: tuple[float, ...]  # processor time for each pressure [s]
+    elements: int  # number of elements
+    unknowns: int  # number of unknowns
     status: str  # "converged", or "failed" at a pressure
-    status_text: str  # sentence; for a failure with its pressure and reason
+    status_text: str  # the status as a sentence, with pressure and reason of a failure
 
     @property
     def material(self) -> str:
-        """The material set of the options, or that of the robot."""
+        """Material set of the options, else of the robot."""
         return self.options.material_of(self.robot)
 
     @property
@@ -80,8 +80,8 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
     def oil(self) -> Array:
         """Oil taken in since rest by the side with the pressure [m^3], shape (n,).
 
-        It is the growth of the volume in the braids over the same mesh at rest, since channels of a mesh are round to
-        1e-4 only.
+        It follows from the ratio of the volumes inside the braids, now and at rest on the same mesh, since the channels
+        of a mesh are round to 1e-4 only.
         """
         group, actuator = joint_group(self.robot, self.joint)
         hose_volume = math.pi * (drive_unit(self.robot).outer_diameter / 2) ** 2 * sum(actuator.segment_length)
@@ -93,7 +93,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
         return straightness(self.pressure, self.angle)
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers by names with units, with a step for each pressure."""
+        """Return all numbers by names with units; the list "steps" has a record for each pressure."""
         r_squared = self.r_squared()
         facts = {"ngsolve_version": ngsolve_version(), "joint": self.joint, "side": self.side}
         numbers = {
@@ -134,7 +134,7 @@ class FeBend(Plotted, Tabular, data=lambda bend: bend.record()["steps"]):
 
 
 def described_bend(robot: Robot, joint: str) -> tuple[float, float] | None:
-    """Return largest pressure [Pa] and bend [rad] of a joint by its description; None if one is not given."""
+    """Return largest pressure [Pa] and largest bend [rad] in a joint's description; None if either is missing."""
     group, _ = joint_group(robot, joint)
     return None if group.pressure_max is None or group.bend_max is None else (group.pressure_max, group.bend_max)
 
@@ -162,10 +162,10 @@ def fe_bend(
     each: Each | None = None,
     work: str = "fe bend",
 ) -> FeBend:
-    """Bend a joint by finite elements from rest, at rising pressures (n,) [Pa].
+    """Compute the bend of a joint by finite elements, from rest, at rising pressures (n,) [Pa] of one side.
 
-    `folder` keeps a journal and the states, from which the same call resumes; `each` is called with every new state;
-    `work` is the kind of the journal.
+    `folder` keeps a journal and the states, from which the same call resumes; `each` is called at every new pressure;
+    `work` names the kind of work in the journal.
     """
     rising, options = check_pressure(pressure), options or FeOptions()
     check_side(side)
@@ -207,7 +207,7 @@ def fe_bend(
 
 
 def _status_text(pressure: Array, reached: int, fault: str) -> str:
-    """Return a sentence on the number of pressures [Pa] reached, and on the failure at the next."""
+    """Return a sentence on the number of pressures [Pa] that were reached, and on the failure at the next one."""
     if not fault:
         subjects = {1: "The pressure was", 2: "Both pressures were"}
         return f"{subjects.get(reached, f'All {reached} pressures were')} reached."
@@ -216,7 +216,7 @@ def _status_text(pressure: Array, reached: int, fault: str) -> str:
 
 
 def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
-    """Check that the pressures continue those of the journal."""
+    """Check that the rising pressures [Pa] begin with all pressures of the journal."""
     for k, record in enumerate(journal.records):
         asked, new = record.get("asked"), float(rising[k]) if k < len(rising) else None
         stored = asked.get("pressure") if isinstance(asked, dict) else None
@@ -228,12 +228,12 @@ def _check_course(journal: Journal, place: Path | None, rising: Array) -> None:
 
 
 def _loads(value: float, side: str) -> tuple[float, float]:
-    """Return the pressures of left and right side [Pa] from that of one side."""
+    """Return the pressures of the left and right sides [Pa], given the pressure of one side."""
     return (value, 0.0) if side == "left" else (0.0, value)
 
 
 def _reach(model: FeModel, place: Path | None, k: int, loads: tuple[float, float], each: Each | None) -> dict[str, Any]:
-    """Bring the model to a pair of pressures [Pa]; return its measurements, after storing its displacements."""
+    """Bring the model to a pair of pressures [Pa], store its displacements, and return its measurements."""
     start = time.process_time()
     result = equilibrium(model, pressure=loads)
     measured = measure(model) if result.converged else None
@@ -254,7 +254,7 @@ def _state(place: Path, k: int) -> Path:
 
 
 def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, float], checksum: int | None) -> None:
-    """Set the model to a stored state, whose checksum the journal has."""
+    """Set the model to the stored state of the k-th pressure, and check it against the journal's checksum."""
     if place is None:
         raise RuntimeError("a journal in memory has no stored states")
     path, fix = _state(place, k), "remove the folder to start over"
@@ -271,5 +271,5 @@ def _restore(model: FeModel, place: Path | None, k: int, loads: tuple[float, flo
 
 
 def _tuples(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a journal's record with its lists as tuples."""
+    """Return a record of the journal with tuples in place of lists."""
     return {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}

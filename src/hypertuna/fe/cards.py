@@ -1,4 +1,4 @@
-"""Cards of a joint's bend by finite elements, of its comparison with the fast model, and of maps."""
+"""Cards of a joint's bend by finite elements, of the comparison with the fast model, and of joint maps."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ from hypertuna.fe.comparison import FeComparison
 from hypertuna.fe.joint_map import JointMap
 from hypertuna.pictures import curve_svg
 
-# Columns of the tables: head and format.
+# Columns of the tables: key of a step's record, head and format.
 BEND_COLUMNS = {
     "pressure_kpa": ("gauge\n[kPa]", ".4g"),
     "bend_deg": ("bend\n[deg]", "z.2f"),
@@ -52,7 +52,7 @@ COMPARISON_LEGEND = (
 
 @cards.of(FeBend)
 def fe_card(bent: FeBend) -> Card:
-    """Show a bend by finite elements, a row for each pressure."""
+    """Show a bend by finite elements, with a row for each pressure."""
     options, record = bent.options, bent.record()
     size = f"{record['mesh']} mesh, {bent.elements} elements, {bent.unknowns} unknowns, {record['seconds']:.0f} s"
     parts: list[Part] = [(f"{options.law}, {size}, Poisson's ratio {options.poisson:g}", "dim")]
@@ -66,7 +66,7 @@ def fe_card(bent: FeBend) -> Card:
 
 @cards.of(FeComparison)
 def comparison_card(compared: FeComparison) -> Card:
-    """Show finite elements beside the fast model, a row for each pressure."""
+    """Show finite elements beside the fast model, with a row for each pressure."""
     bent, record = compared.fe, compared.record()
     size = f"{record['mesh']} mesh, {bent.elements} elements, {record['seconds']:.0f} s"
     parts: list[Part] = [(size, "dim"), _step_table(COMPARISON_COLUMNS, record["steps"]), (COMPARISON_LEGEND, "dim")]
@@ -89,7 +89,7 @@ def _title(bent: FeBend) -> str:
 
 
 def _step_table(columns: Mapping[str, tuple[str, str]], steps: Iterable[Mapping[str, float]]) -> Table:
-    """Return a table with a row for each step of a record; NaN leaves its cell empty."""
+    """Return a table with a row for each step of a record; cells of NaN are empty."""
     forms = {key: form for key, (_, form) in columns.items()}
     rows = [["" if math.isnan(step[key]) else f"{step[key]:{form}}" for key, form in forms.items()] for step in steps]
     return Table([head for head, _ in columns.values()], rows, left=(), tight=True)
@@ -102,7 +102,7 @@ def outcome(bent: FeBend) -> tuple[str, str]:
 
 @cards.of(JointMap)
 def map_card(found: JointMap) -> Card:
-    """Show a map, a row for each point: elements and fast model side by side."""
+    """Show a joint map, with a row for each point: finite elements and fast model side by side."""
     header = ["left\n[kPa]", "right\n[kPa]", "moment\n[N m]"]
     header += [f"{name}\n[{unit}]" for name, unit in (("bend FE", "deg"), ("oil left", "ml"), ("right", "ml"))]
     header += ["length\n[mm]", "model\n[deg]", "left\n[ml]", "right\n[ml]", "length\n[mm]"]

@@ -1,7 +1,7 @@
 """Fast model and finite elements on one geometry: their difference and its causes.
 
-The fast model (docs/actuator.md) has plain sections that bend and shorten, and ends that do neither; finite elements
-also warp the sections, and let plates hold the ends.
+In the fast model (docs/actuator.md) plane sections bend and shorten, and the ends do neither. In finite elements the
+sections also warp, and plates hold the ends.
 """
 
 import math
@@ -21,19 +21,19 @@ from hypertuna.fe.section import section_bend
 
 @dataclass(frozen=True)
 class Reason:
-    """One step from the fast model to finite elements: what changes, and the bend after it."""
+    """One step from the fast model to finite elements: a change, and the bend after the change."""
 
     text: str  # the change
-    angle: float  # of the joint after the change [rad]; NaN without equilibrium
+    angle: float  # bend of the joint after the change [rad]; NaN without equilibrium
 
 
 @dataclass(frozen=True)
 class FeComparison(Displayed):
-    """A joint by both models at the same pressures."""
+    """Bends of a joint by finite elements and by the fast model at the same pressures."""
 
     fe: FeBend
-    analytic: Bend  # at the pressures of the finite elements, with the described friction, at rising pressure
-    reasons: tuple[Reason, ...]  # at the highest pressure; empty by default
+    analytic: Bend  # by the fast model, with the described friction, at rising pressure
+    reasons: tuple[Reason, ...]  # steps between the models at the highest pressure; empty by default
 
     @property
     def difference(self) -> Array:
@@ -47,12 +47,12 @@ class FeComparison(Displayed):
 
     @property
     def shortening(self) -> Array:
-        """Relative shortening of the axis by finite elements, (n,)."""
+        """Relative shortening of the axis (n,) by finite elements [1]."""
         length = joint_body(self.fe.robot, self.fe.joint).length
         return 1 - np.array([state.length for state in self.fe.measured]) / length
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers by names with units, with a step for each pressure."""
+        """Return all numbers by names with units; the list "steps" has a record for each pressure."""
         fe, analytic = self.fe, self.analytic
         columns = {
             "pressure_kpa": fe.pressure / 1e3,
@@ -76,7 +76,7 @@ class FeComparison(Displayed):
 
 
 def _relative(value: Array, reference: Array) -> Array:
-    """Return the difference over the reference [1], NaN where the reference is nearly zero."""
+    """Return the difference of value and reference over the reference [1]; NaN where the reference is nearly zero."""
     small = np.abs(reference) <= 1e-9 * max(1e-300, float(np.abs(reference).max(initial=0.0)))
     return np.where(small, math.nan, (value - reference) / np.where(small, 1.0, reference))
 

@@ -12,8 +12,8 @@ from hypertuna.actuation.silicone import Mooney
 from hypertuna.ranges import Range, check_name
 
 LAWS = ("linear", "neo_hookean", "mooney_rivlin")
-SLACK = 1e-6  # stiffness of a shortened fiber over that of a taut one: at 1e-3 fibers push ten times as hard as a hose
-LOOSE = 1e-4  # stiffness of a strip against leaving the arc of the joint, over that in tension
+SLACK = 1e-6  # stiffness of a shortened fiber over that of a taut one; at 1e-3 fibers push ten times as hard as a hose
+LOOSE = 1e-4  # stiffness of a strip against leaving the arc of the joint, over its stiffness in tension
 
 Expression = Any  # an ngsolve.CoefficientFunction
 
@@ -22,7 +22,7 @@ Expression = Any  # an ngsolve.CoefficientFunction
 class Solid:
     """A nearly incompressible solid: law, constants and Poisson's ratio."""
 
-    law: str  # one of `LAWS`
+    law: str  # name in `LAWS`
     constants: Mooney  # C1 and C2 [Pa]; all laws have the shear modulus 2 (C1 + C2) at rest
     poisson: float  # Poisson's ratio
 
@@ -76,17 +76,17 @@ class Wall:
     outer: float  # radius of hose and channel at rest [m]
     inner: float  # radius of the hose at rest [m]
     hose: Mooney  # elastic constants [Pa] of the incompressible hose
-    braid_angle: float  # of the fibers from the axis [rad]
-    braid_stiffness: float  # of each family of fibers, modulus times net thickness [N/m]
+    braid_angle: float  # angle of the fibers from the axis [rad]
+    braid_stiffness: float  # stiffness of each family of fibers, modulus times net thickness [N/m]
     slack: float = SLACK  # stiffness of a shortened fiber over that of a taut one
 
 
 def hose_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) -> Expression:
     """Return the energy of the hose per outer area at rest [J/m^2]: the thick wall of core muscle.hpp, applied locally.
 
-    At the radius R the hoop stretch follows from that at the outer face, since the wall is incompressible:
-    r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). Exact for uniform stretch and swelling; shear along
-    the wall is assumed uniform through it.
+    Since the wall is incompressible, the hoop stretch at the radius R follows from the hoop stretch at the outer face:
+    r^2 = (R^2 + B) / lambda with B = R_o^2 (lambda lambda_h^2 - 1). This is exact for uniform stretch and swelling;
+    shear along the wall is assumed uniform through its thickness.
     """
     from ngsolve import log, sqrt
 
@@ -122,17 +122,17 @@ def braid_energy(wall: Wall, Caa: Expression, Chh: Expression, Cah: Expression) 
 
 @dataclass(frozen=True)
 class Axis:
-    """A member on the axis of a joint that holds its length, spread over a strip of the neutral layer."""
+    """The member that holds a joint's axis, modeled as a strip of the neutral layer."""
 
-    stiffness: float  # E A [N]
-    buckling: float  # compression that it carries at most [N]; infinite if it never buckles
-    width: float  # of the strip [m]; 0 for none
+    stiffness: float  # tensile stiffness E A [N]
+    buckling: float  # largest compression [N]; infinite if it never buckles
+    width: float  # width of the strip [m]; 0 for none
 
 
 def axis_energy(axis: Axis, pulled: Expression, pushed: Expression) -> Expression:
-    """Return the energy of the strip per area at rest [J/m^2] from its strains, in tension and compression.
+    """Return the energy of the strip per area at rest [J/m^2] from its strains.
 
-    `pulled` is the strain that counts in tension, `pushed` the one in compression.
+    pulled: strain that counts in tension. pushed: strain that counts in compression.
     """
     from ngsolve import IfPos
 
@@ -144,10 +144,10 @@ def axis_energy(axis: Axis, pulled: Expression, pushed: Expression) -> Expressio
 
 
 def aligned_axis_energy(axis: Axis, along: Expression, turn: Expression) -> Expression:
-    """Return the energy of the strip per area at rest [J/m^2] from the image of the unit vector along it.
+    """Return the energy of the strip per area at rest [J/m^2] from `along`, the image of the unit vector along it.
 
-    A strip that carries compression needs bending stiffness, without which it would wrinkle as finely as the mesh lets
-    it. Here its compression acts along the arc of the joint, at the angle `turn`, and does not bend it out of that.
+    A strip without bending stiffness would wrinkle in compression as finely as the mesh allows. Here the compression
+    acts along the arc of the joint, whose angle is `turn`, and does not bend the strip out of the arc.
     """
     from ngsolve import CF, InnerProduct, Norm, cos, sin
 
@@ -160,7 +160,7 @@ def aligned_axis_energy(axis: Axis, along: Expression, turn: Expression) -> Expr
 def cavity(place: Expression, F: Expression, normal: Expression) -> Expression:
     """Return the enclosed volume per area at rest, -x . cof(F) N / 3 (Gauss), to integrate over a closed surface [m].
 
-    A pressure whose potential is minus pressure times volume follows the surface and has a symmetric tangent. Plane
+    With the potential minus pressure times volume, a pressure follows the surface and has a symmetric tangent. Plane
     faces through the origin that stay in their plane contribute nothing and may be omitted.
     """
     from ngsolve import Cof, InnerProduct

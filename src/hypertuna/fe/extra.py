@@ -1,4 +1,4 @@
-"""Check that the optional packages of finite elements, the extra `fe`, are installed."""
+"""Checks that the optional packages of finite elements, the extra `fe`, are installed."""
 
 import ctypes
 import os

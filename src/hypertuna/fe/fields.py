@@ -1,4 +1,4 @@
-"""Fields of a finite-element model as VTU files for ParaView and pictures: displacement, stress, strain."""
+"""VTU files with the fields of a finite-element model, for ParaView and pictures: displacement, stress, strain."""
 
 import re
 from pathlib import Path
@@ -18,21 +18,23 @@ from hypertuna.io.files import scratch, write_atomically
 DISPLACEMENT, FACE = "displacement [m]", "face [1]"
 STRESS, STRAIN = "von Mises stress [Pa]", "largest principal logarithmic strain [1]"
 
-# Values of the field FACE of a surface's triangles; -1 is inside: between matrix and plates, or the strip.
+# Values of the field FACE by kind of face; -1: a face inside the body, between matrix and plates or at the strip.
 FACE_NUMBERS = {"outer": 0, "symmetry": 1, "wall_left": 2, "wall_right": 3, "cap_left": 4, "cap_right": 5}
 OF_PLATE = {"plate_outer": 6, "plate_symmetry": 7}
 FACE_NUMBERS |= OF_PLATE
 SMOOTH = 2  # polynomial order of stress and strain in the files
-VOLUME_FINER, SURFACE_FINER = 1, 2  # number of halvings of elements
-HEAD = 4096  # bytes of a file before its numbers, at most
-NUMBERS = b'<AppendedData encoding="raw">\n_'  # where they begin: each array after its length in four bytes
+VOLUME_FINER, SURFACE_FINER = 1, 2  # how often elements are halved in the files of volumes and of surfaces
+HEAD = 4096  # most bytes of a file before its numbers
+NUMBERS = b'<AppendedData encoding="raw">\n_'  # text before the numbers; each array follows its length in four bytes
+# An array in the head of a file: type, name, components and offset.
 ARRAY = re.compile(
     rb'<DataArray type="(Float64|Int32|UInt8)" Name="([^"]+)"(?: NumberOfComponents="([13])")? '
     rb'format="appended" offset="(\d{1,9})">'
 )
+# NumPy types by type name in the files.
 TYPES: dict[bytes, np.dtype[Any]] = {b"Float64": np.dtype("<f8"), b"Int32": np.dtype("<i4"), b"UInt8": np.dtype("u1")}
-TRIANGLE, QUAD = 5, 9  # in the array "types"
-ROUND = 1e-24  # squared strain below rounding: avoids 0/0 in the undeformed state
+TRIANGLE, QUAD = 5, 9  # values in the array "types"
+ROUND = 1e-24  # squared strain below rounding, added to avoid 0/0 in the undeformed state
 
 
 def volume_path(folder: str | Path, k: int) -> Path:
@@ -46,9 +48,9 @@ def surface_path(folder: str | Path, k: int) -> Path:
 
 
 def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
-    """Write the fields of a model in equilibrium inside the upper half and on its faces, at points at rest [m].
+    """Write the fields of a model in equilibrium, inside the upper half and on its faces, with points at rest [m].
 
-    Stress and strain are means over the elements at a point; maxima of `Measured`, within elements, are higher.
+    Stress and strain are averaged over the elements at a point, so the maxima of `Measured` are higher.
     """
     import ngsolve as ngs
 
@@ -64,9 +66,9 @@ def write_vtu(model: FeModel, folder: str | Path, k: int) -> None:
 
 
 def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np.uint8], dict[str, Array]]:
-    """Return points (n, 3) [m], cells as VTK has them, their types, and fields at the points of a file of faces.
+    """Return from a file of faces: points (n, 3) [m], cells as in VTK, types of cells, and fields at the points.
 
-    VTK itself would take any size and any corner that the file states.
+    The file is checked here, since VTK trusts all sizes and indices in it.
     """
     content, arrays = read_bytes(path, "surface"), dict[str, Any]()
     header_end = content.find(NUMBERS, 0, HEAD) + len(NUMBERS)
@@ -91,7 +93,7 @@ def read_surface(path: str | Path) -> tuple[Array, NDArray[np.int32], NDArray[np
             raise ValueError
     except (ValueError, KeyError):
         raise InputError("must be a whole surface", file=str(path), fix=KINDS["surface"].fix) from None
-    cells = np.empty(len(corners) + len(sizes), dtype=np.int32)  # each face: its number of corners, and these
+    cells = np.empty(len(corners) + len(sizes), dtype=np.int32)  # each face: number of corners, then the corners
     counts = np.zeros(len(cells), dtype=bool)
     counts[ends - sizes + np.arange(len(sizes), dtype=np.int32)] = True
     cells[counts], cells[~counts] = sizes, corners
@@ -120,7 +122,7 @@ def _smooth(model: FeModel, field: Any) -> Any:
 
 
 def _stress(model: FeModel) -> Any:
-    """Return the von Mises stress from the true stress [Pa]."""
+    """Return the von Mises stress [Pa] of the true stress in the matrix."""
     from ngsolve import Det, Grad, Id, InnerProduct, Trace, sqrt
 
     F = Id(3) + Grad(model.displacement)
@@ -131,7 +133,7 @@ def _stress(model: FeModel) -> Any:
 
 
 def _strain(model: FeModel) -> Any:
-    """Return the largest logarithmic strain: of the largest eigenvalue of F'F, by the cubic's cosine."""
+    """Return the largest logarithmic strain, from the largest eigenvalue of F'F by the trigonometric cubic formula."""
     from ngsolve import Det, Grad, Id, IfPos, InnerProduct, Trace, acos, cos, log, sqrt
 
     F = Id(3) + Grad(model.displacement)

@@ -1,8 +1,7 @@
 """Geometry of a soft joint for finite elements: a tapered elliptical body, channels for the drive units, end plates.
 
-Axes as in docs/conventions.md: x along the joint from the connector (0) toward the tail, y 90 degrees counter-clockwise
-of it seen from above (the left side, to which the left drive units bend it), z up. The body is its own mirror image at
-z = 0, the plane that it bends in.
+Axes are as in docs/conventions.md: x along the joint from the connector (0) toward the tail; y to the left, toward
+which the left drive units bend the joint; z up. The body is symmetric about the plane z = 0, in which it bends.
 """
 
 import math
@@ -20,11 +19,11 @@ from hypertuna.errors import InputError
 from hypertuna.fe.extra import need_fe, need_pictures
 from hypertuna.io.files import scratch, write_atomically
 
-MM = 1e3  # drawings are in mm, as STEP is by default
-WALL = 0.0005  # m, minimum matrix between hoses, and between hose and water
-SAME = 1e-4  # mm, tolerance of coordinates in a drawing: OCC pads its bounding boxes
+MM = 1e3  # mm per m: drawings are in mm, the default of STEP
+WALL = 0.0005  # m, least thickness of matrix between hoses, and between hose and water
+SAME = 1e-4  # mm, tolerance of coordinates in a drawing, since OCC pads its bounding boxes
 
-DRAWINGS = (".step", ".stp", ".stl")  # suffixes of files
+DRAWINGS = (".step", ".stp", ".stl")  # allowed suffixes of drawing files
 
 # Names of the faces of the half body, a regular expression for each kind.
 FACES = {
@@ -41,25 +40,25 @@ FACES = {
 
 @dataclass(frozen=True)
 class Channel:
-    """A straight channel of a drive unit along x: its side and its place in the section."""
+    """The straight channel of a drive unit along x: side, and position of its center in the section."""
 
     side: int  # 0 for left, at positive y; 1 for right
-    y: float  # of the axis [m]
-    z: float  # of the axis [m]
+    y: float  # position of the channel's axis [m]
+    z: float  # position of the channel's axis [m]
 
 
 @dataclass(frozen=True)
 class JointBody:
-    """The soft body of a joint: half axes of its sections, channels, tip plate and axis [m]."""
+    """The soft body of a joint: semi-axes of its sections, channels, end plates, and the strip on its axis."""
 
-    name: str  # of the joint group
-    stations: Array  # (k,) places of sections from 0 to the length [m]; half axes are linear in between
+    name: str  # name of the joint group
+    stations: Array  # (k,) places of sections from 0 to the length [m]; semi-axes are linear in between
     semi_major: Array  # (k,) half height of the elliptical sections, along z [m]
     semi_minor: Array  # (k,) half width of the elliptical sections, along y [m]
     radius: float  # outer radius of the hoses [m]
-    channels: tuple[Channel, ...]  # of both halves, from bottom to top, left side first
+    channels: tuple[Channel, ...]  # channels of both halves: left side, then right side, each from bottom to top
     plate: float  # thickness of the plates at both ends [m]
-    axis: float  # width of the strip in the neutral layer that holds the axis [m]; 0 for none
+    axis: float  # width of the strip that holds the axis, in the neutral layer [m]; 0 for none
 
     @property
     def length(self) -> float:
@@ -68,18 +67,18 @@ class JointBody:
 
     @property
     def upper(self) -> tuple[Channel, ...]:
-        """Channels in the half with z >= 0, whole or half."""
+        """Channels of the half body with z >= 0; a channel at z = 0 is cut in half."""
         return tuple(channel for channel in self.channels if channel.z > -SAME / MM)
 
     @property
     def volume(self) -> float:
-        """Volume of the matrix without channels, both halves [m^3]."""
+        """Volume of the matrix without the channels, in both halves [m^3]."""
         a, b, dx = self.semi_major, self.semi_minor, np.diff(self.stations)
         cone = a[:-1] * b[:-1] + a[1:] * b[1:] + (a[:-1] * b[1:] + a[1:] * b[:-1]) / 2
         return float(math.pi / 3 * (cone * dx).sum()) - len(self.channels) * math.pi * self.radius**2 * self.length
 
     def record(self) -> dict[str, Any]:
-        """Return the body's sizes by names with units."""
+        """Return the sizes of the body by names with units."""
         return {
             "joint": self.name,
             "station_mm": MM * self.stations,
@@ -101,9 +100,9 @@ class JointBody:
 
 
 def joint_body(robot: Robot, joint: str | int) -> JointBody:
-    """Return the soft body of a joint, with its channels placed; refuse one without room for them.
+    """Return the soft body of a joint with its channels; InputError if the channels do not fit.
 
-    The half axes of ``[joints.actuator]`` apply at the middle of their segments; elsewhere the body tapers linearly.
+    The semi-axes of ``[joints.actuator]`` apply at the middle of their segments; elsewhere the body tapers linearly.
     """
     unit, (group, actuator) = drive_unit(robot), joint_group(robot, joint)
     lengths = np.array(actuator.segment_length)
@@ -143,7 +142,7 @@ def joint_body(robot: Robot, joint: str | int) -> JointBody:
 
 
 def _taper(stations: Array, middles: Array, values: Array) -> Array:
-    """Return half axes at the ends of the segments from those at their middles; exact for a linear taper."""
+    """Return semi-axes at the ends of segments from those at the segments' middles; exact for a linear taper."""
     if len(values) == 1:
         return np.repeat(values, 2)
     inner = np.interp(stations, middles, values)
@@ -154,7 +153,7 @@ def _taper(stations: Array, middles: Array, values: Array) -> Array:
 
 
 def _clearance(section: tuple[float, float], y: float, z: float) -> float:
-    """Return the distance from a point to the rim of an elliptical section [m]; negative outside."""
+    """Return the distance [m] from a point (y, z) to the rim of an elliptical section; negative outside."""
     angles = np.linspace(0, 2 * math.pi, 2001)
     distance = np.hypot(section[0] * np.cos(angles) - z, section[1] * np.sin(angles) - y).min()
     inside = (z / section[0]) ** 2 + (y / section[1]) ** 2 < 1
@@ -162,7 +161,10 @@ def _clearance(section: tuple[float, float], y: float, z: float) -> float:
 
 
 def _widest(section: tuple[float, float], lever: float, count: int, radius: float) -> float:
-    """Return the spacing of channels [m]: bodies of equal widths (section II.C), or less, to leave a quarter radius."""
+    """Return the default spacing of channels [m]: equal parts of the chord (section II.C).
+
+    The spacing is less if the outermost hoses would otherwise have less than a quarter radius of matrix around them.
+    """
     if count == 1:
         return 0.0
     chord = section[0] * math.sqrt(max(0.0, 1 - (lever / section[1]) ** 2))
@@ -172,7 +174,7 @@ def _widest(section: tuple[float, float], lever: float, count: int, radius: floa
 
 
 def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
-    """Return the half body with z >= 0 in mm: matrix without channels, tip plate; solids, faces and edges are named."""
+    """Return the drawing of the half body with z >= 0 in mm: matrix and tip plate, with named solids, faces, edges."""
     need_fe()
     from netgen.occ import Axes, Box, Glue, WorkPlane, X, Y
 
@@ -197,7 +199,7 @@ def half_shape(body: JointBody, *, squeeze: float = 1.0) -> Any:
 
 
 def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> tuple[Any, Any]:
-    """Return the solids of matrix with channels, and of the tip plate, in mm, both halves."""
+    """Return the solids, in mm, of the matrix with its channels and of the tip plate, both with z < 0 and z >= 0."""
     from netgen.occ import Cylinder, Pnt, ThruSections, X
 
     stations, length = MM * body.stations / squeeze, MM * body.length / squeeze
@@ -220,7 +222,7 @@ def _solids(body: JointBody, squeeze: float, channels: tuple[Channel, ...]) -> t
 
 
 def _face_name(face: Any, body: JointBody, length: float, plate: float) -> str:
-    """Return the name of a face of the drawing from its position."""
+    """Return the name of a face of the drawing; it follows from the face's position."""
     low, high = face.bounding_box
 
     def lies(axis: str, place: float) -> bool:
@@ -250,7 +252,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
     matrix, tip = _solids(body, 1.0, body.channels)
     with scratch() as folder:
         draft = str(folder / f"draft{kind}")
-        if kind == ".stl":  # as one solid: shared faces would leave gaps between triangles
+        if kind == ".stl":  # one solid, since triangles on shared faces would not match
             _surface(connector + matrix + tip, MM * body.radius).save(draft)
         else:
             Compound([connector, matrix, tip]).WriteStep(draft)
@@ -258,7 +260,7 @@ def write_geometry(body: JointBody, path: str | Path) -> None:
 
 
 def _surface(solid: Any, size: float) -> Any:
-    """Return the triangles of a drawing's faces, at most `size` [mm] large."""
+    """Return triangles of size `size` [mm] or less on the faces of a solid."""
     need_pictures()
     import pyvista as pv
     from netgen.meshing import MeshingStep
@@ -272,7 +274,7 @@ def _surface(solid: Any, size: float) -> Any:
 
 
 def _ellipse(body: JointBody, k: int, x: float) -> Any:
-    """Return the rim of a section at x [mm] as an ellipse, which the kernel wants by its longer half axis first."""
+    """Return the rim of section k as an ellipse at x [mm]; the CAD kernel takes the longer semi-axis first."""
     from netgen.occ import Axes, WorkPlane, X, Y, Z
 
     height, width = MM * float(body.semi_major[k]), MM * float(body.semi_minor[k])

@@ -1,7 +1,7 @@
 """Map of a joint: finite elements on a grid of pressures and couples, beside the fast model (docs/fe.md).
 
-Two sides that share their oil keep the sum of their pressures: by default the right pressure is twice the fill pressure
-minus the left pressure, and at least zero.
+The two sides share their oil, so the sum of their pressures is constant: by default the right pressure is twice the
+fill pressure minus the left pressure, and at least zero.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from hypertuna.parallel.shards import Cases, make_shards
 if TYPE_CHECKING:
     import xarray as xr
 
-STRONGEST = 0.5  # largest couple by default, over the moment that holds the joint straight under the largest pressure
+STRONGEST = 0.5  # default of the largest couple, over the moment that holds the joint straight at full pressure
 
-Pair = tuple[float, float]
-# Solves a joint under a couple [N m] at the end of a path of pairs of pressures [Pa]: angle [rad], volume [m^3] of
-# each side, length of the bent axis [m], fault (a sentence, empty without one).
+Pair = tuple[float, float]  # pressures of the left and right sides [Pa]
+# A function that solves a joint under a couple [N m], at the end of a path of pairs of pressures [Pa]. It returns angle
+# [rad], volume of each side [m^3], length of the bent axis [m], and fault, a sentence that is empty without a fault.
 Joint = Callable[[float, Sequence[Pair]], Mapping[str, Any]]
 
 
@@ -53,18 +53,18 @@ class Grid:
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array  # (n, 2) of the left and right side [Pa]
-    couple: Array  # (m,) on the tip plate [N m]
-    straight: float  # as of `JointMap`
+    pressure: Array  # (n, 2) pressures of the left and right sides [Pa]
+    couple: Array  # (m,) couples on the tip plate [N m]
+    straight: float  # moment that holds the joint straight under the largest pressure, by the fast model [N m]
 
     @property
     def pairs(self) -> list[Pair]:
-        """Pressures of left and right side [Pa], a pair for each point of a couple."""
+        """Pressures of the left and right sides [Pa], in pairs."""
         return [(left, right) for left, right in self.pressure.tolist()]
 
     @property
     def header(self) -> dict[str, Any]:
-        """Header of a journal of the grid: version, robot, options, pressures and couples."""
+        """Header of the grid's journal: version, robot, options, pressures and couples."""
         facts = {"joint": self.joint, "pressure": self.pressure.tolist(), "couple": self.couple.tolist()}
         options = self.options.facts(self.robot) | facts | {"ngsolve": ngsolve_version()}
         return journal_header("fe map", self.robot, options)
@@ -77,27 +77,27 @@ class JointMap(Displayed):
     robot: Robot
     joint: str
     options: FeOptions
-    pressure: Array  # (n, 2) of the left and right side [Pa]
-    couple: Array  # (m,) on the tip plate; the moment is couple x cos(angle) [N m]
+    pressure: Array  # (n, 2) pressures of the left and right sides [Pa]
+    couple: Array  # (m,) couples on the tip plate; the moment is couple x cos(angle) [N m]
     elements: States
     model: States  # angle, volume and length under the elements' moment, and the moment at the elements' angle
     straight: float  # moment that holds the joint straight under the largest pressure, by the fast model [N m]
-    status: str  # "converged", or "partial" without equilibrium at some points
-    status_text: str  # sentence
+    status: str  # "converged", or "partial" if some points have no equilibrium
+    status_text: str  # the status as a sentence
     seconds: float  # processor time of all points [s]
 
     def largest(self, name: str) -> float:
-        """Return the largest difference of a number of `States` between the models."""
+        """Return the largest difference of a field of `States` between the two models."""
         return apart(self.elements, self.model, name)
 
     @property
     def moment_difference(self) -> float:
-        """Largest difference of the moments over the moment that holds the joint straight at full pressure [1]."""
+        """Largest difference of the models' moments, over the moment that holds the joint straight [1]."""
         return self.largest("moment") / self.straight
 
     @property
     def volume_difference(self) -> float:
-        """Largest difference of the volumes between the models over the range of the elements' volumes [1]."""
+        """Largest difference of the models' volumes, over the range of the elements' volumes [1]."""
         volume = self.elements.volume[np.isfinite(self.elements.volume)]
         return self.largest("volume") / float(np.ptp(volume)) if len(volume) else math.nan
 
@@ -134,10 +134,11 @@ def joint_map(
     progress: Callable[[int, int], None] | None = None,
     solve: Joint | None = None,
 ) -> JointMap:
-    """Solve a joint on a grid of pressures and couples, and compare the fast model with it.
+    """Solve a joint on a grid of pressures and couples by finite elements and by the fast model.
 
-    `pressure` (n,) of the left side [Pa]; `couple` (m,) [N m] and `fill` [Pa] have defaults. The journal `checkpoint`
-    resumes the work; `solve` replaces the finite elements. An `executor` takes all pressures under a couple as a task.
+    `pressure` (n,) is of the left side [Pa]; `couple` (m,) [N m] and `fill` [Pa] have defaults. The work resumes from
+    the journal `checkpoint`; `solve` replaces the finite elements. A task of the `executor` is one couple with all
+    pressures.
     """
     grid = _grid(robot, joint, pressure, couple, fill, options)
     pairs = grid.pairs
@@ -195,9 +196,9 @@ def joint_map_shards(
     progress: Callable[[int, int], None] | None = None,
     solve: Joint | None = None,
 ) -> int:
-    """Solve a joint on a grid into a folder of shards, by default one couple each; return the number of shards.
+    """Solve a joint on a grid and write a folder of shards, each of `size` couples; return the number of shards.
 
-    The arguments are those of `joint_map` and of `hypertuna.sweep_shards`; returns the number of shards made.
+    The arguments are those of `joint_map` and of `hypertuna.sweep_shards`; the default size is one couple.
     """
     grid = _grid(robot, joint, pressure, couple, fill, options)
     cases = Cases(grid.header, len(grid.couple), map_layout(grid), partial(_range, grid, solve))
@@ -231,7 +232,7 @@ def _grid(
     fill: float | None,
     options: FeOptions | None,
 ) -> Grid:
-    """Return the grid of a joint from checked pressures and couples, with the defaults filled in."""
+    """Check pressures and couples, and return the grid of a joint, with the defaults filled in."""
     group, _ = joint_group(robot, joint)
     options = options or FeOptions()
     if fill is None:
@@ -244,14 +245,14 @@ def _grid(
 
 
 def _both(grid: Grid, couple: Array, points: Sequence[Mapping[str, Any]]) -> tuple[States, States]:
-    """Return the states of elements and of the fast model from the elements' points under some couples."""
+    """Return the states of finite elements, from their points under some couples, and those of the fast model."""
     elements = states_of(points, couple, len(grid.pressure))
     model = next(m for m in joint_models(grid.robot, grid.options.material) if m.name == grid.joint)
     return elements, fast_states(grid.robot, model, grid.pressure, elements)
 
 
 def _range(grid: Grid, solve: Joint | None, first: int, last: int) -> dict[str, Array]:
-    """Return the states of both models under a range of couples, by column."""
+    """Return the states of both models, by column, under the couples from index `first` to before `last`."""
     couple = grid.couple[first:last]
     return state_columns(
         *_both(grid, couple, [point for torque in couple.tolist() for point in _of_couple(grid, solve, torque)])
@@ -259,19 +260,19 @@ def _range(grid: Grid, solve: Joint | None, first: int, last: int) -> dict[str, 
 
 
 def _of_couple(grid: Grid, solve: Joint | None, couple: float) -> list[dict[str, Any]]:
-    """Return the records of all points of a couple."""
+    """Return the records of all pressures under one couple."""
     solve = solve or joint_by_elements(grid.robot, grid.joint, grid.options)
     return [_solved(solve, couple, grid.pairs[: p + 1]) for p in range(len(grid.pairs))]
 
 
 def _solved(solve: Joint, couple: float, path: Sequence[Pair]) -> dict[str, Any]:
-    """Return the record of a point at the end of a path of pressures, with its processor time."""
+    """Solve the point at the end of a path of pressures; return its record, with its processor time."""
     start = time.process_time()
     return dict(solve(couple, path)) | {"seconds": time.process_time() - start}
 
 
 def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
-    """Return checked pressures of the left side, each with the right side's, twice the fill less it: pairs [Pa]."""
+    """Return pairs of left and right pressures [Pa]; the right one is twice the fill minus the left, at least 0."""
     rising = check_pressure(pressure)
     if not rising[-1] > 0:
         raise InputError("must end above 0", key="pressure", value=shown(rising.tolist()), fix="add a higher one")
@@ -282,7 +283,7 @@ def _pairs(pressure: ArrayLike, fill: float) -> list[Pair]:
 
 
 def _couples(values: ArrayLike) -> Array:
-    """Return checked couples [N m] as an array."""
+    """Return couples [N m] as an array (m,); they must be finite."""
     try:
         array = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
@@ -294,7 +295,7 @@ def _couples(values: ArrayLike) -> Array:
 
 
 def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None = None) -> Joint:
-    """Return a function that solves a joint: a longer path goes on from the last state, any other starts at rest."""
+    """Return a function that solves a joint; a path one pair longer continues from the last state, others from rest."""
     model: Any = None
     solved_path: tuple[float, tuple[Pair, ...]] | None = None
 
@@ -304,7 +305,7 @@ def joint_by_elements(robot: Robot, joint: str | int, options: FeOptions | None 
         pairs_left = list(path)
         if solved_path == (couple, tuple(path[:-1])):
             pairs_left = pairs_left[-1:]
-        else:  # from rest
+        else:  # start from rest
             for load in model.problem.loads:
                 load.Set(0.0)
             model.problem.state.vec[:] = 0.0

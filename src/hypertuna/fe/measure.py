@@ -1,4 +1,4 @@
-"""Measurement and checks of a finite-element model in equilibrium: bend, volumes, stretches, strain, stress."""
+"""Measurements and checks of a finite-element model in equilibrium: bend, volumes, stretches, strain, stress."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,31 +12,31 @@ from hypertuna.fe.energies import cavity, fiber_stretches, nominal_stress
 from hypertuna.fe.geometry import FACES
 from hypertuna.fe.model import FeModel, surface_strain
 
-QUANTILE = 0.99  # of the matrix' volume for strain and stress, of the walls' area for fibers
-TAUT = 0.02  # tolerance of inextensible fibers, for 99 % of them
-CHORDS = 100  # along the axis
-INSIDE = 1e-9  # mm, and of the length: points on faces of the mesh may belong to no element
-MARGIN = 0.02  # relative, of a volume beyond the braid's limit
+QUANTILE = 0.99  # part of the matrix' volume (strain and stress), or of the walls' area (fibers), below a quantile
+TAUT = 0.02  # largest stretch of 99 % of the fibers, which should be inextensible
+CHORDS = 100  # number of chords along the axis
+INSIDE = 1e-9  # mm or part of the length: distance of points from faces, where they might belong to no element
+MARGIN = 0.02  # relative: how far a volume may be above the braid's limit
 
 
 @dataclass(frozen=True)
 class Measured:
     """Measurements of a model in equilibrium: bend, volumes, stretches, strain and stress."""
 
-    angle: float  # of the tip plate, counter-clockwise [rad]
-    tip: tuple[float, float]  # x and y of the far face's center [m]
-    length: float  # of the bent axis, y = z = 0 at rest, between connector and tip plate [m]
-    volume: tuple[float, float]  # of oil in the drive units, left and right [m^3]
+    angle: float  # angle of the tip plate, counter-clockwise [rad]
+    tip: tuple[float, float]  # x and y of the center of the tip plate's far face [m]
+    length: float  # length of the bent axis (y = z = 0 at rest) from connector to tip plate [m]
+    volume: tuple[float, float]  # oil in the drive units, left and right [m^3]
     swelling: tuple[float, float]  # volume inside the braids over that at rest, left and right [1]
     axial_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
-    hoop_stretch: tuple[float, float]  # the same
-    fiber_stretch: tuple[float, float]  # the same
-    fiber_99: float  # 99 % quantile
-    # Maxima, also of fibers, are where hoses end at a plate and grow with finer meshes; quantiles do not.
+    hoop_stretch: tuple[float, float]  # smallest and largest on the walls of the channels [1]
+    fiber_stretch: tuple[float, float]  # smallest and largest of the braids' fibers [1]
+    fiber_99: float  # 99 % quantile of the fibers' stretch by area [1]
+    # Maxima, also of fibers, occur where hoses end at a plate. They grow as meshes get finer; quantiles do not.
     strain_max: float  # largest principal logarithmic strain of the matrix [1]
-    strain_99: float  # its 99 % quantile by volume
+    strain_99: float  # 99 % quantile of that strain by volume [1]
     stress_max: float  # largest true von Mises stress of the matrix [Pa]
-    stress_99: float  # its 99 % quantile by volume
+    stress_99: float  # 99 % quantile of that stress by volume [Pa]
     jacobian_min: float  # smallest volume ratio of the matrix [1]
     fault: str  # why the state is invalid; empty if it is valid
 
@@ -55,10 +55,10 @@ class Measured:
 
 
 def measure(model: FeModel) -> Measured:
-    """Return the measurements of a model, with a fault if its state is impossible."""
+    """Return the measurements of a model in equilibrium, with a fault if its state is impossible."""
     angle, tip = _tip(model)
     moved, at_rest = _inside(model), _inside(model, moved=False)
-    share = 1 - (model.wall.inner / model.wall.outer) ** 2  # of hoses in the braids at rest; hoses are incompressible
+    share = 1 - (model.wall.inner / model.wall.outer) ** 2  # part of the braids' volume that hoses fill at rest
     stretches, area = _stretches(model)
     strain, stress, volume_ratio, volumes = _matrix(model)
     measured = Measured(
@@ -88,9 +88,9 @@ def von_mises(stress: Array) -> Array:
 
 
 def _length(model: FeModel) -> float:
-    """Return the length of the bent axis [m]: its known length at rest times the ratio of its chords.
+    """Return the length of the bent axis [m]: the known length at rest, times the ratio of its chords bent and at rest.
 
-    The mesh, in mm and squeezed along x, ends with the tip plate. Its points are slightly off y = z = 0 in both states.
+    The mesh is in mm, shortened along x, and ends with the tip plate. The points are slightly off z = 0 in both states.
     """
     import ngsolve as ngs
 
@@ -104,7 +104,7 @@ def _length(model: FeModel) -> float:
 
 
 def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
-    """Return angle [rad] and center [m] of the tip plate's far face, from the rotation that best fits its points."""
+    """Return angle [rad] and center [m] of the tip plate's far face; the rotation is the best fit to its points."""
     import ngsolve as ngs
 
     def mean(field: Any) -> float:
@@ -117,7 +117,7 @@ def _tip(model: FeModel) -> tuple[float, tuple[float, float]]:
 
 
 def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
-    """Return the volumes inside the channels of left and right side [m^3], of both halves of the body."""
+    """Return the volumes inside the channels of the left and right sides [m^3], in both halves of the body."""
     import ngsolve as ngs
 
     place, F = ngs.CF((ngs.x, ngs.y, ngs.z)), ngs.Id(3)
@@ -129,7 +129,7 @@ def _inside(model: FeModel, *, moved: bool = True) -> tuple[float, float]:
 
 
 def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
-    """Return stretches at points of the walls, both families of fibers in a row, and the points' areas [m^2]."""
+    """Return stretches at points of the walls, and the points' areas [m^2]; "fiber": one family after the other."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TRIG, 2 * model.options.size.order)
@@ -144,7 +144,7 @@ def _stretches(model: FeModel) -> tuple[dict[str, Array], Array]:
 
 
 def _matrix(model: FeModel) -> tuple[Array, Array, Array, Array]:
-    """Return largest logarithmic strain, von Mises stress, volume ratio and volume at points of the matrix."""
+    """Return at points of the matrix: largest logarithmic strain, von Mises stress [Pa], volume ratio, volume [m^3]."""
     import ngsolve as ngs
 
     rule = ngs.IntegrationRule(ngs.TET, 4)
@@ -168,12 +168,12 @@ def _quantile(values: Array, weight: Array) -> float:
 
 
 def _ends(values: Array) -> tuple[float, float]:
-    """Return minimum and maximum of values."""
+    """Return the minimum and the maximum of values."""
     return float(values.min()), float(values.max())
 
 
 def _fault(model: FeModel, state: Measured) -> str:
-    """Return why a state is impossible, empty if it is not: inverted elements, too much volume, stretched fibers."""
+    """Return why a state is impossible (inverted elements, too much volume, stretched fibers); empty if it is not."""
     angle = model.wall.braid_angle
     limit = 2 / (3 * math.sqrt(3)) / (math.sin(angle) ** 2 * math.cos(angle))
     if state.jacobian_min <= 0:

@@ -1,7 +1,7 @@
 """Mesh of a soft joint: straight tetrahedra of Netgen, moved to the exact surface by an elastic motion of all nodes.
 
-Netgen's curved elements bend at the surface only and invert in the thin webs between hoses. Here the inside follows the
-surface like an elastic body, so that elements share the curvature.
+Netgen curves elements at the surface only, so they invert in the thin webs between hoses. Here the interior follows the
+surface like an elastic body, so that the curvature is spread over many elements.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ from hypertuna.fe.geometry import FACES, MM, JointBody, half_shape
 from hypertuna.ranges import check_name
 
 AREA = 2e-3  # relative tolerance of a mesh's areas and volume
-TRIES = 5  # meshes, each finer than the last, until no element is inverted
+TRIES = 5  # most meshes tried, each finer than the last, until no element is inverted
 FINER = 0.9  # ratio of element sizes of successive meshes
 
 
@@ -24,11 +24,11 @@ class MeshSize:
     """Sizes of the elements of a mesh."""
 
     around: float = 1.0  # size of triangles on the channels' walls over the channels' radius
-    largest: float = 4.0  # size of elements far from the channels, over the same
-    grading: float = 0.9  # Netgen's growth of sizes
+    largest: float = 4.0  # size of elements far from the channels over the channels' radius
+    grading: float = 0.9  # growth of element sizes, as Netgen defines it
     order: int = 4  # polynomial order of the displacements
-    pieces: float = 6.0  # number of elements along the joint: slender hoses vary little along their axes
-    # Polynomial order of curved elements, None for that of the displacements; above it elements could not rotate.
+    pieces: float = 6.0  # number of elements along the joint, few since slender hoses vary little along their axes
+    # Polynomial order of curved elements; None: that of the displacements. With a higher one elements could not rotate.
     curve: int | None = None
 
     @property
@@ -37,7 +37,7 @@ class MeshSize:
         return self.order if self.curve is None else self.curve
 
     def squeeze(self, body: JointBody) -> float:
-        """Return the ratio of elements' length along a joint to that across it."""
+        """Return the ratio of an element's length along the joint to its length across the joint."""
         return max(1.0, body.length / (self.pieces * self.around * body.radius))
 
 
@@ -45,14 +45,14 @@ MESHES = {"coarse": MeshSize(1.3, 5.0, pieces=4.0), "medium": MeshSize(), "fine"
 
 
 def mesh_size(mesh: str | MeshSize) -> MeshSize:
-    """Return the sizes of a mesh by name."""
+    """Return the element sizes of a mesh, given these sizes or the name of a mesh."""
     if isinstance(mesh, MeshSize):
         return mesh
     return MESHES[check_name(mesh, MESHES, "mesh", "mesh")]
 
 
 def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
-    """Return a mesh of a body's upper half in mm, squeezed along x, and its deformation to the true shape in m."""
+    """Return a mesh of a body's upper half in mm, shortened along x, and its deformation to the true shape in m."""
     from netgen.meshing import NgException
 
     value = "no mesh of Netgen"
@@ -71,7 +71,7 @@ def joint_mesh(body: JointBody, size: MeshSize) -> tuple[Any, Any]:
 
 
 def _straight(body: JointBody, size: MeshSize) -> Any:
-    """Return a mesh of tetrahedra with plane faces."""
+    """Return a mesh of the upper half, of tetrahedra with plane faces."""
     import ngsolve as ngs
     from netgen.occ import OCCGeometry
 
@@ -91,14 +91,14 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
         "outer": _to_rim(body, size.squeeze(body))
     }
     planes = {"dirichletx": "fixed|tip|tie|cap_.*", "dirichlety": "axis", "dirichletz": "symmetry"}
-    planes["dirichletz_bbnd"] = "rim"  # of the axis' strip, inside the matrix
+    planes["dirichletz_bbnd"] = "rim"  # the rim of the axis' strip, inside the matrix
     space = ngs.VectorH1(mesh, order=size.curvature, dirichlet="|".join(curved), **planes)
     motion = ngs.GridFunction(space)
     motion.Set(mesh.BoundaryCF(curved), definedon=mesh.Boundaries("|".join(curved)), dual=True)
     u, v = space.TnT()
     strains = [ngs.Grad(w) + ngs.Grad(w).trans for w in (u, v)]
     stiffness = ngs.BilinearForm(space, symmetric=True)
-    stiffness += ngs.InnerProduct(*strains) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements are stiffer
+    stiffness += ngs.InnerProduct(*strains) / ngs.specialcf.mesh_size**2 * ngs.dx  # small elements are made stiffer
     stiffness.Assemble()
     residual = motion.vec.CreateVector()
     residual.data = stiffness.mat * motion.vec
@@ -111,7 +111,7 @@ def _bend(mesh: Any, body: JointBody, size: MeshSize) -> Any:
 
 
 def _to_channels(body: JointBody) -> Any:
-    """Return the displacement from chords of a channel's wall to the wall [mm]."""
+    """Return the displacement [mm] that moves the straight faces of channels' walls onto the round walls."""
     import ngsolve as ngs
 
     motion, radius = ngs.CF((0.0, 0.0, 0.0)), MM * body.radius
@@ -124,13 +124,13 @@ def _to_channels(body: JointBody) -> Any:
 
 
 def _to_rim(body: JointBody, squeeze: float) -> Any:
-    """Return the displacement from chords of the body's rim to the rim [mm], along rays from the section's center."""
+    """Return the displacement [mm], along rays from the section's center, of straight outer faces to the ellipses."""
     import ngsolve as ngs
 
     stations = [MM / squeeze * float(x) for x in body.stations]
 
     def taper(values: Any) -> Any:
-        axis = ngs.CF(MM * float(values[-1]))  # of the plate
+        axis = ngs.CF(MM * float(values[-1]))  # semi-axis of the plate
         for k in reversed(range(len(stations) - 1)):
             taper_rate = MM * float(values[k + 1] - values[k]) / (stations[k + 1] - stations[k])
             axis = ngs.IfPos(stations[k + 1] - ngs.x, MM * float(values[k]) + taper_rate * (ngs.x - stations[k]), axis)
@@ -150,7 +150,7 @@ def _inverted(mesh: Any, size: MeshSize) -> int:
 
 
 def _check(mesh: Any, body: JointBody) -> None:
-    """Check areas and volume of a mesh against the drawing, in which a face may have the wrong name."""
+    """Check areas and volume of a mesh against the body; they differ if a face of the drawing has a wrong name."""
     import ngsolve as ngs
 
     one = ngs.CF(1.0)

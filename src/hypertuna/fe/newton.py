@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-MAX_STEPS = 40  # Newton steps of a load step
-CLOSE = 1e-7  # converged when the next, last step lowers the energy by less than this fraction of the loads' work
-MIN_WORK = 1e-12  # J, below which work is zero
-SHORTEST = 1 / 64  # smallest part of a load step
-HALVINGS = 12  # of a line search
-HOLDS = 8  # number of regularizations, each ten times the last
-HOLD = 0.1  # 1/m^2, the first one over the shear modulus
+MAX_STEPS = 40  # most Newton steps in a load step
+CLOSE = 1e-7  # converged if the next Newton step lowers the energy by less than this part of the energy's change so far
+MIN_WORK = 1e-12  # J, changes of energy below this count as zero
+SHORTEST = 1 / 64  # smallest load step, as a part of the change of loads
+HALVINGS = 12  # most halvings of a step in a line search
+HOLDS = 8  # number of regularizations tried, each ten times the last
+HOLD = 0.1  # 1/m^2, first regularization over the shear modulus
 
 
 @dataclass(frozen=True)
@@ -19,13 +19,13 @@ class Problem:
     """An energy [J] to minimize under variable loads, and the present state."""
 
     energy: Any  # ngsolve.BilinearForm of `ngsolve.Variation` [J]
-    state: Any  # ngsolve.GridFunction, changes with the loads
-    loads: tuple[Any, ...]  # ngsolve.Parameter
-    shear: float  # shear modulus of the soft parts [Pa], for scale
+    state: Any  # ngsolve.GridFunction, the present state
+    loads: tuple[Any, ...]  # the loads, each an ngsolve.Parameter
+    shear: float  # shear modulus of the soft parts [Pa], scale of the regularization
 
     @property
     def free(self) -> Any:
-        """Unknowns that Newton's step may change, as bits."""
+        """Unknowns that a Newton step may change, as a bit array."""
         return self.state.space.FreeDofs()
 
 
@@ -39,10 +39,10 @@ class Equilibrium:
 
 
 def lead(problem: Problem, loads: Sequence[float], *, least: float = MIN_WORK) -> Equilibrium:
-    """Bring a problem from its state to other loads, in one step if Newton's method converges, else in smaller steps.
+    """Bring a problem from its state to the equilibrium under other loads, in one step or in smaller steps.
 
-    Without convergence the state is the last equilibrium on the way. `least` is a gain of energy [J] that counts as
-    none even where the loads hardly change, as on a finer space that starts from the state of a coarser one.
+    If Newton's method does not converge, the state is the last equilibrium on the way. `least`: a decrease of energy
+    [J] that counts as converged even if the loads hardly change, for example from the state of a coarser space.
     """
     start, end = [load.Get() for load in problem.loads], [float(load) for load in loads]
     last_state = problem.state.vec.CreateVector()
@@ -67,13 +67,13 @@ def lead(problem: Problem, loads: Sequence[float], *, least: float = MIN_WORK) -
 
 
 def _set(problem: Problem, start: Sequence[float], end: Sequence[float], part: float) -> None:
-    """Set the loads to a part of the way from start to end."""
+    """Set the loads between start and end; part: 0 at the start, 1 at the end."""
     for load, old, new in zip(problem.loads, start, end, strict=True):
         load.Set(old + part * (new - old))
 
 
 def _newton(problem: Problem, least: float) -> tuple[int, str]:
-    """Minimize the energy under the present loads; return the number of steps and the failure, empty if none."""
+    """Minimize the energy under the present loads; return the number of steps, and the failure or an empty text."""
     u, energy = problem.state.vec, problem.energy
     gradient, step, trial = (u.CreateVector() for _ in range(3))
     value_first = value_now = _value(problem, u)
@@ -83,7 +83,7 @@ def _newton(problem: Problem, least: float) -> tuple[int, str]:
         gain, free = _direction(problem, gradient, step)
         if not math.isfinite(gain):
             return k, "the tangent is singular"
-        # A regularized step gains little anywhere: the free step decides whether this is an equilibrium.
+        # A regularized step lowers the energy little everywhere; the free step decides if this is an equilibrium.
         if max(gain, abs(free)) <= CLOSE * abs(value_now - value_first) + least:
             trial.data = u - step
             if math.isfinite(_value(problem, trial)):
@@ -108,9 +108,9 @@ def _value(problem: Problem, vector: Any) -> float:
 
 
 def _direction(problem: Problem, gradient: Any, step: Any) -> tuple[float, float]:
-    """Solve for Newton's step; return the first-order decrease of energy [J] of the damped and of the undamped step.
+    """Solve for the Newton step; return the first-order decrease of energy [J] by this step and by the free step.
 
-    An indefinite tangent (before buckling) is regularized until the step descends; the free step is without.
+    An indefinite tangent (before buckling) is regularized until the step descends; the free step has no regularization.
     """
     tangent, held_back, free = problem.energy.mat, 0.0, math.nan
     for k in range(HOLDS + 1):
@@ -128,7 +128,7 @@ def _direction(problem: Problem, gradient: Any, step: Any) -> tuple[float, float
 
 
 def _squares(problem: Problem) -> Any:
-    """Return the mass matrix in the pattern of the tangent matrix."""
+    """Return the mass matrix, with the sparsity pattern of the tangent matrix."""
     import ngsolve as ngs
 
     space = problem.state.space

@@ -1,7 +1,7 @@
 """Pictures of a soft joint under pressure, deformed and colored by stress or strain, from the files of fields.py.
 
-Two views: the drive units inside a glass body, and the lower half cut at the middle plane. Camera and colors are the
-same at all pressures.
+There are two views: the drive units inside a glass body, and the lower half, cut at the middle plane. Camera and color
+scale are the same at all pressures.
 """
 
 import io
@@ -31,6 +31,7 @@ from hypertuna.figures import FAINT, SEQUENCE, WIDTH, styled
 from hypertuna.io.door import parse_json, read_bytes
 from hypertuna.io.files import write_atomically
 
+# Parts of a picture, each with its kinds of faces in the files.
 PARTS = {
     "outer": ("outer",),
     "cut": ("symmetry",),
@@ -41,28 +42,28 @@ PARTS = {
     "plate_cut": ("plate_symmetry",),
 }
 VIEWS = {"units": (0.35, -0.75, 0.60), "cut": (0.45, -0.70, 1.20)}  # direction to the camera, x y z
-SAME = 1e-7  # m, tolerance of equal points of neighboring faces
-QUANTILE = 0.98  # of the walls under pressure, upper end of the colors
+SAME = 1e-7  # m, tolerance within which points of neighboring faces are merged
+QUANTILE = 0.98  # the color scale ends at this quantile over the walls under pressure
 MARGIN = 1.05  # height of the view over that of the body
 PIXELS = 640  # height of a rendered view
-FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # of a filmstrip; fewer frames are not larger
-PALETTE = 256  # colors of a written picture, dithered: small files
+FRAMES, FEWEST, FILM_DPI = 4, 3, 140  # filmstrip: most frames, least number of columns, resolution
+PALETTE = 256  # colors of a written picture; dithering keeps files small
 
 GLASS, LINE = "#8A99A3", 3.0
-THIN, THICK, FADED = 0.13, 0.3, 0.45  # opacity of glass, and of parts without pressure
-DEPTH = 6  # layers of glass
+THIN, THICK, FADED = 0.13, 0.3, 0.45  # opacity of the glass body, of the glass plate, and of units without pressure
+DEPTH = 6  # transparent layers that are rendered in order
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
 
 
 class Quantity(NamedTuple):
-    """A quantity shown by colors: its field in the files, label of the color bar, unit of the label in SI."""
+    """A quantity that colors show."""
 
-    field: str
-    label: str
-    unit: float
+    field: str  # name of the field in the files
+    label: str  # label of the color bar
+    unit: float  # the label's unit in SI
 
 
-QUANTITIES = {
+QUANTITIES = {  # by name in the files of pictures
     "stress": Quantity(STRESS, "von Mises stress [kPa]", 1e3),
     "strain": Quantity(STRAIN, "largest principal logarithmic strain [1]", 1.0),
 }
@@ -73,9 +74,9 @@ class Film:
     """A joint at several pressures, read from the files of a finished run."""
 
     title: str
-    side: str  # with the pressure
+    side: str  # side under pressure
     pressure: Array  # (n,) gauge pressure [Pa]
-    angle: Array  # (n,) bend toward the side [rad]
+    angle: Array  # (n,) bend toward that side [rad]
     faces: tuple[dict[str, Any], ...]  # faces of the upper half by kind, pyvista.PolyData with points at rest
 
     def text(self, k: int) -> str:
@@ -83,14 +84,14 @@ class Film:
         return f"{self.pressure[k] / 1e3:.4g} kPa: {np.degrees(self.angle[k]):.1f} deg"
 
     def top(self, quantity: str) -> float:
-        """Return the upper end of a quantity's color scale [SI], from the last pressure."""
+        """Return the upper end of a quantity's color scale [SI], from its field at the last pressure."""
         scale = QUANTITIES[quantity]
         largest = float(np.quantile(self.faces[-1][self.side][scale.field], QUANTILE)) / scale.unit
         return _round_up(largest) * scale.unit
 
 
 def read_film(folder: str | Path) -> Film:
-    """Read a finished run: `SUMMARY` and a file of fields for each pressure."""
+    """Read the files of a finished run: `SUMMARY`, and the fields at each pressure."""
     need_pictures()
     summary = Path(folder) / SUMMARY
     try:
@@ -107,7 +108,7 @@ def read_film(folder: str | Path) -> Film:
 
 @styled
 def draw_step(film: Film, k: int, quantity: str) -> Figure:
-    """Draw both views of a quantity at the k-th pressure."""
+    """Draw both views of a quantity at the k-th pressure, side by side."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, view, text in (
@@ -124,7 +125,7 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
 
 @styled
 def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
-    """Draw the cut view at all pressures, a row for each of `QUANTITIES`; `width` in inches."""
+    """Draw the cut view at all pressures, with a row for each of `QUANTITIES`; `width` in inches."""
     count, rows = len(film.faces), len(QUANTITIES)
     figure = Figure(figsize=(width, 0.4 + rows * (width / max(count, FEWEST) + 0.55)), layout="constrained")
     panels = figure.subplots(rows, count, squeeze=False)
@@ -151,7 +152,7 @@ def write_pictures(folder: str | Path, *, progress: Callable[[int, int], None]) 
 
 
 def write_filmstrip(folder: str | Path, path: str | Path) -> None:
-    """Write a filmstrip of a finished run, about 1000 pixels wide."""
+    """Write the filmstrip of a finished run, about 1000 pixels wide."""
     film = read_film(folder)
     loaded = np.flatnonzero(film.pressure > 0)
     chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, min(FRAMES, len(loaded))).round().astype(int))]
@@ -182,7 +183,7 @@ def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: A
 
 
 def _round_up(value: float) -> float:
-    """Return the next round number from a value up, for a color scale; 1 for zero."""
+    """Return the smallest round number that is not below a value, for a color scale; 1 for zero."""
     if value <= 0:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
@@ -190,7 +191,7 @@ def _round_up(value: float) -> float:
 
 
 def _faces(path: Path) -> dict[str, Any]:
-    """Return the faces of the upper half by kind, from a file."""
+    """Return the faces of the upper half by part, a key of `PARTS`, from a file of fields."""
     import pyvista as pv
 
     points, cells, types, fields = read_surface(path)
@@ -210,7 +211,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     """Return a view at the k-th pressure as pixels (height, width, 3)."""
     import pyvista as pv
 
-    if not os.environ.get("DISPLAY"):  # which VTK would warn of
+    if not os.environ.get("DISPLAY"):  # VTK would warn that there is no display
         from vtkmodules.vtkCommonCore import vtkLogger
 
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
@@ -223,7 +224,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     for part, opacity, colored in _parts(film.faces[k], view, film.side):
         plotter.add_mesh(part, opacity=opacity, **(colors if colored else {"color": GLASS}), **MATT)
     edges = {"feature_edges": False, "manifold_edges": False, "non_manifold_edges": False}
-    for part in (_whole(film.faces[k]["outer"]), film.faces[k]["cut"]):  # at rest
+    for part in (_whole(film.faces[k]["outer"]), film.faces[k]["cut"]):  # the outline of the body at rest
         outline = part.extract_feature_edges(boundary_edges=True, **edges)
         plotter.add_mesh(outline, color=FAINT, line_width=LINE, opacity=0.8)
     plotter.enable_parallel_projection()
@@ -238,7 +239,7 @@ def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
 def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float, bool]]:
     """Return the deformed parts of a view, each with its opacity and whether it is colored or gray.
 
-    Drive units without pressure are faded, so that they do not hide those under pressure.
+    Drive units without pressure are faded, so that they do not hide the units under pressure.
     """
     shape = {name: part.copy() for name, part in faces.items()}
     for part in shape.values():
@@ -254,7 +255,7 @@ def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float
 
 
 def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
-    """Return picture size, camera and scale that frame the body both at rest and at the last pressure."""
+    """Return the size [pixels], camera position and scale that frame the body at rest and at the last pressure."""
     direction = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     right = np.cross((0.0, 0.0, 1.0), direction)
     right /= np.linalg.norm(right)
@@ -270,7 +271,7 @@ def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, .
 
 
 def _mirrored(part: Any) -> Any:
-    """Return the lower half of a part, mirrored from its upper half."""
+    """Return the lower half of a part: the mirror image of the upper half."""
     lower = part.reflect((0, 0, 1), point=(0, 0, 0))
     lower[DISPLACEMENT] = part[DISPLACEMENT] * (1, 1, -1)
     return lower

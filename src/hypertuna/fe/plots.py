@@ -11,9 +11,9 @@ from hypertuna.display import plots
 from hypertuna.fe.bend import FeBend, described_bend
 from hypertuna.figures import COLORS, FAINT, INK, POINTS, TIGHT, WIDTH, styled
 
-KILO, MILLILITER = 1e3, 1e-6
-SMOOTH = 50  # pressures of the fast model's curve
-NARROW = 6.0  # inch, below which the legend has one column
+KILO, MILLILITER = 1e3, 1e-6  # Pa per kPa, m^3 per ml
+SMOOTH = 50  # number of pressures of the fast model's curve
+NARROW = 6.0  # inch, width of a figure below which the legend has one column
 ELEMENTS: dict[str, Any] = POINTS | {"color": COLORS[1], "label": "finite elements", "marker": "o", "zorder": 3}
 ANALYTIC: dict[str, Any] = {"color": FAINT, "lw": 1.2, "ls": (0, (5, 2))}
 ANALYTIC["label"] = "fast model (no friction)"
@@ -21,7 +21,7 @@ ANALYTIC["label"] = "fast model (no friction)"
 
 @plots.of(FeBend)
 def plot_result(bend: FeBend, *, width: float = WIDTH) -> Figure:
-    """Plot a bend beside that of the fast model, both without friction: `width` [inch]."""
+    """Plot the bend by finite elements and by the fast model, both without friction; `width` in inches."""
     path = np.linspace(0, max(float(bend.pressure[-1]), 1.0), SMOOTH)
     fast = fast_bend(bend.robot, bend.joint, path, side=bend.side, material=bend.material, friction=False)
     title = f"{bend.robot.name}, joint {bend.joint}, {bend.side} side, material set {bend.material}"
@@ -41,10 +41,10 @@ def plot_fe_bend(
     *,
     width: float = WIDTH,
 ) -> Figure:
-    """Plot bend over pressure, and pressure over the oil taken in.
+    """Plot bend over pressure, and pressure over the oil taken in, by finite elements and by the fast model.
 
-    `pressure` (n,) [Pa], `angle` (n,) [rad], `oil` (n,) [m^3]; `analytic` has the same three, (m,); `published` is a
-    pressure and an angle; `width` in inches.
+    `pressure` (n,) [Pa], `angle` (n,) [rad] and `oil` (n,) [m^3] are of finite elements; `analytic` has the same three
+    (m,) of the fast model; `published` is a pressure and an angle; `width` in inches.
     """
     figure = Figure(figsize=(width, 0.4 * width + 0.5), layout="constrained")
     panels = figure.subplots(1, 1 if oil is None else 2, squeeze=False)[0]

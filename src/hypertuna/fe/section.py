@@ -1,8 +1,8 @@
-"""A joint without end effects: its sections in uniform bending, by finite elements in the section's plane.
+"""A joint without end effects: its sections in uniform bending, by finite elements in the plane of a section.
 
-In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x, l
-the stretch of the axis and k the curvature per length at rest. With these two unknowns beside u, energies, pressure and
-braids are those of the body (model.py), at a hundredth of the cost. The body bends less because plates hold its ends.
+In a long body all sections deform alike: to y + u_y, z + u_z in the plane, with the stretch l - k (y + u_y) along x,
+where l is the stretch of the axis and k the curvature per length at rest. The unknowns are u, l and k. Energies,
+pressure and braids are as in model.py, at a hundredth of the cost. A real joint bends less, since plates hold its ends.
 """
 
 import math
@@ -23,18 +23,18 @@ from hypertuna.fe.geometry import MM, JointBody, joint_body
 from hypertuna.fe.model import FeOptions, axis_of, soft_parts
 from hypertuna.fe.newton import Problem, lead
 
-ORDER = 3  # of displacements and curved elements
+ORDER = 3  # polynomial order of displacements and of curved elements
 AROUND = 0.8  # size of edges on the channels over their radius
-INSIDE = 1e-9  # mm: points on the edge of a mesh may belong to no element
-FIRST = 5e3  # Pa, first step, because of slack braids
+INSIDE = 1e-9  # mm, distance of a point from the mesh's edge, where it might belong to no element
+FIRST = 5e3  # Pa, first load step, small because braids are slack
 
 
 @dataclass(frozen=True)
 class Section:
-    """Stretch of the axis and curvature of a joint's sections at rising pressures."""
+    """Bend and axial stretch of a joint's sections in uniform bending, at rising pressures."""
 
-    angle: Array  # (n,) of a joint of such sections, toward the side with the pressure [rad]; NaN without convergence
-    axis: Array  # (n,) mean stretch of the line y = z = 0 at rest [1]
+    angle: Array  # (n,) bend of a joint of such sections, toward the side with the pressure [rad]; NaN: not converged
+    axis: Array  # (n,) mean stretch of the axis, the line y = z = 0 at rest [1]
 
 
 def section_bend(
@@ -48,7 +48,7 @@ def section_bend(
 ) -> Section:
     """Return the deformation of a joint's sections at pressures (n,) [Pa] of one side, without friction.
 
-    Without `segments`, one mean section stands for all.
+    segments: solve each segment's section; if False, one mean section stands for all.
     """
     check_side(side)
     need_fe()
@@ -61,24 +61,24 @@ def section_bend(
         major, minor = (np.array([np.average(half, weights=lengths)]) for half in (major, minor))
         lengths = lengths.sum(keepdims=True)
     states = [_bent(robot, joint, rising, side, (a, b), options) for a, b in zip(major, minor, strict=True)]
-    axis, curvature = np.moveaxis(np.array(states), 2, 0)  # each of shape (segments, n)
+    axis, curvature = np.moveaxis(np.array(states), 2, 0)  # axis and curvature (segments, n)
     return Section(lengths @ curvature, lengths @ axis / lengths.sum())
 
 
 def _bent(
-    robot: Robot, joint: str | int, rising: Array, side: str, half: tuple[float, float], options: FeOptions
+    robot: Robot, joint: str | int, rising: Array, side: str, semi_axes: tuple[float, float], options: FeOptions
 ) -> Array:
-    """Return stretch of the axis [1] and curvature per length at rest [1/m] of a section, at each pressure (n, 2)."""
+    """Return axial stretch [1] and curvature per length at rest [1/m] of a section at each pressure (n, 2)."""
     import ngsolve as ngs
 
     matrix, w = soft_parts(robot, options)
     wall = replace(w, outer=MM * w.outer, inner=MM * w.inner, braid_stiffness=MM * w.braid_stiffness)
     body = joint_body(robot, joint)
-    mesh = _mesh(body, half)
+    mesh = _mesh(body, semi_axes)
     in_plane = ngs.H1(mesh, order=ORDER, dirichlet_bbnd="pin"), ngs.H1(mesh, order=ORDER, dirichlet="symmetry")
     space = in_plane[0] * in_plane[1] * ngs.NumberSpace(mesh) * ngs.NumberSpace(mesh)
     load = ngs.Parameter(0.0)
-    scale = MM * half[1]
+    scale = MM * semi_axes[1]
     energy = _energy(space, axis_of(robot, body), matrix, wall, load, side, scale)
     problem = Problem(energy, ngs.GridFunction(space), (load,), matrix.shear)
     states = np.full((len(rising), 2), math.nan)
@@ -88,16 +88,16 @@ def _bent(
             break
         axis, bend = (problem.state.components[c].vec[0] for c in (2, 3))
         pin_distance = problem.state.components[0](mesh(0.0, INSIDE))  # mm along y, of the middle relative to the pin
-        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / half[1]
+        states[k] = 1 + axis - bend / scale * pin_distance, (1 - 2 * SIDES.index(side)) * bend / semi_axes[1]
     return states
 
 
-def _mesh(body: JointBody, half: tuple[float, float]) -> Any:
-    """Return a mesh of a section's upper half in mm; its x is the body's y, its y the body's z."""
+def _mesh(body: JointBody, semi_axes: tuple[float, float]) -> Any:
+    """Return a mesh of a section's upper half in mm; the mesh's x and y are the body's y and z."""
     import ngsolve as ngs
     from netgen.occ import Axes, Glue, OCCGeometry, Segment, WorkPlane, Y, Z
 
-    a, b, r = MM * half[0], MM * half[1], MM * body.radius
+    a, b, r = MM * semi_axes[0], MM * semi_axes[1], MM * body.radius
     face = WorkPlane(Axes((0, 0, 0), n=Z, h=Y)).Ellipse(a, b).Face()
     for channel in body.upper:
         face = face - WorkPlane().MoveTo(MM * channel.y, MM * channel.z).Circle(r).Face()
@@ -138,7 +138,7 @@ def _energy(space: Any, axis: Axis, matrix: Solid, wall: Wall, load: Any, side: 
     energy += ngs.Variation(solid_energy(matrix, F).Compile() * ngs.dx)
     Fs = in_plane(ngs.grad(uy).Trace(), ngs.grad(uz).Trace())
     outward = ngs.specialcf.normal(2)
-    # Netgen orients normals of plane edges along its curves: the channels' area must be positive.
+    # Netgen orients normals of plane edges by its curves; the right sign makes the channels' area positive.
     sign = 1.0 if ngs.Integrate(-ngs.x * outward[0] * ngs.ds(f"wall_{side}"), space.mesh) > 0 else -1.0
     normal = sign * outward
     around = Fs * ngs.CF((-normal[1], normal[0]))
@@ -147,7 +147,7 @@ def _energy(space: Any, axis: Axis, matrix: Solid, wall: Wall, load: Any, side: 
     energy += ngs.Variation(walls.Compile() * ngs.ds("wall_.*"))
     if axis.width > 0:
         energy += ngs.Variation((MM * axis_energy(axis, stretch - 1, stretch - 1)).Compile() * ngs.ds("axis"))
-    # Volume per length at rest: the stretch integrated over the channel, as the flux of its antiderivative along y.
+    # Volume per length at rest: the integral of the stretch over the channel, as the flux of its antiderivative in y.
     flux = ((1 + long) * y - turn / (2 * scale) * y * y) * (Fs[1, 1] * normal[0] - Fs[1, 0] * normal[1])
     energy += ngs.Variation((load * flux).Compile() * ngs.ds(f"wall_{side}"))
     return energy

@@ -15,8 +15,8 @@ from hypertuna.actuation.soft_joint import JointModel, drive_unit, joint_group
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 
-STRAIN = 0.3  # of the axis, at most
-STATES = {  # of a point in files: unit and meaning
+STRAIN = 0.3  # largest strain of the axis in a search
+STATES = {  # columns in files: unit and meaning
     "angle": ("rad", "bend to the left"),
     "moment": ("N m", "moment from outside that holds the bend"),
     "volume_left": ("m^3", "oil in the drive units of the left side"),
@@ -27,22 +27,22 @@ STATES = {  # of a point in files: unit and meaning
 
 @dataclass(frozen=True)
 class States:
-    """A joint under couples (m,) and pairs of pressures (n,); NaN where finite elements have no equilibrium."""
+    """States of a joint under m couples and n pairs of pressures; NaN where finite elements have no equilibrium."""
 
-    angle: Array  # (m, n) [rad]
-    moment: Array  # (m, n) from outside that holds the angle of the elements [N m]
-    volume: Array  # (m, n, 2) of oil in the drive units of each side [m^3]
-    length: Array  # (m, n) of the bent axis [m]
+    angle: Array  # (m, n) bend [rad]
+    moment: Array  # (m, n) external moment that holds the bend of the finite elements [N m]
+    volume: Array  # (m, n, 2) oil in the drive units of each side [m^3]
+    length: Array  # (m, n) length of the bent axis [m]
 
     def record(self) -> dict[str, Any]:
-        """Return all numbers by names with units, a row for each couple."""
+        """Return all numbers by names with units, with a row for each couple."""
         oil = {f"volume_{side}_ml": 1e6 * self.volume[..., s] for s, side in enumerate(("left", "right"))}
         angle = {"angle_deg": np.degrees(self.angle), "moment_n_m": self.moment}
         return angle | oil | {"length_mm": 1e3 * self.length}
 
 
 def state_columns(elements: States, model: States) -> dict[str, Array]:
-    """Return the states of both models as columns, a row for each couple."""
+    """Return the states of both models as columns, with a row for each couple."""
     columns = {}
     for prefix, states in (("", elements), ("model_", model)):
         volumes = {f"volume_{side}": states.volume[..., s] for s, side in enumerate(("left", "right"))}
@@ -52,13 +52,13 @@ def state_columns(elements: States, model: States) -> dict[str, Array]:
 
 
 def apart(elements: States, model: States, name: str) -> float:
-    """Return the largest difference of a number between two sets of states; NaN if all are NaN."""
+    """Return the largest difference of the field `name` between two sets of states; NaN if all are NaN."""
     difference = np.abs(getattr(model, name) - getattr(elements, name))
     return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
 
 
 def states_of(points: Sequence[Mapping[str, Any]], couple: Array, pairs: int) -> States:
-    """Return the states (couples, pairs) of points of finite elements; NaN without an equilibrium."""
+    """Return the states (couples, pairs) that records of finite elements hold; NaN without an equilibrium."""
     missing = {"angle": math.nan, "volume": [math.nan, math.nan], "length": math.nan}
     valid = [missing if point["fault"] else point for point in points]
     angle, length = (np.array([point[key] for point in valid]).reshape(-1, pairs) for key in ("angle", "length"))
@@ -67,15 +67,15 @@ def states_of(points: Sequence[Mapping[str, Any]], couple: Array, pairs: int) ->
 
 
 def fast_states(robot: Robot, model: JointModel, pressure: Array, elements: States) -> States:
-    """Return the fast model's states under the elements' moments and pairs of pressures (n, 2) [Pa]."""
+    """Return the fast model's states under the moments of `elements` and pairs of pressures (n, 2) [Pa]."""
     group, actuator = joint_group(robot, model.name)
     shape, solved = elements.angle.shape, np.isfinite(elements.angle)
     pressures = np.broadcast_to(pressure, (*shape, 2))[solved]
-    # Each couple by itself: a search begins where that of the row before ended, which the last bits show.
+    # One call per couple: within a call, each search starts from the solution before, which changes the last bits.
     rows = [model.balance(pressure[row], moment[row]) for row, moment in zip(solved, elements.moment, strict=True)]
     balanced = {name: np.concatenate([row[name] for row in rows]) for name in ("angle", "strain", "volume")}
     moments = [holding_moment(model, a, pair) for a, pair in zip(elements.angle[solved], pressures, strict=True)]
-    # The ends are stiff: their channels keep their volume, and the axis its length.
+    # At the stiff ends the channels keep their volume, and the axis keeps its length.
     lumen = math.pi / 4 * drive_unit(robot).inner_diameter ** 2
     rigid_volume = cast(int, group.drive_units) * lumen * (actuator.length - model["length"])
     length = actuator.length + model["length"] * (model["rest"] + balanced["strain"])

@@ -15,12 +15,12 @@ from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.cards import picture_of
 from hypertuna.swimming.gait import Gait
 
-ROWS = 24  # points of a front
+ROWS = 24  # most points of a front in a table
 
 
 @cards.of(Optimum)
 def optimum_card(result: Optimum) -> Card:
-    """Show the best gait swimming, what limits it, and how the search ended."""
+    """Show the best gait swimming, the limits and bounds that it meets, and how the search ended."""
     feasible = result.gait is not None
     parts: list[Part] = []
     if result.gait is not None and result.swim is not None:
@@ -58,7 +58,7 @@ def margin_record(margin: Margin) -> dict[str, Any]:
 
 
 def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
-    """Return the gait with the bounds that it lies on, its speed and cost, its limits; by label."""
+    """Return by label: the values of the gait with the bounds that they lie on, speed and cost, and limits."""
     summary = {}
     for (column, size), value in zip(gait_columns(result.robot).items(), gait.values, strict=True):
         label, _, unit = column.replace("_", " ").rpartition(" ")
@@ -70,7 +70,7 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
         summary[variable.label] = (result.design[variable.name], variable.unit + bound)
     summary["speed"] = (result.speed, "m/s")
     summary["cost of transport"] = (result.cost_of_transport, "J/(kg m)")
-    if result.robust is not None:  # all above is of the robot itself
+    if result.robust is not None:  # the values above are of the robot itself
         name, factor = result.objective.terms[0]
         value, unit = factor * result.value, QUANTITIES[name].unit
         if result.objective.expected is not None:
@@ -86,7 +86,7 @@ def _summary(result: Optimum, gait: Gait) -> dict[str, Quantity]:
 
 @tables.of(Optimum)
 def optimum_columns(result: Optimum) -> dict[str, Any]:
-    """Return the best value after each batch of gaits, with the sign of the quantity."""
+    """Return as columns the number of gaits swum and the best value so far, with the quantity's own sign."""
     name, factor = result.objective.terms[0]
     if result.objective.expected is not None:
         name, factor = "objective", 1.0
@@ -95,7 +95,7 @@ def optimum_columns(result: Optimum) -> dict[str, Any]:
 
 @cards.of(Front)
 def front_card(front: Front) -> Card:
-    """Show a front, or a sample of its points."""
+    """Show up to `ROWS` points of a front, its hypervolume, and how the search ended."""
     count = len(front.x)
     if not count:
         return Card(f"{front.robot.name}: no best compromise", [(front.stop, "bold red")])

@@ -1,4 +1,4 @@
-"""Limits that a gait must keep: of joints, drives and wake."""
+"""Limits that a gait must keep: on joints, drives and wake, and on speed, mass, length and bend."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +15,12 @@ from hypertuna.swimming.gait import Gaits
 
 @dataclass(frozen=True)
 class Limit:
-    """A constraint: a bound on a quantity of a gait."""
+    """A constraint: an upper or lower bound on a quantity of a gait."""
 
-    quantity: str  # of `hypertuna.swimming.beat.QUANTITIES` or `gait_quantities`
+    quantity: str  # key of `hypertuna.swimming.beat.QUANTITIES` or of `gait_quantities`
     limit: float  # bound [unit of the quantity]
     upper: bool = True  # whether it is an upper bound
-    unit: str = "1"  # in which it is printed
+    unit: str = "1"  # unit in which the limit is printed
     scale: float = 1.0  # size of that unit [unit of the quantity]
 
 
@@ -37,7 +37,7 @@ def gait_limits(
     length: float | None = None,
     bend: float | None = None,
 ) -> tuple[Limit, ...]:
-    """Return limits set by a robot's joints, drives and wake.
+    """Return limits for a search: on joints, drives and wake, and if given on speed, mass, length and bend.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def gait_limits(
     torque : float, optional
         Max magnitude of any joint's torque [N m].
     amplitude_by_bandwidth : bool
-        Whether to limit the commanded amplitude of each joint group to what the group reaches at that frequency,
-        A <= A_max / sqrt(1 + (f/f_b)^2). Meant for ideal joints, which lose no amplitude themselves.
+        Whether to limit the commanded amplitude of each joint group to the amplitude that the group reaches at the
+        gait's frequency, A <= A_max / sqrt(1 + (f/f_b)^2). Meant for ideal joints, which lose no amplitude themselves.
     strouhal : tuple of float, optional
         Min and max Strouhal number [1].
     speed : float, optional
@@ -57,7 +57,7 @@ def gait_limits(
     mass, length : float, optional
         Max mass [kg] and length [m] of the robot, for searches over its design.
     bend : float, optional
-        Max angle of the passive hinge [rad]; it has no derivatives.
+        Max angle of the passive hinge [rad], which has no derivatives.
 
     Returns
     -------
@@ -108,11 +108,11 @@ def gait_limits(
 
 
 def gait_quantities(robot: Robot, gaits: Gaits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return quantities of gaits and robot alone, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
+    """Return quantities that need no simulation, shape (gaits,), and their gradients, shape (gaits, 1 + 3 groups).
 
-    ``rate_GROUP`` is the max rate of a joint group [rad/s]; ``reach_GROUP`` is its commanded amplitude over the one it
-    reaches at that frequency [1]; ``robot_mass`` is in kg, ``robot_length`` in m. Gradients are by frequency, then
-    amplitude, phase and bias of every group.
+    ``rate_GROUP`` is the max rate of a joint group [rad/s]; ``reach_GROUP`` is its commanded amplitude over the largest
+    that it reaches at the gait's frequency [1]; ``robot_mass`` is in kg, ``robot_length`` in m. Gradients are with
+    respect to frequency, then amplitude, phase and bias of every group.
     """
     f, values, gradients = gaits.frequency, {}, {}
     for g, group in enumerate(robot.joints):

@@ -1,4 +1,4 @@
-"""The design space: which values of a gait and of the robot are free, and between which bounds."""
+"""The design space: the free values of a gait and of a robot, and their bounds."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from hypertuna.swimming.gait_checks import largest
 
 
 def gait_columns(robot: Robot) -> dict[str, float]:
-    """Return the size of the unit [Hz or rad] of every value of a gait, by its name in files.
+    """Return the size of the unit [Hz or rad] of every value of a gait, by the value's name in files.
 
-    The frequency, then amplitude, phase and bias of every joint group: ``frequency_hz``, ``amplitude_I_deg``, ...
+    Frequency comes first, then amplitude, phase and bias of every group: ``frequency_hz``, ``amplitude_I_deg``, ...
     """
     angles = [f"{kind}_{group.name}_deg" for kind in KINDS for group in robot.joints]
     return {"frequency_hz": 1.0} | dict.fromkeys(angles, np.pi / 180)
@@ -27,12 +27,12 @@ def gait_columns(robot: Robot) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """A box of gaits and of the robot's variables; the coordinates x are the free values, in Hz, rad or file units."""
+    """Bounds of a gait's values and of the robot's variables; the free ones are coordinates x [Hz, rad, file unit]."""
 
-    columns: tuple[str, ...]  # every value of a gait, named by `gait_columns`, then the variables
-    unit: Array  # (columns,) size of the unit [Hz, rad, or 1 of a variable]
+    columns: tuple[str, ...]  # names of a gait's values, as in `gait_columns`, then names of the variables
+    unit: Array  # (columns,) size of the unit [Hz or rad]; 1 for a variable
     low: Array  # (columns,) lower bound [Hz or rad]
-    high: Array  # (columns,) upper bound; equal to `low` where the value is fixed [Hz or rad]
+    high: Array  # (columns,) upper bound; equal to `low` if the value is fixed [Hz or rad]
     variables: tuple[Variable, ...] = ()  # numbers of the robot's file, the last columns
 
     @cached_property
@@ -68,22 +68,22 @@ class DesignSpace:
         return self.gaits(np.asarray(x, dtype=np.float64)[np.newaxis])[0]
 
     def point(self, gait: Gait) -> Array:
-        """Return the point of a gait, shape (dim,) [Hz or rad]; fixed values are left out."""
+        """Return the coordinates of a gait and the described robot, shape (dim,) [Hz, rad, file unit]."""
         return np.append(gait.values, [variable.value for variable in self.variables])[self.free]
 
     def design(self, x: ArrayLike) -> Array:
-        """Return the values of the robot's variables at one point [unit of the file]."""
+        """Return the values of the robot's variables at a point x (dim,) [unit of the file]."""
         values = np.asarray(x, dtype=np.float64)
         return values[len(values) - len(self.variables) :]
 
     def robot(self, robot: Robot, x: ArrayLike, *, made_by: str = "") -> Robot:
-        """Return a robot with the design at one point; see `designed`."""
+        """Return the robot with the values of its variables at one point; made_by: their source, see `designed`."""
         return designed(robot, self.variables, self.design(x).tolist(), made_by=made_by) if self.variables else robot
 
     def directions(self, robot: Robot) -> Array:
-        """Return the derivatives of all model parameters by the gait's coordinates, shape (parameters, dim) [1]."""
+        """Return derivatives (parameters, dim) of the model's parameters with respect to the gait's coordinates [1]."""
         free_gait = self.free[: len(self.free) - len(self.variables)]
-        return np.eye(len(model_features(robot)))[:, free_gait]  # the gait's come first, in the order of the columns
+        return np.eye(len(model_features(robot)))[:, free_gait]  # gait parameters come first, ordered as the columns
 
 
 def gait_bounds(
@@ -91,7 +91,7 @@ def gait_bounds(
     overrides: Mapping[str, tuple[float, float]] | None = None,
     design: Mapping[str, tuple[float, float]] | None = None,
 ) -> DesignSpace:
-    """Return a robot's design space: its table ``[gait_bounds]``, with the caller's bounds instead where given.
+    """Return a robot's design space: the bounds of its table ``[gait_bounds]``, replaced by `overrides` where given.
 
     Bounds are in Hz or degrees, by the names of `gait_columns`. The unit may be left out of a name, and so may the
     joint group: ``amplitude`` stands for every group. `design` has the bounds of numbers of the robot's file by key.

@@ -17,20 +17,20 @@ from hypertuna.optimization.state import TankState
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import MEASURED, SteadyRun
 
-SAME = 1e-4  # of the range of a coordinate: difference of gaits that count as the same
-# Of a search, as its first call gives them: the robot's name or file, limits as of `Limit`, arguments of `optimize`.
+SAME = 1e-4  # gaits count as the same if no value differs by more than this part of its range
+# Options of a search in its first call: the robot's name or file, limits as fields of `Limit`, arguments of `optimize`.
 GOALS = ("maximize", "minimize", "speed", "weight")
 OPTIONS = ("robot", *GOALS, "bounds", "limits", "method", "particles", "iterations", "seed")
 
 
 class TankSearch(TankState):
-    """A search whose points a tank evaluates."""
+    """A search for the best gait whose points a tank evaluates."""
 
     kind, names = "experiment", frozenset(OPTIONS)
-    command, first = "optimize ask", "--robot fish.toml --maximize speed"
+    command, example = "optimize ask", "--robot fish.toml --maximize speed"
 
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up problem and optimizer; return the robot."""
+        """Set up problem and optimizer from the options; return the robot."""
         self.problem = _problem(options)
         sizes = (options[name] for name in ("particles", "iterations", "seed"))
         self.optimizer = make_optimizer(self.problem, options["method"], *sizes)
@@ -40,7 +40,7 @@ class TankSearch(TankState):
 
     @property
     def best(self) -> SteadyRun | None:
-        """Best gait of the complete batches and its measurements; None if none is feasible."""
+        """Best gait of the complete batches, with its measurements; None if no gait is feasible."""
         best = self.optimizer.result
         if best is None or not best.feasible[0]:
             return None
@@ -49,11 +49,11 @@ class TankSearch(TankState):
         return SteadyRun("best", self.problem.space.gait(best.x[0]), **numbers)
 
     def ask(self) -> dict[str, Gait]:
-        """Return the open gaits of the batch by name, such as ``batch-3-gait-07``."""
+        """Return the gaits of the batch that are not measured yet, by name such as ``batch-3-gait-07``."""
         return {self._name(k): self.problem.space.gait(self._batch[k]) for k in self._open_points()}
 
     def tell(self, runs: Sequence[SteadyRun]) -> int:
-        """Take runs of some or all open gaits; return the number of gaits that are still open in this batch.
+        """Take runs of gaits that `ask` returned; return the number of gaits of this batch that are still to measure.
 
         If a run is of another gait, or lacks a quantity of the objective, none of the runs is kept.
         """
@@ -74,13 +74,13 @@ class TankSearch(TankState):
         return [k for k in range(len(self._batch)) if k not in self._measured] if self.optimizer.stop is None else []
 
     def _name(self, k: int) -> str:
-        """Return the name of gait k of this batch."""
+        """Return the name of gait k in this batch."""
         return f"batch-{len(self.optimizer.batches) + 1}-gait-{k + 1:02d}"
 
     def _index(self, run: SteadyRun, indices: Sequence[int]) -> int:
-        """Return the index of a run's gait in the batch; of equal gaits the one of its name, or the first."""
+        """Return the index of a run's gait in the batch; among equal gaits, that of the run's name or the first."""
         space = self.problem.space
-        width = np.where(space.high > space.low, space.high - space.low, 1.0)  # of fixed values, in Hz or rad
+        width = np.where(space.high > space.low, space.high - space.low, 1.0)  # 1 Hz or rad for fixed values
         distances = {k: np.abs(space.gait(self._batch[k]).values - run.gait.values) / width for k in indices}
         matches = [k for k, distance in distances.items() if distance.max() < SAME]
         if not matches:
@@ -90,7 +90,7 @@ class TankSearch(TankState):
         return next((k for k in matches if self._name(k) == run.name), matches[0])
 
     def _measurements(self, run: SteadyRun) -> dict[str, float]:
-        """Return the measurements of a run, with every quantity of the objective; NaN for others without a value."""
+        """Return a run's measurements, which must have all quantities of the objective; others may be NaN."""
         target = self.problem.objectives[0]
         required = {name for name, factor in target.terms if factor}
         required |= set() if target.expected is None else {"speed"}
@@ -102,7 +102,7 @@ class TankSearch(TankState):
         return {name: np.nan if value is None else float(value) for name, value in values.items()}
 
     def _advance(self) -> int:
-        """Pass a complete batch to the optimizer; return the number of open gaits."""
+        """Pass a complete batch to the optimizer; return the number of gaits that are not measured yet."""
         if count := len(self._open_points()):
             return count
         self.optimizer.tell(self.problem.judge(self._batch, self._quantities()))
@@ -112,21 +112,21 @@ class TankSearch(TankState):
         return 0
 
     def _quantities(self) -> dict[str, Array]:
-        """Return the measured quantities of the whole batch, as a simulation returns them."""
+        """Return the measured quantities of the whole batch, in the form of a simulation's results."""
         gaits = self.problem.space.gaits(self._batch)
         rows = [self._measured[k] for k in range(len(self._batch))]
         values = {name: np.array([row[name] for row in rows]) for name in MEASURED}
-        # An objective without a speed does not need one: the robot has swum forward.
+        # An objective may need no speed; without a measured one, the robot is assumed to swim forward.
         speed = np.where(np.isnan(values["speed"]), np.inf, values["speed"])
         values["stride_length"] = np.minimum(speed / (gaits.frequency * self.problem.robot.body.length), 1e6)
         gait_values, _ = gait_quantities(self.problem.robot, gaits)
         return values | gait_values | {"status": np.zeros(len(rows))}
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
-        """Take a record of the journal as if it were measured now."""
+        """Take the measurements in a record of the journal as if they were made now."""
         batch = [point.tolist() for point in self._batch]
         points, rows = record.get("asked"), record.get("told")
-        pairs: list[Any] = [(None, None)]  # match no gait
+        pairs: list[Any] = [(None, None)]  # matches no gait
         if isinstance(points, list) and isinstance(rows, list) and len(points) == len(rows):
             pairs = list(zip(points, rows, strict=True))
         for point, row in pairs:
@@ -139,7 +139,7 @@ class TankSearch(TankState):
 
 
 def _problem(options: Mapping[str, Any]) -> Problem:
-    """Return the problem that options pose; refuse quantities that a tank does not measure."""
+    """Return the optimization problem of the options; refuse quantities that a tank does not measure."""
     robot = load(options["robot"])
     target = choose_objective(**{name: options[name] for name in GOALS})
     limits = tuple(Limit(**limit) for limit in options["limits"])

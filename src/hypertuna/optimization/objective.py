@@ -1,4 +1,4 @@
-"""Objectives of a gait, all to be minimized, and their values and violations of limits at points."""
+"""Objectives of a gait, all to be minimized; evaluations of objectives and limits at points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hypertuna.swimming.beat import QUANTITIES
 
 UNUSABLE = 1e30  # stands for infinity where a finite value or violation is required
 
-# Quantities that can be an objective, and whether larger is better: those first.
+# Quantities that can be an objective, and whether larger is better; those come first.
 OBJECTIVES = {name: large for large in (True, False) for name, q in QUANTITIES.items() if q.better == 2 - large}
 
 
@@ -24,13 +24,13 @@ OBJECTIVES = {name: large for large in (True, False) for name, q in QUANTITIES.i
 class Objective:
     """A value to minimize: a weighted sum of quantities, plus |U - U_e| where a speed is expected (Eq. 42)."""
 
-    name: str  # as the user calls it
-    terms: tuple[tuple[str, float], ...]  # quantities of `hypertuna.swimming.beat.QUANTITIES` and their factors
+    name: str  # name for users
+    terms: tuple[tuple[str, float], ...]  # keys of `hypertuna.swimming.beat.QUANTITIES`, each with its factor
     expected: float | None = None  # expected speed U_e [m/s]
 
 
 def objective(name: str, *, maximize: bool | None = None, key: str = "objective") -> Objective:
-    """Return the objective on a quantity of `OBJECTIVES`, by default in its better direction."""
+    """Return the objective to optimize a quantity of `OBJECTIVES`, by default in the direction that is better."""
     if name not in OBJECTIVES:
         fix = did_you_mean(name, OBJECTIVES)
         raise InputError("must be a quantity to optimize", key=key, value=shown(name), fix=fix)
@@ -47,11 +47,11 @@ def expected_speed(speed: float, weight: float) -> Objective:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Objectives and violations at points, with their derivatives by the coordinates."""
+    """Objectives and violations at points, with their derivatives with respect to the coordinates."""
 
     x: Array  # (points, dim) [Hz or rad]
     value: Array  # (points, objectives), infinite where a gait does not settle, stands still or swims backwards
-    violation: Array  # (points, limits) excess over each limit, relative to it; kept where <= 0 [1]
+    violation: Array  # (points, limits) excess over each limit, relative to the limit; not violated if <= 0 [1]
     quantities: dict[str, Array]  # (points,) each, in SI units; "status" is an index into `swimming.beat.STATUSES`
     value_jacobian: Array | None = None  # (points, objectives, dim)
     violation_jacobian: Array | None = None  # (points, limits, dim)
@@ -68,19 +68,19 @@ class Evaluation:
         return np.asarray(np.maximum(self.violation, 0).sum(axis=1))
 
     def rows(self, index: Sequence[int] | NDArray[np.intp] | NDArray[np.bool_]) -> Self:
-        """Return the evaluation at some of the points."""
+        """Return the evaluation at the points that an index selects."""
         return self._map(lambda column: column[index])
 
     def followed_by(self, other: Evaluation) -> Self:
-        """Return these points, then those of another evaluation of the same problem."""
+        """Return these points followed by the points of another evaluation of the same problem."""
         return self._map(lambda *columns: np.concatenate(columns), other)
 
     def rounded(self) -> Self:
-        """Return these points with rounded values: rounding errors of the kernels do not rank them."""
+        """Return these points with rounded values, so that rounding errors of the kernels do not affect their order."""
         return replace(self, value=rounded(self.value), violation=rounded(self.violation))
 
     def _map(self, function: Callable[..., Array], *others: Evaluation) -> Self:
-        """Return an evaluation with a function of every column; a column that one evaluation lacks is left out."""
+        """Apply a function to every column of this and other evaluations; a column that one of them lacks is None."""
 
         def mapped(name: str) -> Any:
             columns = [getattr(each, name) for each in (self, *others)]

@@ -1,4 +1,4 @@
-"""Find the gait that is best for an objective."""
+"""Search for the best gait for an objective."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -24,24 +24,24 @@ from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
 
 
 class Method(NamedTuple):
-    """Default sizes of a method, and the least number of gaits per batch."""
+    """Default sizes of an optimization method, and its least number of gaits per batch."""
 
-    size: int | None  # gaits per batch, or starts; None for pycma's own
-    batches: int
-    min_size: int
+    size: int | None  # default number of gaits per batch, or of starts; None for pycma's own default
+    batches: int  # default of the largest number of batches
+    min_size: int  # least number of gaits per batch
 
 
-METHODS = {
+METHODS = {  # methods by name
     "gradient": Method(6, 60, 1),
     "pso": Method(15, 60, 2),
     "cma": Method(None, 200, 2),
     "de": Method(15, 60, 4),
 }
-MAX_SIZE = 10_000  # gaits per batch, and batches
-SEEDS = Whole(min=0, max=2**32 - 1)
+MAX_SIZE = 10_000  # largest number of gaits per batch, and of batches
+SEEDS = Whole(min=0, max=2**32 - 1)  # allowed seeds
 
-# k of Eq. 42 [m/s per J/(kg m)]. Up to 1/(dCOT/dU) along the cheapest gaits, |U - U_e| holds the speed exactly where it
-# is expected: 0.12 for HyperTuna at 0.5 m/s, more at lower speeds (docs/optimize.md). Less than half of it is safe.
+# Default weight k of Eq. 42 [m/s per J/(kg m)]. Up to k = 1/(dCOT/dU) along the cheapest gaits, |U - U_e| keeps the
+# speed exactly as expected: 0.12 for HyperTuna at 0.5 m/s, more at lower speeds (docs/optimize.md). Half of it is safe.
 WEIGHT = 0.05
 
 
@@ -84,7 +84,7 @@ def optimize(
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Optimum:
-    """Find the gait that is best for an objective, and the robot where numbers of its file are variables.
+    """Find the best gait for an objective, and the best robot if numbers of its file are variables.
 
     Parameters
     ----------
@@ -97,9 +97,9 @@ def optimize(
     bounds : mapping, optional
         Bounds by name, ``{"frequency_hz": (1, 4)}``, that replace those of the robot's file [Hz or deg].
     design : mapping, optional
-        Bounds of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.05, 2)}``. What
-        depends on a link's length or mass follows it. ``fin.span`` and ``fin.chord``, or ``fin.area`` and
-        ``fin.aspect_ratio``, are factors on the caudal fin. `robot` of the result is the best one.
+        Bounds of numbers of the robot's file by key [unit of the file], ``{"hinge.stiffness": (0.05, 2)}``. Values
+        that depend on a link's length or mass follow it. ``fin.span`` and ``fin.chord``, or ``fin.area`` and
+        ``fin.aspect_ratio``, are factors on the caudal fin. `robot` of the result is the best robot.
     limits : sequence of Limit
         From `gait_limits`.
     method : {"gradient", "pso", "cma", "de"}, optional
@@ -108,15 +108,15 @@ def optimize(
     particles, iterations : int, optional
         Gaits per batch (number of starts of "gradient"), and max number of batches.
     robust : {"mean", "worst5"}, optional
-        Take the objective as its mean, or the mean of its worst 5 %, over robots sampled from the robot's fit. Every
-        one of them must keep the limits. The swim of the result is that of the robot itself.
+        Minimize the mean of the objective, or the mean of its worst 5 %, over robots sampled from the robot's fit. All
+        of these robots must keep the limits. The swim of the result is that of the robot itself.
     samples, seed, steps : int
         Number of robots to sample; seed of all random numbers; Runge-Kutta steps per beat, a multiple of 4.
     executor : concurrent.futures.Executor, optional
-        Where to swim the gaits of a batch, 16 per task. A gait takes 30 us and a task of Dask 2 to 4 ms: worthwhile for
-        the many robots of `robust`, or thousands of particles.
+        Where to swim the gaits of a batch, 16 per task. A gait takes 30 us and a task of Dask 2 to 4 ms, so an executor
+        pays off for the many robots of `robust`, or for thousands of particles.
     checkpoint : str or Path, optional
-        File to keep the search in, and to resume it from.
+        File that keeps the search, and from which the search resumes.
     progress : callable, optional
         Called after every batch with the number of gaits evaluated and its maximum.
 
@@ -138,7 +138,7 @@ def optimize(
     problem = Problem(robot, gait_bounds(robot, bounds, design), (target,), tuple(limits), steps, executor=executor)
     method = method or ("pso" if problem.non_differentiable else "gradient")
     optimizer = make_optimizer(problem, method, particles, iterations, seed)
-    start = time.monotonic()  # of the search, not of the import of libraries
+    start = time.monotonic()  # after libraries are imported
     options = problem.options | {"method": method, "particles": particles, "iterations": iterations, "seed": seed}
     if robust is not None:
         problem = over_fit(problem, robust, samples=samples, seed=seed)
@@ -171,7 +171,7 @@ def make_optimizer(
             rule, fix = "must support a search with one free gait parameter", "use pso, gradient or de, or free another"
             raise InputError(rule, key="method", value="'cma', which varies at least two", fix=fix)
         return CMAES(lower, upper, particles=size, iterations=batches, seed=seed)
-    assert size is not None  # of the others a default
+    assert size is not None  # the other methods have a default
     if method != "gradient":
         make = pso if method == "pso" else de
         return make(lower, upper, particles=size, iterations=batches, seed=seed)
@@ -179,6 +179,6 @@ def make_optimizer(
         rule = f"must work without derivatives, which are not available for {' and '.join(problem.non_differentiable)}"
         raise InputError(rule, key="method", value="'gradient'", fix="use pso, cma or de")
     target = problem.objectives[0]
-    # Differences in value are scaled to what matters: to the cost of transport beside |U - U_e|.
+    # Values are scaled by the weight of the cost of transport, since |U - U_e| is zero at the optimum.
     scale = target.terms[0][1] if target.expected is not None and target.terms[0][1] > 0 else 1.0
     return MultiStart(lower, upper, target.expected, scale, starts=size, iterations=batches, seed=seed)

@@ -1,4 +1,4 @@
-"""Optimizers that all speak ask, tell, stop and result: pymoo's PSO, DE and NSGA-II, and CMA-ES by pycma."""
+"""Optimizers with one interface (ask, tell, stop, result): PSO, DE and NSGA-II of pymoo, and CMA-ES of pycma."""
 
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, final
@@ -10,15 +10,15 @@ from hypertuna.arrays import Array, rounded
 from hypertuna.errors import InputError
 from hypertuna.optimization.objective import UNUSABLE, Evaluation
 
-# Of a particle swarm that converges: Clerc and Kennedy (2002), constriction of phi = 4.1.
+# Factors with which a particle swarm converges: Clerc and Kennedy (2002), constriction with phi = 4.1.
 INERTIA, LEARNING = 0.7298, 1.49618
 
 
 class Optimizer(ABC):
-    """Search a box for the point of least value.
+    """A search for the point of least value in a box.
 
-    `ask` returns a batch of points, `tell` takes their evaluations in the same order, by a simulation, a tank or a
-    cluster; asking again before telling returns the same batch. Feasible points come before others (Deb, 2000).
+    `ask` returns a batch of points; `tell` takes their evaluations in the same order, by a simulation, a tank or a
+    cluster. Asking again before telling returns the same batch. Feasible points are better than others (Deb, 2000).
     """
 
     needs_derivatives = False
@@ -72,7 +72,7 @@ class Optimizer(ABC):
         """Learn from the evaluation of the proposed points."""
 
     def _better(self, evaluation: Evaluation) -> Evaluation:
-        """Return the best of some points and the best so far, which stays if equal."""
+        """Return the best of the evaluated points and the best so far; the best so far wins if equal."""
         rows = evaluation if self._best is None else self._best.followed_by(evaluation)
         return rows.rows([int(np.lexsort((rows.value[:, 0], rows.total_violation, ~rows.feasible))[0])])
 
@@ -81,14 +81,14 @@ class Optimizer(ABC):
 class Pymoo(Optimizer):
     """Adapter for an evolutionary algorithm of pymoo that has not been set up yet.
 
-    With several objectives the result is the front of the last population, and the algorithm keeps its points within
-    the box by itself; with one its repair does.
+    With several objectives the result is the front of the last population, and the algorithm itself keeps its points
+    inside the box; with one objective, the algorithm's repair operator does.
     """
 
     def __init__(
         self, algorithm: Any, lower: Array, upper: Array, *, iterations: int, reason: str, objectives: int = 1
     ) -> None:
-        import scipy.spatial.distance  # noqa: F401 - pymoo needs it in its first iteration: what is timed has no imports
+        import scipy.spatial.distance  # noqa: F401 - pymoo imports it in its first iteration, which is timed
         from pymoo.core.problem import Problem
 
         several = objectives > 1
@@ -103,7 +103,7 @@ class Pymoo(Optimizer):
         algorithm.setup(box, termination=("n_iter", iterations + 1))
         self._infills: Any = None
         self._several = several
-        self._population: Evaluation | None = None  # its evaluations, where there are several objectives
+        self._population: Evaluation | None = None  # the last population, if there are several objectives
 
     @property
     def stop(self) -> str | None:
@@ -120,7 +120,7 @@ class Pymoo(Optimizer):
         return np.asarray(self._infills.get("X"), dtype=np.float64)
 
     def _learn(self, evaluation: Evaluation) -> None:
-        # All limits are one constraint, the total violation.
+        # pymoo gets all limits as one constraint, the total violation.
         values = np.where(np.isfinite(evaluation.value), evaluation.value, UNUSABLE)
         violation = evaluation.total_violation
         if self._several:
@@ -138,12 +138,12 @@ def pso(lower: Array, upper: Array, *, particles: int, iterations: int, seed: in
     """Return a particle swarm (Kennedy and Eberhart, 1995) with constant inertia and learning factors.
 
     v <- w v + c1 r1 (p_best - p) + c2 r2 (g_best - p),  p <- p + v, with new random numbers r1 and r2 in [0, 1] for
-    every coordinate. A particle that leaves the box is put on its edge; a velocity is at most a fifth of its width.
+    every coordinate. A particle that leaves the box is put on its edge; a velocity is at most a fifth of the box.
     """
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
 
-    # pymoo by itself moves such a particle to a random place inside, which keeps a swarm off the edges.
+    # By default pymoo moves such a particle to a random place inside, which keeps a swarm away from the edges.
     repair = ToBoundOutOfBoundsRepair()
     factors = {"w": INERTIA, "c1": LEARNING, "c2": LEARNING, "adaptive": False, "pertube_best": False}
     algorithm = PSO(pop_size=particles, repair=repair, seed=seed, **factors)
@@ -152,7 +152,7 @@ def pso(lower: Array, upper: Array, *, particles: int, iterations: int, seed: in
 
 
 def de(lower: Array, upper: Array, *, particles: int, iterations: int, seed: int) -> Optimizer:
-    """Return differential evolution (Storn and Price, 1997), DE/best/1/bin."""
+    """Return an optimizer by differential evolution (Storn and Price, 1997), DE/best/1/bin."""
     from pymoo.algorithms.soo.nonconvex.de import DE
     from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
     from pymoo.operators.sampling.lhs import LHS
@@ -165,7 +165,7 @@ def de(lower: Array, upper: Array, *, particles: int, iterations: int, seed: int
 
 
 def nsga2(lower: Array, upper: Array, objectives: int, *, population: int, generations: int, seed: int) -> Optimizer:
-    """Return the multi-objective genetic algorithm NSGA-II (Deb et al., 2002)."""
+    """Return an optimizer by the multi-objective genetic algorithm NSGA-II (Deb et al., 2002)."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
 
     algorithm = NSGA2(pop_size=population, seed=seed)
@@ -177,7 +177,7 @@ def nsga2(lower: Array, upper: Array, objectives: int, *, population: int, gener
 class CMAES(Optimizer):
     """CMA-ES by pycma (Hansen, 2016), in coordinates scaled to the unit box.
 
-    pycma itself speaks ask and tell, and takes a random generator of its own, which pymoo's wrapper does not pass on.
+    pycma has ask and tell itself, and takes a random generator; pymoo's wrapper does not pass on a generator.
     """
 
     REASONS: ClassVar = {
@@ -194,14 +194,14 @@ class CMAES(Optimizer):
         random = np.random.default_rng(seed)
         options = {
             "bounds": [0, 1],
-            "randn": lambda *shape: random.standard_normal(shape),  # not NumPy's global numbers
+            "randn": lambda *shape: random.standard_normal(shape),  # not NumPy's global generator
             "seed": np.nan,
             "maxiter": iterations,
             "tolfun": 1e-9,
             "tolx": 1e-9,
             "verbose": -9,
         }
-        options |= {} if particles is None else {"popsize": particles}  # pycma's own is 4 + 3 ln dim
+        options |= {} if particles is None else {"popsize": particles}  # pycma's default is 4 + 3 ln dim
         self._strategy = cma.CMAEvolutionStrategy(np.full(len(lower), 0.5), 0.3, options)
         self.particles = int(self._strategy.popsize)
         super().__init__(lower, upper, self.particles * iterations)
@@ -225,7 +225,7 @@ class CMAES(Optimizer):
         return self.lower + np.array(self._points) * (self.upper - self.lower)
 
     def _learn(self, evaluation: Evaluation) -> None:
-        # Only ranks count: infeasible points come after the worst feasible value.
+        # CMA-ES uses ranks only: infeasible points are ranked after the worst feasible value.
         value, feasible = evaluation.value[:, 0], evaluation.feasible
         self._worst = max([self._worst, *value[feasible]])
         ranked = np.where(feasible, value, self._worst + evaluation.total_violation)
@@ -233,7 +233,7 @@ class CMAES(Optimizer):
 
 
 def nondominated(value: Array) -> NDArray[np.intp]:
-    """Return the indices of nondominated points, in order; of points with equal values the first.
+    """Return the sorted indices of nondominated points; among points with equal values, only the first counts.
 
     >>> nondominated(np.array([[1.0, 3.0], [2.0, 2.0], [2.0, 3.0], [2.0, 2.0]]))
     array([0, 1])
@@ -248,13 +248,13 @@ def nondominated(value: Array) -> NDArray[np.intp]:
 
 
 def pareto_front(points: Evaluation) -> Evaluation:
-    """Return the feasible, nondominated points."""
+    """Return the feasible, nondominated points of an evaluation."""
     feasible = np.flatnonzero(points.feasible)
     return points.rows(feasible[nondominated(points.value[feasible])])
 
 
 def hypervolume(value: Array, reference: Array) -> float:
-    """Return the volume between a front, shape (points, objectives), and a reference point that is worse than it.
+    """Return the volume between a front, shape (points, objectives), and a reference point worse than the front.
 
     >>> hypervolume(np.array([[1.0, 2.0], [2.0, 1.0]]), np.array([3.0, 3.0]))
     3.0

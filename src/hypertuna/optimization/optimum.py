@@ -18,22 +18,22 @@ from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.swim import Swim, swim
 
-NEAR = 5e-3  # relative distance at which a limit or bound counts as active
-MET = 5e-3  # relative error at which an expected speed counts as met
-FLAT = 5e-3  # relative difference of values that are near the best
-WIDE = 0.1  # part of its bounds over which a coordinate near the best is remarked
-IDLE = 0.05  # body lengths per beat: a gait with less hardly swims
+NEAR = 5e-3  # relative distance within which a limit or bound counts as active
+MET = 5e-3  # relative error within which an expected speed counts as met
+FLAT = 5e-3  # values within this relative difference of the best are near the best
+WIDE = 0.1  # a coordinate whose values near the best span more than this part of its bounds is reported
+IDLE = 0.05  # body lengths per beat: a gait with a shorter stride hardly swims
 MADE_BY = "best design found by hypertuna optimize"  # source of the values of variables
-PLACES = 25  # points from the best to each bound
+PLACES = 25  # points evaluated between the best and each bound
 
 
 @dataclass(frozen=True)
 class Margin:
-    """Margin of a gait to a limit."""
+    """Distance of a gait from a limit."""
 
     limit: Limit
-    value: float  # of the gait; in a robust search, of the robot with the smallest margin [unit of the quantity]
-    margin: float  # distance to the limit, relative to it; negative where it is violated [1]
+    value: float  # the gait's; in a robust search, that of the robot with the smallest margin [unit of the quantity]
+    margin: float  # distance from the limit, relative to the limit; negative if it is violated [1]
 
     @property
     def active(self) -> bool:
@@ -43,32 +43,32 @@ class Margin:
 
 @dataclass(frozen=True)
 class Optimum(Plotted, Tabular):
-    """The best gait of a search, and the best robot where its numbers are variables."""
+    """The best gait of a search, and the best robot if numbers of its file are variables."""
 
-    robot: Robot  # that swims the gait: with the best design, if one was sought
+    robot: Robot  # the robot that swims the gait; with the best design, if numbers are variables
     objective: Objective
     gait: Gait | None  # None if no gait satisfies all limits
-    swim: Swim | None  # of the robot itself
-    value: float  # of the objective, minimized; over the sampled robots in a robust search
+    swim: Swim | None  # swim of the gait by `robot`, also in a robust search
+    value: float  # value of the objective, to be minimized; over the sampled robots in a robust search
     robust: str | None  # "mean" or "worst5" over robots sampled from the fit
     method: str
     seed: int
     evaluations: int  # gaits swum by all robots, those of a checkpoint included
-    seconds: float  # of this run [s]
+    seconds: float  # duration of this run [s]
     stop: str  # why the search ended, as a sentence
     history: Array  # (batches,) least value after each batch; infinite before a gait satisfies all limits
-    swum: NDArray[np.int_]  # (batches,) gaits swum until then, counted as in `evaluations`
+    swum: NDArray[np.int_]  # (batches,) number of gaits swum after each batch, counted as in `evaluations`
     margins: tuple[Margin, ...]
     bounds: Mapping[str, str]  # "lower" or "upper" for every coordinate on a bound, by the names of `gait_columns`
-    # Range of each coordinate in which, all others held, the value stays within 0.5 % of the best and all limits are
-    # kept [Hz or deg]; empty where a speed is expected.
+    # Range of each coordinate alone in which the value stays within 0.5 % of the best and all limits are kept
+    # [Hz or deg]; empty if a speed is expected.
     near_best: Mapping[str, tuple[float, float]]
-    # Up to this k of Eq. 42 the speed stays exactly as expected, by the gradients at this gait [m/s per J/(kg m)]; None
-    # where no speed is expected or met, in robust searches, and with limits that have no derivatives.
+    # Largest weight k of Eq. 42 with which the speed stays exactly as expected, from the gradients at this gait
+    # [m/s per J/(kg m)]; None if no speed is expected or met, in robust searches, and if a limit has no derivatives.
     weight_threshold: float | None
-    variables: tuple[Variable, ...]  # numbers of the robot's file that were sought
-    design: Mapping[str, float]  # their best values by name [unit of the file]
-    remark: str  # what else there is to know about the result; empty if nothing
+    variables: tuple[Variable, ...]  # numbers of the robot's file that the search varied
+    design: Mapping[str, float]  # best values of the variables by name [unit of the file]
+    remark: str  # further sentences on the result; may be empty
 
     @property
     def speed(self) -> float:
@@ -137,16 +137,16 @@ def make_optimum(
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:
-    """Return the range [Hz or deg] of each coordinate alone in which the value loses 0.5 % at most and limits hold."""
+    """Return for each coordinate alone the range [Hz or deg] in which the value loses at most 0.5 % and limits hold."""
     space, best_point = problem.space, best.x[0]
     edges = np.stack([space.lower, space.upper])
-    fractions = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # from the best to an edge, closer where it matters
+    fractions = np.linspace(0, 1, PLACES + 1)[1:] ** 2  # parts of the way to an edge, denser near the best
     x = np.tile(best_point, (*edges.shape, PLACES, 1))
     for k, edge in enumerate(edges.T):
         x[:, k, :, k] += np.outer(edge - best_point[k], fractions)
     inside = edges != best_point
     evaluation = problem.evaluate(x[inside].reshape(-1, len(best_point)))
-    # Allowed loss of value not yet used: 1 at the best, 0 at the end of the range.
+    # Part of the allowed loss of value that is not used yet: 1 at the best, 0 at the end of the range.
     reserve = 1 - (evaluation.value[:, 0] - best.value[0, 0]) / (FLAT * abs(best.value[0, 0]))
     reserve[~evaluation.feasible] = -np.inf
     reach = np.ones(edges.shape)
@@ -162,11 +162,11 @@ def _reach(fractions: Array, reserve: Array) -> float:
         return 1.0
     k = used_up[0]
     fraction, part = (fractions[k - 1], reserve[k - 1]) if k else (0.0, 1.0)
-    return float(fraction + part / (part - reserve[k]) * (fractions[k] - fraction))  # no further where a limit ends it
+    return float(fraction + part / (part - reserve[k]) * (fractions[k] - fraction))  # reserve[k] is -inf at a limit
 
 
 def _idle_sentence(target: Objective, result: Swim) -> str:
-    """Return a sentence if a gait is cheap since it hardly swims."""
+    """Return a sentence if a gait has a low cost of transport only because it hardly swims."""
     if not target.name.startswith("cost_of_transport") or result.stride_length > IDLE:
         return ""
     return (
@@ -176,7 +176,7 @@ def _idle_sentence(target: Objective, result: Swim) -> str:
 
 
 def _from_rest_sentence(result: Swim) -> str:
-    """Return a sentence if a start from rest does not lead to the gait's settled beat: searches do not check that."""
+    """Return a sentence if a start from rest does not lead to the gait's settled beat, which searches do not check."""
     if result.reached_from_rest:
         return ""
     settled = result.settled_from_rest
@@ -184,12 +184,12 @@ def _from_rest_sentence(result: Swim) -> str:
     return f"The robot must be brought to speed: from rest the gait {outcome}."
 
 
-def _flat_sentence(space: DesignSpace, near: Mapping[str, tuple[float, float]]) -> str:
-    """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if none may."""
+def _flat_sentence(space: DesignSpace, near_best: Mapping[str, tuple[float, float]]) -> str:
+    """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if there are none."""
     variables = {variable.name: (variable.label, variable.unit) for variable in space.variables}
     width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
     ranges = []
-    for name, (low, high) in near.items():
+    for name, (low, high) in near_best.items():
         if high - low > WIDE * width[name]:
             *words, unit = name.split("_")
             label, unit = variables.get(name, (" ".join(words), "Hz" if unit == "hz" else unit))
@@ -198,11 +198,11 @@ def _flat_sentence(space: DesignSpace, near: Mapping[str, tuple[float, float]]) 
 
 
 def _weight_threshold(problem: Problem, best: Evaluation) -> float:
-    """Return the k of Eq. 42 up to which |U - U_e| holds the speed exactly (exact penalty); infinite if any does.
+    """Return the largest k of Eq. 42 with which the optimal speed is exactly as expected; infinite if any k does.
 
-    Where the speed is as expected, k COT pulls along the cheapest gaits with k dCOT/dU and |U - U_e| holds with 1. That
-    derivative is the multiplier of the speed in the Karush-Kuhn-Tucker conditions, here by least squares over the
-    coordinates that are not on their bounds.
+    At the expected speed, k COT changes along the cheapest gaits with the slope k dCOT/dU, and |U - U_e| with the slope
+    1 (an exact penalty). dCOT/dU is the multiplier of the speed in the Karush-Kuhn-Tucker conditions, found by least
+    squares over the coordinates that are not on their bounds.
     """
     space = problem.space
     width = space.upper - space.lower
@@ -219,7 +219,7 @@ def _weight_threshold(problem: Problem, best: Evaluation) -> float:
 
 
 def _infeasible_sentence(margins: Sequence[Margin]) -> str:
-    """Return a sentence on the limits that the nearest gait violates."""
+    """Return a sentence on the limits violated by the gait that comes nearest to satisfying all of them."""
     forward, *others = margins
     violated = [f"{m.limit.quantity} by {-100 * m.margin:.3g} %" for m in others if m.margin < 0]
     if forward.margin < 0 or not violated:
@@ -227,8 +227,8 @@ def _infeasible_sentence(margins: Sequence[Margin]) -> str:
     return f"No gait was found that satisfies all limits: the nearest one violates {' and '.join(violated)}."
 
 
-def _missed_sentence(problem: Problem, speed: float, own: float) -> str:
-    """Return a sentence if the expected speed is not met; `speed` is the mean over the robots, `own` the robot's."""
+def _missed_sentence(problem: Problem, speed: float, own_speed: float) -> str:
+    """Return a sentence if the expected speed is not met; speed: mean over robots, own_speed: the robot's [m/s]."""
     target = problem.objectives[0]
     if target.expected is None or abs(speed / target.expected - 1) < MET:
         return ""
@@ -239,6 +239,6 @@ def _missed_sentence(problem: Problem, speed: float, own: float) -> str:
             f"of reach, or {weight}."
         )
     return (
-        f"The sampled robots swim the gait at {speed:.4g} m/s on average, the robot itself at {own:.4g} m/s, instead "
-        f"of the expected {target.expected:.4g} m/s: no gait brings all of them to that speed, or {weight}."
+        f"The sampled robots swim the gait at {speed:.4g} m/s on average, the robot itself at {own_speed:.4g} m/s, "
+        f"instead of the expected {target.expected:.4g} m/s: no gait brings all of them to that speed, or {weight}."
     )

@@ -1,4 +1,4 @@
-"""Pareto fronts of gaits: the best compromises between two or three objectives, by NSGA-II, then polished."""
+"""Pareto fronts of gaits: the best compromises between two or three objectives, found by NSGA-II, then polished."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SLOW = 0.1  # default min speed of a front [body lengths/s]
-WIDE = 1.5  # times the mean distance between neighbors: wider gaps of a front are filled
+WIDE = 1.5  # gaps wider than this many mean distances between neighbors are filled
 RANGES = {"population": Whole(min=2, max=10_000), "generations": Whole(min=1, max=10_000), "seed": SEEDS}
-BEYOND = 0.1  # of its range: distance of the reference point beyond the worst of the front
+BEYOND = 0.1  # distance of the reference point beyond the worst values of the front, over the front's range
 
 
 @dataclass(frozen=True)
@@ -47,20 +47,20 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
     robot: Robot
     space: DesignSpace
     objectives: tuple[str, ...]  # names of `hypertuna.optimization.objective.OBJECTIVES`
-    x: Array  # (points, dim), by the first objective from worst to best [Hz or rad]
-    values: Array  # (points, objectives), over the sampled robots of a robust front [unit of each]
-    evolved: Array  # (evolved points, objectives) as NSGA-II left them, before polishing [unit of each]
-    # (points,) residual of the Karush-Kuhn-Tucker conditions: 0 where no direction improves all objectives, 1 at most;
+    x: Array  # (points, dim), sorted by the first objective from worst to best [Hz or rad]
+    values: Array  # (points, objectives); in a robust front, statistics over the sampled robots [unit of each]
+    evolved: Array  # (evolved points, objectives), values of NSGA-II's front before polishing [unit of each]
+    # (points,) residual of the Karush-Kuhn-Tucker conditions: 0 if no direction improves all objectives, 1 at most;
     # NaN without derivatives [1]
     stationarity: Array
     reference: Array  # (objectives,) reference point of the hypervolumes [unit of each]
     hypervolume_evolved: float  # before polishing [product of the units]
-    hypervolume: float  # [product of the units]
+    hypervolume: float  # hypervolume of the front [product of the units]
     polished: bool
     evaluations: int  # gaits swum by all robots, those of a checkpoint included
-    seconds: float  # [s]
+    seconds: float  # duration of this run [s]
     stop: str  # why the search ended, as a sentence
-    robust: str | None = None  # of the objectives over robots sampled from the fit
+    robust: str | None = None  # statistic of the objectives over robots sampled from the fit
 
     @property
     def gaits(self) -> tuple[Gait, ...]:
@@ -76,7 +76,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
 
     @property
     def robots(self) -> tuple[Robot, ...]:
-        """The robot at each point; the same at all without variables."""
+        """The robot at each point; without variables, all are the same robot."""
         return tuple(self.space.robot(self.robot, x, made_by="hypertuna pareto") for x in self.x)
 
     @property
@@ -86,7 +86,7 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
 
     @cached_property
     def points(self) -> xr.Dataset:
-        """All quantities of the gaits as `sweep` computes them for the robot itself, and the numbers of the front."""
+        """Data set of all quantities of the gaits, as `sweep` computes them for the robot itself, and of the front."""
         attributes = {"units": "1", "long_name": "residual of the optimality conditions"}
         variables: dict[str, Any] = {"stationarity": ("gait", self.stationarity, attributes)}
         if self.robust is not None:
@@ -143,11 +143,11 @@ def pareto(
     robot : Robot, str or Path
         Robot, its name or the path of its file.
     objectives : sequence of str
-        Two or three quantities; each is minimized or maximized as suits it.
+        Two or three quantities; each is minimized or maximized, whichever is better.
     population, generations : int
-        Of NSGA-II.
+        Population and number of generations of NSGA-II.
     bounds, design, limits, robust, samples, executor, checkpoint
-        As of `optimize` [Hz or deg].
+        As in `optimize` [Hz or deg].
     min_speed : float, optional
         Min speed; a tenth of a body length per second by default. Near rest the model's cost of transport goes to
         zero with the square of the speed, and a front would end in gaits that hardly move [m/s].
@@ -198,7 +198,7 @@ def pareto(
         search = nsga2(problem.space.lower, problem.space.upper, len(names), **sizes)
         while search.stop is None:
             search.tell(recorded.evaluate(search.ask()))
-        assert search.result is not None  # it has told at least one batch
+        assert search.result is not None  # at least one batch was told
         evolved = search.result
         without_derivatives = problem.non_differentiable
         polished = _polished(recorded, evolved) if polish and not without_derivatives and len(evolved.x) else evolved
@@ -251,13 +251,13 @@ class _Recorded:
 
 
 def _polished(problem: _Recorded, evolved: Evaluation) -> Evaluation:
-    """Return the front with its ends extended, points improved with the other objectives held, and gaps filled."""
+    """Polish a front: extend its ends, improve its points in the last objective, and fill its gaps."""
     count = evolved.value.shape[1]
     targets = [Target(evolved.x[np.argmin(evolved.value[:, k])], k, np.full(count, np.inf)) for k in range(count)]
     targets += [_held_target(x, value) for x, value in zip(evolved.x, evolved.value, strict=True)]
     polished = problem.evaluate(run_targets(problem, targets, _scale(evolved)))
     front = pareto_front(evolved.followed_by(polished))
-    if count > 2 or not (gaps := _gap_targets(front)):  # the points of a surface have no neighbors to search between
+    if count > 2 or not (gaps := _gap_targets(front)):  # points of a surface have no order of neighbors
         return front
     return pareto_front(front.followed_by(problem.evaluate(run_targets(problem, gaps, _scale(front)))))
 
@@ -268,7 +268,7 @@ def _held_target(x: Array, value: Array) -> Target:
 
 
 def _gap_targets(front: Evaluation) -> list[Target]:
-    """Return searches that start between neighbors of a front that are more than WIDE mean distances apart."""
+    """Return searches that start in the gaps of a front: between neighbors more than WIDE mean distances apart."""
     front = front.rows(np.argsort(front.value[:, 0], kind="stable"))
     distance = np.linalg.norm(np.diff(front.value, axis=0) / _scale(front), axis=1)
     targets = []
@@ -280,7 +280,7 @@ def _gap_targets(front: Evaluation) -> list[Target]:
 
 
 def _scale(front: Evaluation) -> Array:
-    """Return the range (objectives,) of a front in each objective; where all points share a value, its magnitude."""
+    """Return the range (objectives,) of a front in each objective; if all points share a value, its magnitude."""
     if not len(front.x):
         return np.ones(front.value.shape[1])
     magnitude = np.maximum(np.abs(front.value[0]), 1e-300)
@@ -289,7 +289,7 @@ def _scale(front: Evaluation) -> Array:
 
 
 def _polish_sentence(evolved: Evaluation, front: Evaluation, polish: bool, rough: Sequence[str]) -> str:
-    """Return a sentence on what polishing changed, or why it was left out."""
+    """Return a sentence on the effect of polishing, or on the reason why it was left out."""
     if not len(evolved.x):
         return "No gait satisfied all limits."
     if not polish:

@@ -1,4 +1,4 @@
-"""Figures of a Pareto front, before and after polishing beside the robot's named gaits, and of convergence."""
+"""Figures of a Pareto front, with the robot's named gaits, and of the convergence of searches."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,13 +18,13 @@ from hypertuna.swimming.beat import QUANTITIES
 from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.sweep import sweep
 
-NEAR = 0.18  # of the largest value over the figure's width in inch: distance of points that share a label
+NEAR = 0.18  # inch: points closer than this over the figure's width, relative to the largest value, share a label
 
 
 @plots.of(Front)
 @styled
 def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
-    """Plot the second objective of a front against its first, colored by the third or else by frequency."""
+    """Plot the second objective of a front against the first, colored by the third objective, else by frequency."""
     figure = Figure(figsize=(width, 0.45 * width + 1.6), layout="constrained")
     axes = figure.subplots()
     third = len(front.objectives) > 2
@@ -46,8 +46,8 @@ def plot_pareto(front: Front, *, width: float = WIDTH) -> Figure:
     return figure
 
 
-def _plot_named(axes: Axes, front: Front, near: float) -> None:
-    """Plot the robot's named gaits without a bias, as its model swims them, by the numbers of the legend."""
+def _plot_named(axes: Axes, front: Front, label_distance: float) -> None:
+    """Plot the robot's named gaits without a bias, as the model swims them, with numbers that the legend explains."""
     named = {name: gait for name, gait in front.robot.gaits.items() if not any(gait.bias)}
     if not named or front.robust is not None:
         return
@@ -57,13 +57,13 @@ def _plot_named(axes: Axes, front: Front, near: float) -> None:
     for k, (name, point) in enumerate(zip(named, points, strict=True), start=1):
         if np.isfinite(point).all():
             axes.plot(*point, "s", color=INK, mfc="none", ms=5.5, mew=1.1, zorder=4, label=f"{k}  {name}")
-    for place, numbers in _shared_labels(points, near):
+    for place, numbers in _shared_labels(points, label_distance):
         text = ", ".join(map(str, numbers))
         axes.annotate(text, place, (-5, 3), textcoords="offset points", ha="right", fontsize=8, color=INK)
 
 
 def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, float], list[int]]]:
-    """Return a place and the numbers of its points for every label; points near each other share one."""
+    """Return a place, and the numbers of its points, for every label; points near each other share a label."""
     size = np.nanmax(points, axis=0)
     groups: list[list[int]] = []
     for k in np.flatnonzero(np.isfinite(points).all(axis=1)).tolist():
@@ -78,7 +78,7 @@ def _shared_labels(points: Array, distance: float) -> list[tuple[tuple[float, fl
 @plots.of(Optimum)
 @styled
 def plot_convergence(runs: Optimum | Sequence[Optimum], *, width: float = WIDTH) -> Figure:
-    """Plot the best value so far against the gaits swum, as Fig. 13(a) of the paper: `width` [inch]."""
+    """Plot the best value so far against the number of gaits swum, as Fig. 13(a) of the paper; `width` [inch]."""
     runs = [runs] if isinstance(runs, Optimum) else runs
     figure = Figure(figsize=(width, 2.9), layout="constrained")
     axes = figure.subplots()

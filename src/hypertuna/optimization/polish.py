@@ -1,7 +1,7 @@
 """Polish a Pareto front by exact derivatives, and measure how stationary its points are.
 
 Each search improves one objective while the others are bounded (epsilon constraints; Haimes, Lasdon and Wismer, 1971).
-All searches advance in lockstep: every round evaluates the next point of each in one batch.
+All searches advance in lockstep: every round evaluates the next point of each search in one batch.
 """
 
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.sqp import MARGIN, PENALTY, SQP, Point
 
-MAX_ROUNDS = 40  # evaluations of one search
-ON_BOUND = 1e-9  # of the range of a variable
+MAX_ROUNDS = 40  # most evaluations in one search
+ON_BOUND = 1e-9  # a variable this near its bound, as a part of its range, is on the bound
 
 
 class _Differentiable(Protocol):
-    """What evaluates points with derivatives: a `Problem`, or one that also records."""
+    """A problem that evaluates points with derivatives: a `Problem`, or one that also keeps a journal."""
 
     space: DesignSpace
 
@@ -30,20 +30,20 @@ class _Differentiable(Protocol):
 
 @dataclass(frozen=True)
 class Target:
-    """A search from one point of the front."""
+    """A search from one point of the front: objective to minimize, and bounds on the others."""
 
     start: Array  # (dim,) [unit of each variable]
     objective: int  # index of the objective to minimize
-    limits: Array  # (objectives,) upper bounds of the others, infinite where free [unit of each objective]
+    limits: Array  # (objectives,) upper bounds of the other objectives, infinite if free [unit of each objective]
 
 
 @dataclass(frozen=True)
 class _Scaled:
-    """Evaluation of a point; variables scaled by their bounds, objectives by the range of the front."""
+    """Evaluation of a point, with variables scaled by their bounds and objectives by the range of the front."""
 
-    u: Array  # (dim,)
+    u: Array  # (dim,) point of the unit box
     value: Array  # (objectives,)
-    violation: Array  # (constraints,), kept where <= 0
+    violation: Array  # (constraints,), not violated if <= 0
     value_jacobian: Array  # (objectives, dim)
     violation_jacobian: Array  # (constraints, dim)
 
@@ -51,7 +51,7 @@ class _Scaled:
 def run_targets(problem: _Differentiable, targets: Sequence[Target], scale: Array) -> Array:
     """Run all searches to their end; `scale` is the range of the front in each objective, shape (objectives,).
 
-    Return the best feasible point of each search, or its start where there is none, shape (targets, dim).
+    Return the best feasible point of each search, or the start if there is none, shape (targets, dim).
     """
     lower, width = problem.space.lower, problem.space.upper - problem.space.lower
     searches = [SQP(np.clip((target.start - lower) / width, 0.0, 1.0), MAX_ROUNDS) for target in targets]
@@ -70,8 +70,8 @@ def run_targets(problem: _Differentiable, targets: Sequence[Target], scale: Arra
 def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array) -> Array:
     """Return the residual of the Karush-Kuhn-Tucker conditions at points, shape (points,) [1].
 
-    A point is stationary when no direction improves all objectives: a mean of their gradients is balanced by gradients
-    of the active constraints and bounds. The residual is the remaining norm over the steepest gradient: 0 for a
+    A point is stationary if no direction improves all objectives: a mean of their gradients is balanced by gradients
+    of the active constraints and bounds. The residual is the norm of the remainder over the steepest gradient: 0 for a
     stationary point, 1 at most. Variables are scaled by their bounds, objectives by the range of the front `scale`.
     """
     lower, width = problem.space.lower, problem.space.upper - problem.space.lower
@@ -80,7 +80,7 @@ def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array)
 
 
 def _residual(point: _Scaled) -> float:
-    """Return the least norm of the mean gradient plus nonnegative multiples of the active gradients."""
+    """Return the least norm of a mean gradient plus nonnegative multiples of active gradients, over the steepest."""
     from scipy.optimize import nnls
 
     steepest = float(np.linalg.norm(point.value_jacobian, axis=1).max())
@@ -93,7 +93,7 @@ def _residual(point: _Scaled) -> float:
     bounds = np.concatenate([-identity[point.u < ON_BOUND], identity[point.u > 1 - ON_BOUND]])
     objectives = len(point.value)
     gradients = np.concatenate([point.value_jacobian / steepest, active, bounds])
-    # Weights of the objectives add up to one: the least residual is the same without, but then 0 solves it, too.
+    # The weights of the objectives must add up to one, otherwise zero weights would be a solution.
     matrix = np.vstack([gradients.T, [1.0] * objectives + [0.0] * (len(gradients) - objectives)])
     weights, _ = nnls(matrix, np.append(np.zeros(len(identity)), 1.0))
     total = weights[:objectives].sum()
@@ -101,7 +101,7 @@ def _residual(point: _Scaled) -> float:
 
 
 def _sqp_point(target: Target, scaled: _Scaled, scale: Array) -> Point:
-    """Return a point as SQP takes it: the other objectives are constraints."""
+    """Return a point for SQP, with the bounded objectives as constraints."""
     bounded = np.flatnonzero(np.isfinite(target.limits))
     value = scaled.value[target.objective]
     return Point(

@@ -24,29 +24,29 @@ from hypertuna.swimming.designs import model_features, rates
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.yielding import BEND
 
-PART = 16  # points of a task of an executor
-MIN_STRIDE = 1e-3  # body lengths per beat: below, a gait stands still
-SAMPLES = Whole(min=1, max=10_000)
-PER = {  # quantities that are divided by what no parameter of the core's model is
+PART = 16  # points per task of an executor
+MIN_STRIDE = 1e-3  # body lengths per beat: a gait with a shorter stride stands still
+SAMPLES = Whole(min=1, max=10_000)  # allowed number of sampled robots
+PER = {  # quantities divided by the robot's mass or length, which are no parameters of the core's model
     "robot_mass": ("cost_of_transport", "cost_of_transport_positive"),
     "robot_length": ("speed_bl", "stride_length"),
 }
-WORST = 0.05  # part of the robots that "worst5" is the mean of
+WORST = 0.05  # part of the robots over which "worst5" is the mean
 STATISTICS = {"mean": "mean over all robots", "worst5": "mean of the worst 5 % of the robots"}
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Objectives and limits over a design space; every gait must also swim forward, every design be valid."""
+    """Objectives and limits over a design space; every gait must also swim forward, and every robot be valid."""
 
     robot: Robot
     space: DesignSpace
     objectives: tuple[Objective, ...]
     limits: tuple[Limit, ...] = ()
     steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
-    threads: int = 1  # results do not depend on it; one is faster for small batches
+    threads: int = 1  # results do not depend on it; one thread is faster for small batches
     samples: tuple[Robot, ...] = ()  # robots of a robust problem
-    robust: str | None = None  # of `STATISTICS`, over the samples; None for the robot alone
+    robust: str | None = None  # key of `STATISTICS`, the statistic over the samples; None for the robot alone
     executor: Executor | None = field(default=None, compare=False, repr=False)  # results do not depend on it
 
     def __post_init__(self) -> None:
@@ -55,7 +55,7 @@ class Problem:
 
     @cached_property
     def needs(self) -> tuple[str, ...]:
-        """Names of the quantities that objectives and limits are made of."""
+        """Names of the quantities that objectives and limits use."""
         names = ["speed", "cost_of_transport", "stride_length"]
         names += [name for objective in self.objectives for name, _ in objective.terms]
         return tuple(dict.fromkeys([*names, *(limit.quantity for limit in self.limits)]))
@@ -72,7 +72,7 @@ class Problem:
 
     @property
     def options(self) -> dict[str, Any]:
-        """All that a search depends on besides the robot, for the header of its journal."""
+        """All inputs of a search besides the robot, for the header of its journal."""
         bounds = zip(self.space.columns, self.space.low, self.space.high, strict=True)
         return {
             "objectives": [asdict(objective) for objective in self.objectives],
@@ -94,32 +94,32 @@ class Problem:
         if derivatives and self.non_differentiable:
             fix = "choose a method without gradients"
             raise InputError("has no derivatives", key=" and ".join(self.non_differentiable), fix=fix)
-        worker_problem = replace(self, samples=(), executor=None)  # all that a worker needs
+        worker_problem = replace(self, samples=(), executor=None)  # a worker needs neither
         parts = [x[k : k + PART] for k in range(0, len(x), PART)] if self.executor else [x]
         tasks = ((robot, part) for robot in self.robots for part in parts)
         swims = list(map_shards(partial(_swim_part, worker_problem, derivatives), tasks, self.executor))
-        rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # of each robot
+        rows = [swims[k : k + len(parts)] for k in range(0, len(swims), len(parts))]  # a list for each robot
         names = swims[0]
         if self.robust is None:
             return {name: np.concatenate([each[name] for each in rows[0]]) for name in names}
         return {name: np.stack([np.concatenate([each[name] for each in row]) for row in rows]) for name in names}
 
     def judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
-        """Evaluate objectives and limits from quantities as `swim` returns them, simulated or measured."""
+        """Evaluate objectives and limits from simulated or measured quantities, in the form that `swim` returns."""
         if self.robust is None:
             return self._judge(x, quantities)
         samples = [{name: rows[k] for name, rows in quantities.items()} for k in range(len(self.samples))]
         return _aggregate([self._judge(x, sample) for sample in samples], self.robust)
 
     def _swim(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Return the quantities of gaits at points x (points, dim), swum by a robot or by that of each design."""
+        """Return the quantities of gaits at points x (points, dim); the robot gets the variables of each point."""
         if not self.space.variables:
             return self._swim_gaits(robot, self.space.gaits(x), derivatives)
         rows = [self._swim_design(robot, point, derivatives) for point in x]
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
     def _swim_design(self, robot: Robot, x: Array, derivatives: bool) -> dict[str, Array]:
-        """Return the quantities of the gait at one point, swum by the robot there; NaN if its file would be refused."""
+        """Return the quantities of the gait and robot at one point; NaN if the robot's file would be invalid."""
         gaits, values = self.space.gaits(x[np.newaxis]), self.space.design(x)
 
         def features(varied: Robot) -> Array:
@@ -134,11 +134,13 @@ class Problem:
             gradients = {f"d_{name}": np.full((1, len(x)), np.nan) for name in self.needs if derivatives}
             return unknown | gradients | {"status": np.array([STATUSES.index("unsettled")], np.int8)}
 
-    def _swim_gaits(self, robot: Robot, gaits: Gaits, derivatives: bool, by: Array | None = None) -> dict[str, Array]:
+    def _swim_gaits(
+        self, robot: Robot, gaits: Gaits, derivatives: bool, variable_rates: Array | None = None
+    ) -> dict[str, Array]:
         """Return the quantities of gaits, shape (gaits,), and with `derivatives` their gradients as ``d_NAME``.
 
-        `by` has derivatives by the robot's variables: of the parameters of model and hinge, then of what
-        `gait_quantities` returns, shape (rows, variables).
+        `by` has derivatives with respect to the robot's variables, shape (rows, variables): of the `model_features`,
+        then of the quantities that `gait_quantities` returns.
         """
         beats = settle(robot, gaits, steps=self.steps, threads=self.threads)
         of_gait, d_gait = gait_quantities(robot, gaits)
@@ -147,12 +149,12 @@ class Problem:
             return quantities
         directions = self.space.directions(robot)
         d_gait = {name: gradient[:, self.space.free[: directions.shape[1]]] for name, gradient in d_gait.items()}
-        if by is not None:
-            rows = dict(zip(d_gait, by[len(directions) :], strict=True))
-            directions = np.hstack([directions, by[: len(directions)]])
+        if variable_rates is not None:
+            rows = dict(zip(d_gait, variable_rates[len(directions) :], strict=True))
+            directions = np.hstack([directions, variable_rates[: len(directions)]])
             d_gait = {name: np.hstack([gradient, rows[name][np.newaxis]]) for name, gradient in d_gait.items()}
         gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
-        for size, names in PER.items() if by is not None else ():
+        for size, names in PER.items() if variable_rates is not None else ():
             for name in names:
                 gradients[name] = gradients[name] - beats[name][:, np.newaxis] * d_gait[size] / of_gait[size][0]
         return quantities | {f"d_{name}": (gradients | d_gait)[name] for name in self.needs}
@@ -177,20 +179,20 @@ class Problem:
 
 
 def _swim_part(problem: Problem, derivatives: bool, task: tuple[Robot, Array]) -> dict[str, Array]:
-    """Return the quantities of the points of a task, swum by its robot."""
+    """Return the quantities of a task's points, swum by the task's robot."""
     robot, x = task
     return problem._swim(robot, x, derivatives)
 
 
 def over_fit(problem: Problem, statistic: str, *, samples: int, seed: int) -> Problem:
-    """Return the problem posed to robots sampled from the fit of its robot."""
+    """Return the robust problem over robots sampled from the fit of its robot."""
     check_choice(statistic, STATISTICS, "robust")
     SAMPLES.check(samples, "samples", "leave it out for the default")
     return robust_problem(problem, sample_robots(problem.robot, samples, seed), statistic)
 
 
 def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) -> Problem:
-    """Return the problem posed to several robots at once; every one of them must keep the limits."""
+    """Return the robust problem over several robots, all of which must keep the limits."""
     check_choice(statistic, STATISTICS, "robust")
     if not robots:
         raise InputError("must hold at least one robot", key="robots", value="empty", fix="sample robots from a fit")
@@ -198,7 +200,7 @@ def robust_problem(problem: Problem, robots: Sequence[Robot], statistic: str) ->
 
 
 def _aggregate(samples: Sequence[Evaluation], statistic: str) -> Evaluation:
-    """Return one evaluation of points over several robots, from an evaluation by each robot.
+    """Combine the evaluations of points by several robots into one evaluation.
 
     Each objective is its mean over the robots, or over its worst ceil(0.05 n) values (conditional value at risk;
     Rockafellar and Uryasev, 2000). Violations and the status are the worst, other quantities are means.
@@ -236,13 +238,13 @@ def _violation(limit: Limit, value: Array) -> Array:
 
 
 def _value(objective: Objective, swum: Mapping[str, Array]) -> Array:
-    """Return the value of an objective, shape (points,)."""
+    """Return the value of an objective at points, shape (points,)."""
     value = np.sum([factor * swum[name] for name, factor in objective.terms], axis=0)
     return np.asarray(value if objective.expected is None else value + np.abs(swum["speed"] - objective.expected))
 
 
 def _value_gradient(objective: Objective, swum: Mapping[str, Array]) -> Array:
-    """Return the gradient of an objective, shape (points, dim); of |U - U_e| on either side."""
+    """Return the gradient of an objective, shape (points, dim); that of |U - U_e| is the one-sided gradient."""
     gradient = np.sum([factor * swum[f"d_{name}"] for name, factor in objective.terms], axis=0)
     if objective.expected is not None:
         gradient = gradient + np.sign(swum["speed"] - objective.expected)[:, np.newaxis] * swum["d_speed"]

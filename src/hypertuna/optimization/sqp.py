@@ -1,4 +1,4 @@
-"""Sequential quadratic programming (SciPy's SLSQP; Kraft, 1988) behind ask and tell, and a multi-start of it."""
+"""Sequential quadratic programming (SciPy's SLSQP; Kraft, 1988) with ask and tell, from one or several starts."""
 
 import threading
 from collections.abc import Callable, Generator
@@ -12,26 +12,26 @@ from hypertuna.arrays import Array, rounded, rounded_number
 from hypertuna.optimization.objective import Evaluation
 from hypertuna.optimization.optimizers import Optimizer
 
-PRECISION = 1e-8  # change of the value at which a search ends
-MARGIN = 1e-7  # by which constraints are tightened: SLSQP only nears them
-PENALTY = 1e3  # value and violation of a point that cannot be used
-SAME = 1e-3  # relative difference of values that count as the same
+PRECISION = 1e-8  # a search ends when the value changes by less
+MARGIN = 1e-7  # constraints are tightened by this, since SLSQP meets them only nearly
+PENALTY = 1e3  # value and violation of an unusable point
+SAME = 1e-3  # values within this relative difference count as the same
 
 
 @dataclass(frozen=True)
 class Point:
     """Value, constraints and derivatives at a point of the unit box."""
 
-    u: Array  # (dim,)
-    value: float  # to minimize
-    gradient: Array  # (dim,)
-    constraints: Array  # (constraints,), kept where >= 0
+    u: Array  # (dim,) coordinates from 0 to 1
+    value: float  # value to minimize
+    gradient: Array  # (dim,) gradient of the value
+    constraints: Array  # (constraints,), not violated if >= 0
     jacobian: Array  # (constraints, dim)
-    merit: float  # by which the best point is chosen
-    feasible: bool  # whether the point can be chosen
+    merit: float  # the point with the least merit is the best
+    feasible: bool  # whether the point can be the best
 
     def rounded(self) -> Self:
-        """Return the point with rounded numbers: rounding errors of the kernels do not steer a search."""
+        """Return the point with rounded numbers, so that rounding errors of the kernels do not affect a search."""
         value, merit = rounded_number(self.value), rounded_number(self.merit)
         gradient, constraints, jacobian = map(rounded, (self.gradient, self.constraints, self.jacobian))
         return type(self)(self.u, value, gradient, constraints, jacobian, merit, self.feasible)
@@ -39,7 +39,7 @@ class Point:
 
 @final
 class SQP:
-    """One search from a start: evaluate `u`, tell the point, until `u` is None.
+    """A search from one start: the caller evaluates `u` and tells the point, until `u` is None.
 
     The last `slacked` constraints are relaxed by one slack s >= 0, which is added to the value.
     """
@@ -60,19 +60,19 @@ class SQP:
 
     @property
     def best(self) -> Point | None:
-        """The feasible point of least merit; None if there is none."""
+        """The feasible point with the least merit; None if no point is feasible."""
         return min((p for p in self._points if p.feasible), key=lambda point: point.merit, default=None)
 
 
 class _AbandonedError(Exception):
-    """Ends a search whose generator was closed."""
+    """Raised in the thread of a search whose generator was closed."""
 
 
 def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Point, None]:
-    """Yield the points that SLSQP wants to evaluate, and take what was sent.
+    """Yield the points that SLSQP wants evaluated; evaluated points are sent back.
 
-    SciPy calls the function, not the other way round, so SLSQP runs in a thread that waits whenever this generator
-    does: the two never run at the same time.
+    SciPy calls the objective, so SLSQP runs in a thread of its own. The thread and this generator take turns, and never
+    run at the same time.
     """
     questions: SimpleQueue[Array | BaseException | None] = SimpleQueue()
     answers: SimpleQueue[Point | None] = SimpleQueue()
@@ -109,7 +109,7 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
 
 
 def _minimize(point_at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
-    """Run SLSQP on the points of `point_at`; variables z are those of the box, then the slack if there is one."""
+    """Run SLSQP on the points of `point_at`; its variables z are the coordinates of the box, then the slack if any."""
     from scipy.optimize import minimize
 
     dim, first = len(start), point_at(start)
@@ -135,7 +135,7 @@ def _minimize(point_at: Callable[[Array], Point], start: Array, iterations: int,
 class MultiStart(Optimizer):
     """SQP from several starts in lockstep: a batch has the next point of every search that has not ended.
 
-    The kink of |U - U_e| is kept from the searches: they minimize a slack s >= U - U_e, s >= U_e - U instead.
+    Since |U - U_e| has a kink, the searches minimize a slack with s >= U - U_e and s >= U_e - U instead.
     """
 
     needs_derivatives = True
@@ -144,11 +144,11 @@ class MultiStart(Optimizer):
         self,
         lower: Array,
         upper: Array,
-        expected: float | None,  # U_e [m/s]
-        scale: float,  # difference in value that matters [unit of the value]
+        expected: float | None,  # expected speed U_e [m/s]
+        scale: float,  # values are divided by it [unit of the value]
         *,
         starts: int,
-        iterations: int,  # points of a search at most
+        iterations: int,  # most points in a search
         seed: int,
     ) -> None:
         super().__init__(lower, upper, starts * iterations)
@@ -156,7 +156,7 @@ class MultiStart(Optimizer):
         slacked = 0 if expected is None else 2
         self._searches = [SQP(u, iterations, slacked) for u in latin_hypercube(starts, len(lower), seed)]
         self._running = list(self._searches)
-        self._cut = 0  # searches cut off at the max number of points
+        self._cut = 0  # number of searches cut off at the largest number of points
 
     @property
     def stop(self) -> str | None:
@@ -205,7 +205,7 @@ class MultiStart(Optimizer):
 
 
 def latin_hypercube(count: int, dim: int, seed: int) -> Array:
-    """Spread points over the unit box, shape (count, dim): one in each of `count` slices of every coordinate."""
+    """Return random points of the unit box, shape (count, dim), one in each of `count` slices of every coordinate."""
     random = np.random.default_rng(seed)
     slices = np.stack([random.permutation(count) for _ in range(dim)], axis=1)
     return np.asarray((slices + random.random((count, dim))) / count)

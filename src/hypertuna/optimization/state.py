@@ -1,4 +1,4 @@
-"""State of work whose runs a tank makes: a journal from which it resumes after any interruption."""
+"""State of a search or design whose runs a tank makes: a journal from which it resumes after any interruption."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -13,21 +13,21 @@ from hypertuna.io.files import Closing
 
 
 class TankState(Closing):
-    """Work whose runs a tank makes; its journal is the whole state: opened again, the work goes on.
+    """A search or design whose runs a tank makes. Its journal holds the whole state, so that it goes on when reopened.
 
-    New work needs its options; a journal holds them.
+    A new one needs its options; a journal already holds them.
     """
 
-    kind: ClassVar[str]  # of the journal
-    names: ClassVar[frozenset[str]]  # of the options
-    command: ClassVar[str]  # whose first call begins it
-    first: ClassVar[str]  # options of such a call, for an error
-    outlives: ClassVar[tuple[str, ...]] = ("isa",)  # parts of the header of a journal on which nothing depends
+    kind: ClassVar[str]  # kind of the journal
+    names: ClassVar[frozenset[str]]  # names of the options
+    command: ClassVar[str]  # command whose first call starts it
+    example: ClassVar[str]  # options of such a first call, shown in an error
+    ignored: ClassVar[tuple[str, ...]] = ("isa",)  # parts of a journal's header that may change when it is reopened
 
     def __init__(self, path: str | Path | None, options: Mapping[str, Any] | None = None) -> None:
         options = self._options_of(path) if options is None else options
         header = journal_header(self.kind, self._begin(path, options), options)
-        compared = {name: value for name, value in header.items() if name not in self.outlives}
+        compared = {name: value for name, value in header.items() if name not in self.ignored}
         self._journal = Journal(path, compared, measured=True)
         try:
             for k, record in enumerate(self._journal.records):
@@ -42,17 +42,17 @@ class TankState(Closing):
 
     @abstractmethod
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up the work by its options; return its robot."""
+        """Set up from the options; return the robot."""
 
     @abstractmethod
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
-        """Take a record of the journal as if it were measured now."""
+        """Take the measurements in a record of the journal as if they were made now."""
 
     @classmethod
     def _options_of(cls, path: str | Path | None) -> dict[str, Any]:
-        """Return the options in a journal."""
+        """Return the options that a journal holds."""
         if path is None or not Path(path).exists():
-            fix = f"start one, for example `hypertuna {cls.command} --state {path} {cls.first}`"
+            fix = f"start one, for example `hypertuna {cls.command} --state {path} {cls.example}`"
             raise InputError("does not exist", file=str(path), fix=fix)
         header = read_header(path)
         options: dict[str, Any] = header.get("options", {})

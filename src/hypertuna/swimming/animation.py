@@ -15,7 +15,7 @@ from hypertuna.swimming.swim import Swim
 
 
 def animate_swim(swim: Swim, path: str | Path) -> None:
-    """Write the swimming body of one beat as a seamless animated GIF."""
+    """Write the body swimming one beat as an animated GIF that repeats without a jump."""
     shapes, step = outlines(swim)
     reach = 1.15 * max(0.16, float(np.abs(shapes[..., 1]).max()))
     figure = Figure(figsize=(6.4, 6.4 * 2 * reach / 1.3), dpi=100, facecolor="white")

@@ -1,4 +1,4 @@
-"""The range of speeds by a robot's uncertain estimates: settled beats of samples by factors in ``[uncertainty]``."""
+"""Range of speed that a robot's estimates leave: settled beats of robots sampled with the factors in [uncertainty]."""
 
 import math
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, model_values
 
-SAMPLES, SEED = 128, 1
-STEPS = 32  # per beat: 3e-4 of the speed
-INSIDE = 0.9  # of the cases
-# Factor of the speed itself, from the law: the thrust of plates that pitch and heave is within 30 % of the theory of
-# thin airfoils, and the speed is off by half of that; HyperTuna's gaits that were not fitted are off by 6 % (rms).
+SAMPLES, SEED = 128, 1  # number of samples, and seed of the random numbers
+STEPS = 32  # Runge-Kutta steps per beat: an error of 3e-4 of the speed
+INSIDE = 0.9  # part of the samples inside the band
+# Uncertainty factor of the speed due to the water law: the thrust of plates that pitch and heave is within 30 % of
+# thin-airfoil theory, and the speed is off by half of that. HyperTuna's unfitted gaits are off by 6 % (rms).
 LAW = 1.2
 
 
@@ -31,10 +31,10 @@ class Band:
 
     low: Array  # (gaits,) [m/s]
     high: Array  # (gaits,) [m/s]
-    settled: Array  # (gaits,), part of the samples whose beat settles: only these count
+    settled: Array  # (gaits,), part of the samples whose beat settles; the band is over these samples
 
     def ends(self, gait: int = 0) -> str:
-        """Return a text of the two ends [m/s] of a gait's band: ``0.118 to 0.325``."""
+        """Return the two ends of a gait's band [m/s] as text: ``0.118 to 0.325``."""
         return f"{self.low[gait]:.3g} to {self.high[gait]:.3g}" if self.settled[gait] else "no sample settles"
 
     def sentence(self, gait: int = 0) -> str:
@@ -47,22 +47,23 @@ class Band:
 
 
 def estimated(robot: Robot) -> dict[str, float]:
-    """Return the uncertainty factors of estimates that the robot's model reads, by place in the description."""
+    """Return the uncertainty factors of the estimates that the robot's model uses, by place in the description."""
     keys = {place: ".".join(field.alias or "" for field in _fields(place)) for place in model_values(robot)}
     return {place: factor for place, key in keys.items() if (factor := factor_of(robot, key)) > 1}
 
 
 def speed_band(robot: Robot, gaits: Gaits) -> Band | None:
-    """Return the band of the speeds of gaits, None for a robot without estimates of known uncertainty.
+    """Return the speed bands of gaits; None for a robot without estimates of known uncertainty.
 
-    Each factor is that of a lognormal distribution, the same for all links; one more stands for the water law.
+    Each estimate has a lognormal distribution with its factor, and one value for all links; one more factor stands for
+    the water law.
 
     Parameters
     ----------
     robot : Robot
-        With factors of its estimates in ``[uncertainty]``.
+        Robot with the factors of its estimates in ``[uncertainty]``.
     gaits : Gaits
-        Of the robot.
+        Gaits that fit the robot.
 
     Returns
     -------
@@ -83,7 +84,7 @@ def speed_band(robot: Robot, gaits: Gaits) -> Band | None:
 
 
 def sampled_columns(robot: Robot) -> tuple[list[dict[str, list[float]]], Array] | None:
-    """Return samples of a robot's estimated columns, and of the speed's factor by the law's error; None without any."""
+    """Return samples of a robot's estimated columns, and of the water law's factor on the speed; None without any."""
     factors = estimated(robot)
     if not factors:
         return None
@@ -100,7 +101,7 @@ def sampled_columns(robot: Robot) -> tuple[list[dict[str, list[float]]], Array] 
 
 
 def _drawn(factors: list[float]) -> Array:
-    """Return drawn scales (samples, factors): lognormal, each quantile of each factor once (Latin hypercube)."""
+    """Return lognormal scales (samples, factors); each factor takes each of its quantiles once (Latin hypercube)."""
     generator, normal = np.random.default_rng(SEED), NormalDist()
     quantiles = np.array([normal.inv_cdf((k + 0.5) / SAMPLES) for k in range(SAMPLES)])
     quantiles /= normal.inv_cdf((1 + INSIDE) / 2)
@@ -108,7 +109,7 @@ def _drawn(factors: list[float]) -> Array:
 
 
 def _fields(place: str) -> list[FieldInfo]:
-    """Return the schema's fields from the robot down to an attribute, such as ``water.strip.edge_lift``."""
+    """Return the schema's fields from the robot down to a place such as ``water.strip.edge_lift``."""
     model: type[BaseModel] | None = Robot
     fields = []
     for name in place.split("."):
@@ -119,5 +120,5 @@ def _fields(place: str) -> list[FieldInfo]:
 
 
 def _largest(place: str) -> float:
-    """Return the upper limit that the schema sets for a number, such as 1 for a fraction; infinity without one."""
+    """Return the upper limit that the schema sets for the number at a place; infinity without one."""
     return min((float(str(rule.le)) for rule in _fields(place)[-1].metadata if isinstance(rule, Le)), default=math.inf)

@@ -1,4 +1,4 @@
-"""Many gaits of a robot, swum range by range by workers, and the layout of their results."""
+"""Batches of gaits that workers swim range by range, and the layout of their results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from hypertuna.swimming.gait import AXES, KINDS, Gait, Gaits, check_gait, part_o
 from hypertuna.swimming.swim import SUMMARY
 from hypertuna.swimming.yielding import bend_table
 
-CHUNK = 1024  # gaits between two reports of progress, and before Ctrl-C ends a sweep
+CHUNK = 1024  # gaits swum in one call, after which progress is reported and Ctrl-C acts
+# Additional variables of a data set if starts from rest are checked.
 FROM_REST = {
     "reached_from_rest": {"long_name": "whether a start from rest leads to this beat"},
     "speed_from_rest": {"units": "m/s", "long_name": "speed of the settled beat that a start from rest leads to"},
@@ -31,11 +32,11 @@ FROM_REST = {
 
 @dataclass(frozen=True)
 class Part:
-    """A range of gaits in a form small to send to a worker: a grid's axes, or the range's list if it is shorter."""
+    """A range of gaits, compact to send to a worker: the axes of the grid, or the range's list if that is shorter."""
 
-    first: int  # of all gaits
-    last: int  # one beyond
-    gaits: Gaits = field(repr=False)  # the grid, or the gaits of the range
+    first: int  # index of the first gait
+    last: int  # index after the last gait
+    gaits: Gaits = field(repr=False)  # the whole grid, or the gaits of the range
 
     @classmethod
     def of(cls, gaits: Gaits, first: int, last: int) -> Self:
@@ -52,12 +53,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Swimming:
-    """A robot and the options of its swims: all that a worker needs beside the gaits."""
+    """A robot and the options of its swims: all that a worker needs besides the gaits."""
 
     robot: Robot
-    steps: int
-    wait: int  # beats from rest before the one that counts, -1 to solve for the settled beat
-    check_rest: bool
+    steps: int  # Runge-Kutta steps per beat
+    wait: int  # beats from rest before the beat that is measured, -1 to solve for the settled beat
+    check_rest: bool  # whether to check that a start from rest leads to the settled beat
     threads: int
 
     def swim(self, part: Part) -> dict[str, Array]:
@@ -98,20 +99,24 @@ class Batch:
     @cached_property
     def layout(self) -> Layout:
         """Layout of the dataset of results: dimensions, variables, coordinates and attributes."""
-        grid, how = self.gaits.is_grid, self.swimming
+        grid, swims = self.gaits.is_grid, self.swimming
         variables: dict[str, Any] = {
             name: {"units": about.unit, "long_name": about.meaning} for name, about in QUANTITIES.items()
         }
-        bends = bend_table(how.robot).items()
+        bends = bend_table(swims.robot).items()
         variables |= {name: {"units": unit, "long_name": meaning} for name, (unit, meaning) in bends}
         flags = {"flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
-        variables |= FROM_REST if how.check_rest else {}
+        variables |= FROM_REST if swims.check_rest else {}
         variables["status"] = {"long_name": "how the search ended"} | flags
         variables["settled"] = {"long_name": "whether the gait repeats itself and is stable"}
-        facts = {"steps": how.steps, "method": "newton" if how.wait < 0 else "beats", "check_rest": int(how.check_rest)}
+        facts = {
+            "steps": swims.steps,
+            "method": "newton" if swims.wait < 0 else "beats",
+            "check_rest": int(swims.check_rest),
+        }
         sizes = dict(zip(AXES if grid else ("gait",), self.gaits.shape, strict=True))
         table = {name: name for name in table_names(variables)}
-        return Layout(sizes, variables, _coordinates(how.robot, self.gaits), provenance(how.robot) | facts, table)
+        return Layout(sizes, variables, _coordinates(swims.robot, self.gaits), provenance(swims.robot) | facts, table)
 
 
 def batch(
@@ -124,7 +129,7 @@ def batch(
     beats: int,
     check_rest: bool,
 ) -> Batch:
-    """Return a batch of gaits for a robot after checks of the options."""
+    """Check the options of a sweep, and return its batch of gaits."""
     robot = robot_of(robot)
     gaits = gaits if isinstance(gaits, Gaits) else Gaits.of(gaits)
     check_gait(gaits[0], robot)
@@ -137,12 +142,12 @@ def batch(
 
 
 def table_names(variables: Iterable[Any]) -> list[str]:
-    """Return those of a sweep's variables that its table shows, in the table's order."""
+    """Return the names of the variables that a sweep's table shows, in the table's order."""
     return [name for name in (*SUMMARY, *FROM_REST, "status", "spectral_radius") if name in {*variables}]
 
 
 def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:
-    """Return whether a start from rest leads to each gait's settled beat, and the speed [m/s] that it leads to."""
+    """Return whether a start from rest leads to each gait's settled beat, and the speed [m/s] to which it leads."""
     reached = result["arrived"] & (result["status"] == 0)
     speed = np.where(reached, result["speed"], np.nan)
     elsewhere = np.flatnonzero(~reached)
@@ -154,7 +159,7 @@ def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, t
 
 
 def _coordinates(robot: Robot, gaits: Gaits) -> dict[str, Any]:
-    """Return dimension, values and attributes of each coordinate of a dataset over gaits."""
+    """Return dimension, values and attributes of each coordinate in a dataset of gaits."""
     grid, unit = gaits.is_grid, "deg" if gaits.degrees else "rad"
     attributes = {"units": "Hz", "long_name": "beat frequency"}
     coordinates: dict[str, Any] = {"frequency": ("frequency" if grid else "gait", gaits.frequency, attributes)}
@@ -169,7 +174,7 @@ def _coordinates(robot: Robot, gaits: Gaits) -> dict[str, Any]:
 
 
 def _index(robot: Robot, name: str, values: Array, unit: str) -> tuple[str, Array, dict[str, str]] | None:
-    """Return an axis's coordinate by one group's angles: the last joint group whose angles differ along the axis."""
+    """Return the coordinate of an axis: the angles of the last joint group whose angles all differ along the axis."""
     for g in reversed(range(len(robot.joints))):
         if len(np.unique(values[:, g])) == len(values):
             group = robot.joints[g].name

@@ -1,4 +1,4 @@
-"""Settled beats of many gaits: the core's rows, turned into quantities with names and a verdict."""
+"""Settled beats of many gaits: rows of the core, turned into named quantities with a status."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -14,28 +14,28 @@ from hypertuna.swimming.gait import Gaits
 from hypertuna.swimming.model import core_model, link_shares
 from hypertuna.swimming.yielding import swing_of, yield_derivatives, yield_rows
 
-DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: 8e-7 of the speed, 2e-6 of the power
-MAX_BEATS = _core.NEWTON_BEATS  # of each stage of Newton's method
-APPROACH = _core.APPROACH_BEATS  # beats at most in which a start from rest is followed toward a settled beat
-AFTER = 200  # beats from rest after which the search for what it leads to begins: slow transients have chosen
-NEUTRAL = _core.NEUTRAL  # a body that stands still keeps a disturbance as it is: its multipliers are 1 but for rounding
+DEFAULT_STEPS = _core.BEAT_STEPS  # Runge-Kutta steps per beat: errors of 8e-7 of the speed, 2e-6 of the power
+MAX_BEATS = _core.NEWTON_BEATS  # most beats in each stage of Newton's method
+APPROACH = _core.APPROACH_BEATS  # most beats in which a start from rest is followed toward a settled beat
+AFTER = 200  # beats from rest before the search for the settled beat that it leads to; slow transients have decayed
+NEUTRAL = _core.NEUTRAL  # largest stable multiplier, 1 with a margin: a body that stands still has 1 but for rounding
 
 STATUSES = tuple(_core.beat_statuses())
 
 
 class About(NamedTuple):
-    """A row of the core's table of quantities of a settled beat: its unit, label and meaning."""
+    """A row of the core's table of quantities of a settled beat: unit, label and meaning."""
 
-    shown_unit: str  # BL/s and nothing where `unit` has 1/s and 1
-    label: str  # on the terminal, with a note behind a comma
+    shown_unit: str  # unit for people: BL/s for 1/s, and empty for 1
+    label: str  # label on the terminal, with a note after a comma
     meaning: str
-    shown: int  # 0 in data sets, 1 in records of JSON, 2 on the terminal too
-    better: int  # of an objective: 1 large, 2 small; 0: it is none
+    shown: int  # 0: in data sets only, 1: in JSON records too, 2: on the terminal too
+    better: int  # as an objective: 1 large is better, 2 small is better; 0: no objective
     differentiable: bool
 
     @property
     def unit(self) -> str:
-        """Unit of the quantity in data sets, without words such as BL for body lengths."""
+        """SI unit of the quantity in data sets, in which body lengths (BL) have no unit."""
         return {"BL/s": "1/s", "BL per beat": "1", "": "1"}.get(self.shown_unit, self.shown_unit)
 
 
@@ -44,15 +44,15 @@ DIFFERENTIABLE = tuple(name for name, about in QUANTITIES.items() if about.diffe
 
 
 def check_steps(steps: int) -> None:
-    """Check a number of steps per beat."""
+    """Check the number of Runge-Kutta steps per beat."""
     if not 8 <= steps <= 8192 or steps % 4:
         raise InputError("must be a multiple of 4 from 8 to 8192", key="steps", value=str(steps), fix="take 128")
 
 
-_COLUMNS = _core.settle_columns()
-_SIZE = _core.STATE_SIZE  # of the state, as of a twist
-_NAMED = _COLUMNS.index("p_x")  # the state follows, and the monodromy
-_PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]
+_COLUMNS = _core.settle_columns()  # names of the columns of a row
+_SIZE = _core.STATE_SIZE  # size of the state without hinges
+_NAMED = _COLUMNS.index("p_x")  # number of named columns; state and monodromy matrix follow
+_PERIODIC = [STATUSES.index(status) for status in ("settled", "unstable")]  # statuses of beats that repeat
 
 
 def settle(
@@ -66,13 +66,12 @@ def settle(
     approach: int = 0,
     threads: int = 1,
 ) -> dict[str, Any]:
-    """Find the settled beats of gaits: quantities, status, twist, momentum and multipliers, (gaits,) each.
+    """Find the settled beats of gaits; return columns (gaits, ...) of quantities, status, twist, state, multipliers.
 
-    `wait` is the number of beats to swim from rest before the one that counts, -1 to solve for the settled beat: from
-    a brisk speed, or from the motion after `from_rest` beats from rest. With `approach`, a start from rest is followed
-    toward each settled beat for so many beats at most: "arrived", "approach_beats". Where hinges yield, `momentum` is
-    the core's whole state, and how they swing stands beside it (`BEND` of `yielding`). "steps" are those that were
-    taken.
+    wait: beats to swim from rest before the beat that is measured; -1 solves for the settled beat, from a brisk speed
+    or from the motion after `from_rest` beats from rest. approach: follow a start from rest toward each settled beat
+    for at most this many beats ("arrived", "approach_beats"). With hinges, "momentum" is the core's whole state, and
+    columns on their swing are added (`BEND` of `yielding`). "steps": Runge-Kutta steps per beat that were taken.
     """
     check_steps(steps)
     model = model or core_model(robot)
@@ -92,7 +91,7 @@ def settle(
     return row | {
         "spectral_radius": radius,
         "arrived": row["arrived"] == 1,
-        "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # of `STATUSES`
+        "status": np.where(unstable, STATUSES.index("unstable"), row["status"]).astype(np.int8),  # index in `STATUSES`
         "twist": np.stack([row[name] for name in ("u", "v", "r")], axis=1),
         "momentum": momentum,
         "multipliers": multipliers,
@@ -102,7 +101,7 @@ def settle(
 
 
 def settle_from_rest(robot: Robot, gaits: Gaits, *, steps: int = DEFAULT_STEPS, threads: int = 1) -> dict[str, Any]:
-    """Return the settled beats to which starts from rest lead, as `settle` does; others are unsettled."""
+    """Return the settled beats to which starts from rest lead, as in `settle`; gaits without one are unsettled."""
     result = settle(robot, gaits, steps=steps, from_rest=AFTER, approach=APPROACH, threads=threads)
     not_arrived = (result["status"] == 0) & ~result["arrived"]
     return result | {"status": np.where(not_arrived, np.int8(1), result["status"])}
@@ -118,11 +117,10 @@ def directional_derivatives(
     steps: int = DEFAULT_STEPS,
     threads: int = 1,
 ) -> dict[str, Array]:
-    """Differentiate settled beats along directions (parameters, directions) in the space of all parameters, exactly.
+    """Return exact derivatives (gaits, directions) of settled beats, by quantity of `DIFFERENTIABLE`.
 
-    Rows of springs, or of the shares of joints on tendons (`share_values`), may follow those of the parameters.
-
-    Return (gaits, directions) of each quantity of `DIFFERENTIABLE`; NaN where a gait does not repeat itself or spins.
+    directions (parameters, directions): in the space of the model's parameters; rows of springs (`spring_values`) or
+    of joint shares (`share_values`) may follow. Derivatives are NaN where a gait does not repeat itself or spins.
     """
     check_steps(steps)
     momentum, along = np.ascontiguousarray(beats["momentum"]), np.ascontiguousarray(directions)
@@ -138,7 +136,7 @@ def directional_derivatives(
 
 
 def _with_shares(robot: Robot, model: _core.Model, along: Array) -> Array:
-    """Return directions with rows for the share of each link's front joint added below those of the parameters."""
+    """Return directions with a row added for the share of every link's front joint, after the parameters' rows."""
     parameters = len(model.parameter_names())
     rows = np.zeros((parameters + len(robot.links.name), along.shape[1]))
     rows[:parameters] = along[:parameters]
@@ -148,7 +146,7 @@ def _with_shares(robot: Robot, model: _core.Model, along: Array) -> Array:
 
 
 def _multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Return the eigenvalues (gaits, n) of each monodromy matrix (gaits, n, n); NaN where a matrix is not finite."""
+    """Return the eigenvalues (gaits, n) of monodromy matrices (gaits, n, n); NaN where a matrix is not finite."""
     try:
         return np.linalg.eigvals(monodromy).astype(np.complex128)
     except np.linalg.LinAlgError:  # some are not finite

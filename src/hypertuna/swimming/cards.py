@@ -14,7 +14,7 @@ from hypertuna.swimming.gait import Gait, Gaits, gait_text
 from hypertuna.swimming.outline import slowed, swimming_svg
 from hypertuna.swimming.swim import Swim
 
-ACROSS = 24  # dots along an axis of a grid of gaits, at most
+ACROSS = 24  # most dots drawn along an axis of a grid of gaits
 
 
 @cards.of(Gait)
@@ -26,19 +26,19 @@ def gait_card(gait: Gait) -> Card:
     return Card(f"Gait: {gait_text(gait)}", [Table(columns, rows)], lambda: beat_svg(gait))
 
 
-def beat_svg(gait: Gait, what: str = "One beat as commanded") -> str:
+def beat_svg(gait: Gait, title: str = "One beat as commanded") -> str:
     """Return an SVG of the angle of each joint group over a beat."""
     time = np.linspace(0, 1 / gait.frequency, 61)
     swings = np.sin(2 * np.pi * gait.frequency * time[:, np.newaxis] - gait.phase)
     *others, last = np.degrees(gait.bias + gait.amplitude * swings).T
     curves = [list(zip(time.tolist(), other.tolist(), strict=True)) for other in others]
-    text = f"{what}: the last joint group in blue{', the others dashed' * bool(others)}."
+    text = f"{title}: the last joint group in blue{', the others dashed' * bool(others)}."
     return captioned(curve_svg(time, last, "joint angle [deg] over time [s]", dashed=curves), text)
 
 
 @cards.of(Swim)
 def swim_card(swim: Swim) -> Card:
-    """Return the card of a swim: the swimming fish, its numbers, and whether its beat is settled."""
+    """Return the card of a swim: the swimming fish, its results, and whether the beat is settled."""
     model = swim.robot.model
     areas = f", {model.areas} areas" if LAWS[model.water].areas else ""
     content: list[Part] = [(f"{model.water} water, {model.joints} joints{areas}", "dim")]
@@ -71,7 +71,7 @@ def gaits_card(gaits: Gaits) -> Card:
 
 
 def _gaits_svg(gaits: Gaits) -> str:
-    """Return an SVG of the last joint group's amplitudes over frequencies, or of a beat if there is one such pair."""
+    """Return an SVG of the last joint group's amplitude over frequency; of one beat if all gaits share both."""
     axes = [gaits.frequency, np.degrees(gaits.amplitude[:, -1])]
     if gaits.is_grid:
         axes = [part.ravel() for part in np.meshgrid(*(axis[:: -(-len(axis) // ACROSS)] for axis in axes))]
@@ -84,6 +84,6 @@ def _gaits_svg(gaits: Gaits) -> str:
 
 
 def _span(values: ArrayLike) -> str:
-    """Return the text of the range of values."""
+    """Return the range of values as text: "1 to 6"."""
     low, high = float(np.min(values)), float(np.max(values))
     return f"{low + 0.0:.4g}" if low == high else f"{low + 0.0:.4g} to {high + 0.0:.4g}"

@@ -19,13 +19,13 @@ from hypertuna.swimming.sweep import Gradient
 from hypertuna.swimming.swim import swim
 from hypertuna.swimming.turn import Tightest, Turning
 
-INFLUENCES = ("speed", "cost_of_transport")  # that a card of a gradient shows
-ROWS = 40  # of turns
+INFLUENCES = ("speed", "cost_of_transport")  # results that the card of a gradient shows
+ROWS = 40  # most turns in a table
 
 
 @cards.of(Gradient)
 def gradient_card(gradient: Gradient) -> Card:
-    """Return the card of a gradient: the change of speed and cost of transport by each parameter, the largest first."""
+    """Return the card of a gradient: each parameter's influence on speed and cost of transport, the largest first."""
     influence = {name: gradient.influence(name) for name in INFLUENCES}
     order = np.argsort(-np.abs(influence["speed"]))
     rows = [
@@ -40,7 +40,7 @@ def gradient_card(gradient: Gradient) -> Card:
 
 
 def _influence_svg(gradient: Gradient, first: list[int]) -> str:
-    """Return an SVG of the largest influences on the speed."""
+    """Return an SVG of the parameters with the largest influence on the speed; first: their indices."""
     speed = gradient.influence("speed").tolist()
     rows = [(gradient.names[k], 0.0, speed[k]) for k in first]
     return captioned(
@@ -50,7 +50,7 @@ def _influence_svg(gradient: Gradient, first: list[int]) -> str:
 
 
 def turn_columns(turning: Turning) -> dict[str, Any]:
-    """Return the turns of the grid's gaits as columns, units in the names."""
+    """Return the turns of the grid's gaits as columns, with units in the names."""
     length = turning.robot.body.length
     names = ("frequency", "turn_radius", "circle_radius", "circle_residual", "turn_rate", "speed", "status")
     columns = variable_columns(turning.sweep, names)
@@ -80,19 +80,19 @@ def turn_sentences(turning: Turning) -> Iterator[str]:
         yield _sentence("tightest that swims head first", turning.forward, length)
 
 
-def _sentence(what: str, one: Tightest, length: float) -> str:
-    """Return a sentence on a tightest turn."""
-    where = f"at {math.degrees(one.gait.phase[-1]):.4g} deg, {one.gait.frequency:g} Hz"
-    speed = f"{'head' if one.speed > 0 else 'tail'} first at {abs(one.speed):.2g} m/s"
-    phase = math.degrees(one.phase_between)
-    between = f"; between the phases given, {one.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
-    is_on_grid = one.phase_between == one.gait.phase[-1]
-    return f"The {what}: {one.turn_radius / length:.3g} BL {where}, {speed}{'' if is_on_grid else between}."
+def _sentence(label: str, turn: Tightest, length: float) -> str:
+    """Return a sentence on the tightest turn of a kind; length: of the body [m]."""
+    where = f"at {math.degrees(turn.gait.phase[-1]):.4g} deg, {turn.gait.frequency:g} Hz"
+    speed = f"{'head' if turn.speed > 0 else 'tail'} first at {abs(turn.speed):.2g} m/s"
+    phase = math.degrees(turn.phase_between)
+    between = f"; between the phases given, {turn.turn_radius_between / length:.3g} BL at {phase:.3g} deg"
+    is_on_grid = turn.phase_between == turn.gait.phase[-1]
+    return f"The {label}: {turn.turn_radius / length:.3g} BL {where}, {speed}{'' if is_on_grid else between}."
 
 
 @cards.of(Turning)
 def turning_card(turning: Turning) -> Card:
-    """Return the card of turns: those of the grid, and sentences on the tightest."""
+    """Return the card of turns: a table of the grid's turns, and sentences on the tightest ones."""
     best = turning.tightest
     if best is None:
         first, *others = turn_sentences(turning)
@@ -120,5 +120,5 @@ def turning_card(turning: Turning) -> Card:
 
 
 def _turn_svg(robot: Robot, gait: Gait) -> str:
-    """Return an SVG of the body on its circle."""
+    """Return an SVG of the body swimming its turning circle."""
     return captioned(circling_svg(swim(robot, gait)), "The tightest turn from above, in real time.")

@@ -1,4 +1,4 @@
-"""Robots of a design: the features of a robot's file that its settled beat depends on, and their derivatives."""
+"""Designs of a robot: the numbers that its settled beats depend on, and their derivatives with respect to variables."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hypertuna.swimming.gait import Gait
 from hypertuna.swimming.model import parameter_values, share_values
 from hypertuna.swimming.yielding import spring_values
 
-STENCIL = np.arange(-2.0, 3.0)  # steps: exact for polynomials of degree four, as lengths and masses make them
-STEP = 1e-4  # of the value, or of a hundredth of its range, if that is more
+STENCIL = np.arange(-2.0, 3.0)  # points [steps]; exact for polynomials of degree four, such as those of lengths, masses
+STEP = 1e-4  # step over the value, or over a hundredth of its range if that is more
 
 
 def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return a robot's numbers as variables, from low and high by key; refuse one that changes no settled beat."""
+    """Return numbers of a robot's file as variables; ends: low and high by key. Each must affect the settled beat."""
     design = variables(robot, ends)
     for variable in design:
         low, high = (beat_features(designed(robot, (variable,), (end,))) for end in (variable.low, variable.high))
@@ -31,7 +31,7 @@ def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Va
 
 
 def model_features(robot: Robot) -> Array:
-    """Return the parameters of a robot's model, hinges and tendons (parameters,) [SI], in the order of derivatives."""
+    """Return the parameters of a robot's model, springs and tendons (parameters,) [SI], in the order of derivatives."""
     gait = Gait(1.0, (0.0,) * len(robot.joints), (0.0,) * len(robot.joints))
     extra = spring_values(robot) | share_values(robot)
     values = np.append(parameter_values(robot, gait), [*extra.values()])
@@ -44,11 +44,11 @@ def beat_features(robot: Robot) -> Array:
 
 
 def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Callable[[Robot], Array]) -> Array:
-    """Return the derivatives (features, variables) of a robot's features by a design's variables, at some values.
+    """Return the derivatives (features, variables) of a robot's features with respect to variables, at given values.
 
-    The features are powers of the file's numbers, and sums of them. Five points within the range, a ten thousandth of
-    the value apart, give the derivative to about 1e-11 of the feature over the value, where the added mass of a fin has
-    no kink of its table.
+    The features are sums of powers of the file's numbers. Five points within the range, a ten thousandth of the value
+    apart, give the derivative to about 1e-11 of the feature over the value. At a kink in the table of a fin's added
+    mass the derivative is less exact.
     """
     columns = []
     for k, variable in enumerate(design):
@@ -67,15 +67,15 @@ def rates(robot: Robot, design: Sequence[Variable], values: Array, features: Cal
     return np.stack(columns, axis=1)
 
 
-def _derivative_weights(at: float) -> Array:
-    """Return the weights (5,) of values at the stencil for the derivative at a place [steps] of their polynomial."""
+def _derivative_weights(position: float) -> Array:
+    """Return weights (5,) of values at the stencil that give the derivative of their polynomial at a place [steps]."""
     powers = np.arange(5.0)
-    slopes = np.where(powers > 0, powers * at ** np.maximum(powers - 1, 0), 0.0)
+    slopes = np.where(powers > 0, powers * position ** np.maximum(powers - 1, 0), 0.0)
     return np.linalg.solve(STENCIL ** powers[:, np.newaxis], slopes)
 
 
 def _why_idle(robot: Robot, one: Variable) -> str:
-    """Return a text of the reason why a variable changes no settled beat."""
+    """Return the reason why a variable changes no settled beat, as text."""
     table, _, rest = one.name.partition(".")
     law = rest.partition(".")[0]
     if table == "water" and law in ("lumped", "strip", "elongated") and law != robot.model.water:

@@ -19,7 +19,7 @@ from hypertuna.swimming.gait_checks import NEEDED as NEEDED
 from hypertuna.swimming.gait_checks import checked_values, largest
 from hypertuna.swimming.gait_checks import grid_axes as grid_axes
 
-MAX_GAITS = 10_000_000  # of a grid: 2 GB of results
+MAX_GAITS = 10_000_000  # most gaits of a grid in memory: 2 GB of results
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
     """A periodic motion of the joint groups.
 
     Group g bends by alpha_g(t) = bias_g + amplitude_g sin(2 pi frequency t - phase_g), so phase is the lag behind
-    the clock of the first group (Eq. 37 of the paper, settled).
+    the clock of the first group (Eq. 37 of the paper, without its transient).
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
         Parameters
         ----------
         frequency, amplitude, phase, bias
-            As of `Gait`, but angles in degrees [Hz, deg].
+            As in `Gait`, but with angles in degrees [Hz, deg].
 
         Returns
         -------
@@ -80,7 +80,7 @@ class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
         Raises
         ------
         InputError
-            As `Gait` does, with the value in degrees.
+            For the same reasons as `Gait`, with the value in degrees.
 
         Examples
         --------
@@ -98,7 +98,7 @@ class Gait(Plotted, Tabular, data=lambda gait: gait_table([gait])):
 
 
 def gait_table(gaits: Sequence[Gait]) -> dict[str, Any]:
-    """Return gaits as columns, angles of each joint group in degrees."""
+    """Return gaits as columns, with the angles of each joint group in degrees."""
     columns: dict[str, Any] = {"frequency_hz": [gait.frequency for gait in gaits]}
     for kind in KINDS:
         for g, angles in enumerate(np.degrees([getattr(gait, kind) for gait in gaits]).round(10).T):
@@ -115,11 +115,12 @@ def lags(gait: Gait) -> list[float]:
 class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
     """Many gaits: a list, or a grid of any size, of which only the axes are in memory."""
 
-    frequency: Array  # (gaits,) of a list, as all that follow; of a grid the values along its axis [Hz]
-    amplitude: Array  # (gaits, groups) [rad], as phase and bias
-    phase: Array
-    bias: Array
-    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, the last changing fastest
+    # A list has a row for each gait; a grid has the values along each of its axes.
+    frequency: Array  # (gaits,) [Hz]
+    amplitude: Array  # (gaits, groups) [rad]
+    phase: Array  # (gaits, groups) [rad]
+    bias: Array  # (gaits, groups) [rad]
+    # (gaits,) of a list; (frequencies, amplitudes, phases, biases) of a grid, in which the biases change fastest
     shape: tuple[int, ...] = field(kw_only=True)
     degrees: bool = field(default=False, kw_only=True)  # whether a sweep labels its axes in degrees, as they were given
 
@@ -148,7 +149,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
     @classmethod
     def of(cls, gaits: Sequence[Gait]) -> Self:
-        """Put gaits in a list.
+        """Return a list of gaits as `Gaits`.
 
         Parameters
         ----------
@@ -184,7 +185,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         Parameters
         ----------
         frequency, amplitude, phase, bias
-            Values of each, as of `Gait` [Hz, rad].
+            Values along each axis, each as in `Gait` [Hz, rad].
 
         Returns
         -------
@@ -193,7 +194,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         Raises
         ------
         InputError
-            As `Gait` does, at the first value that cannot be used.
+            For the same reasons as `Gait`, at the first invalid value.
         """
         return cls._grid({"frequency": frequency, "amplitude": amplitude, "phase": phase, "bias": bias}, unit=1.0)
 
@@ -211,7 +212,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         Parameters
         ----------
         frequency, amplitude, phase, bias
-            As of `Gaits.grid`, but angles in degrees [Hz, deg].
+            As in `Gaits.grid`, but with angles in degrees [Hz, deg].
 
         Returns
         -------
@@ -220,7 +221,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
         Raises
         ------
         InputError
-            As `Gait` does, at the first value that cannot be used, in degrees.
+            For the same reasons as `Gait`, at the first invalid value, in degrees.
 
         Examples
         --------
@@ -233,7 +234,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
     @classmethod
     def _grid(cls, given: Mapping[str, Any], unit: float) -> Self:
-        """Return the grid of values of frequency [Hz] and angles; unit: the size of the angles' unit [rad]."""
+        """Return a grid, given frequencies [Hz] and angles; unit: size of the angles' unit [rad]."""
         axes = grid_axes(given, unit)
         return cls(**axes, shape=tuple(map(len, axes.values())), degrees=unit != 1)
 
@@ -255,7 +256,7 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
     @property
     def columns(self) -> tuple[Array, Array, Array, Array]:
-        """Frequency [Hz], amplitude, phase and bias [rad] of each gait in memory as the core takes them."""
+        """Frequency [Hz], amplitude, phase and bias [rad] of each gait, as arrays for the core."""
         if self.is_grid:
             check_count(len(self))
             return part_of(self, 0, len(self)).columns
@@ -264,13 +265,13 @@ class Gaits(Displayed, Tabular, data=lambda gaits: gait_table(list(gaits))):
 
 
 def part_of(gaits: Gaits, first: int, last: int) -> Gaits:
-    """Return a range of gaits as a list."""
+    """Return the gaits from index `first` to before `last` as a list."""
     rows = np.unravel_index(np.arange(first, last), gaits.shape) if gaits.is_grid else [slice(first, last)] * len(AXES)
     return Gaits(*(getattr(gaits, name)[k] for name, k in zip(AXES, rows, strict=True)), shape=(last - first,))
 
 
 def check_count(gaits: int) -> None:
-    """Check that a grid fits the memory."""
+    """Check that a number of gaits fits in memory."""
     if gaits > MAX_GAITS:
         rule = f"must be at most {MAX_GAITS}"
         raise InputError(
@@ -279,7 +280,7 @@ def check_count(gaits: int) -> None:
 
 
 def check_gait(gait: Gait, robot: Robot) -> None:
-    """Check that a gait fits a robot."""
+    """Check that a gait has one value per joint group of a robot."""
     groups = len(robot.joints)
     if len(gait.amplitude) != groups:
         names = ", ".join(group.name for group in robot.joints)
@@ -289,7 +290,7 @@ def check_gait(gait: Gait, robot: Robot) -> None:
 
 
 def gait_of(robot: Robot, gait: Gait | str) -> Gait:
-    """Return a gait after a check that it fits a robot; a text is the name of a gait in the robot's file."""
+    """Check that a gait fits a robot, and return it; a text is the name of a gait in the robot's file."""
     gait = named_gait(robot, gait) if isinstance(gait, str) else gait
     check_gait(gait, robot)
     return gait
@@ -319,7 +320,7 @@ def named_gait(robot: Robot | str | Path, name: str) -> Gait:
 
 
 def gait_text(gait: Gait) -> str:
-    """Return the text of a gait, in the words of the command line's options."""
+    """Return a gait as text, with the words of the command line's options."""
     kinds = KINDS if any(gait.bias) else NEEDED
     angles = (
         f"{key} {', '.join(f'{a:.4g}' for a in np.degrees(getattr(gait, key)).round(6) + 0.0)} deg" for key in kinds
@@ -328,11 +329,11 @@ def gait_text(gait: Gait) -> str:
 
 
 def gait_degrees(gait: Gait, kinds: Sequence[str] = KINDS) -> dict[str, Any]:
-    """Return frequency [Hz] and angles [deg] of a gait by the keys of JSON records."""
+    """Return frequency [Hz] and angles [deg] of a gait, by their keys in JSON records."""
     angles = {f"{key}_deg": np.degrees(getattr(gait, key)).round(10).tolist() for key in kinds}
     return {"frequency_hz": gait.frequency} | angles
 
 
 def gait_record(gait: Gait) -> dict[str, Any]:
-    """Return a gait as a table of a robot file, with a bias only if it has one."""
+    """Return a gait as a table of a robot file; the bias is left out if it is zero."""
     return gait_degrees(gait, KINDS if any(gait.bias) else NEEDED)

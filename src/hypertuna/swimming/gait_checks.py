@@ -11,21 +11,21 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, NOT_NEGATIVE, POSITIVE
 
-NEEDED = ("amplitude", "phase")  # of every gait
-KINDS = (*NEEDED, "bias")
-AXES = ("frequency", *KINDS)  # of a grid
+NEEDED = ("amplitude", "phase")  # kinds of angles that every gait must give
+KINDS = (*NEEDED, "bias")  # kinds of angles of a gait
+AXES = ("frequency", *KINDS)  # axes of a grid
 
 
 def largest(kind: str, group: int) -> float:
-    """Return the largest plausible magnitude of an angle [rad]: a larger one must be in another unit.
+    """Return the largest plausible magnitude of an angle [rad]; a larger one must be in another unit.
 
-    Half a turn of a joint; a phase of one turn, and one more with each joint group after the second.
+    It is half a turn for a joint. For a phase it is one turn, and one more for each joint group after the second.
     """
     return (math.pi if kind != "phase" else 2 * math.pi * max(1, group)) * (1 + 1e-12)
 
 
 def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
-    """Return the axes of a grid as arrays [Hz, rad] after checks of each value; unit: of the given angles [rad]."""
+    """Check each value of a grid's axes; return arrays [Hz, rad]. unit: size of the given angles' unit [rad]."""
     if (valid_axes := _sound_axes(given, unit)) is not None:
         return valid_axes
     axes = {name: _axis(name, axis, unit) for name, axis in given.items()}
@@ -40,13 +40,13 @@ def grid_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array]:
 
 
 def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | None:
-    """Return the axes of a grid as `grid_axes` does, checked all at once for speed; None where any check fails."""
+    """Return the axes of a grid like `grid_axes`, with one fast check of all values; None if any value is invalid."""
     axes: dict[str, Array] = {}
     for name, axis in given.items():
         if isinstance(axis, list | tuple) and all(isinstance(value, list | tuple | float | int) for value in axis):
             flat = (x for value in axis for x in ([value] if isinstance(value, float | int) else value))
             if axis and all(type(x) in (float, int) for x in flat):
-                with contextlib.suppress(ValueError, OverflowError):  # of lists of different lengths, of huge numbers
+                with contextlib.suppress(ValueError, OverflowError):  # lists of different lengths, huge numbers
                     axes[name] = np.array(axis, dtype=np.float64)
         elif isinstance(axis, np.ndarray) and axis.dtype == np.float64 and axis.size:
             axes[name] = axis
@@ -65,7 +65,7 @@ def _sound_axes(given: Mapping[str, Any], unit: float) -> dict[str, Array] | Non
 
 
 def checked_values(frequency: float, angles: Mapping[str, Sequence[float]], unit: float) -> dict[str, Any]:
-    """Return frequency [Hz] and angles [rad] of a gait after checks; unit: size of the given angles' unit [rad]."""
+    """Check a gait's values; return frequency [Hz] and angles [rad]. unit: size of the given angles' unit [rad]."""
     beat = POSITIVE.check(frequency, "frequency", "give it in Hz")
     lists = {kind: _list(values, kind) for kind, values in angles.items()}
     groups = len(lists["amplitude"])
@@ -86,7 +86,7 @@ def checked_values(frequency: float, angles: Mapping[str, Sequence[float]], unit
 
 
 def _axis(name: str, axis: Any, unit: float) -> list[Any]:
-    """Return the values of a grid's axis, frequencies or lists of angles, after checks of type and length."""
+    """Check type and length of a grid's axis; return its values, frequencies or lists of angles."""
     if axis is None and name == "bias":
         return []
     pair = "[(0.2, 0.3)]" if unit == 1 else "[(10, 20)]"
@@ -107,12 +107,12 @@ def _axis(name: str, axis: Any, unit: float) -> list[Any]:
 
 
 def _listed(value: Any) -> bool:
-    """Return whether a value is iterable and not text."""
+    """Return whether a value is iterable, but not a string."""
     return hasattr(value, "__iter__") and not isinstance(value, str | bytes)
 
 
 def _list(values: Sequence[float], key: str) -> tuple[float, ...]:
-    """Return the angles of joint groups after a check that each is a finite number."""
+    """Check that the angles of joint groups are finite numbers; return them as a tuple."""
     fix = "give one angle per joint group"
     if not _listed(values):
         raise InputError("must be a list of numbers", key=key, value=shown(values), fix=fix)

@@ -1,4 +1,4 @@
-"""Core model of a robot: the columns of its parameters, and the name of each in the robot's description."""
+"""Core model of a robot: its columns of parameters, and the place of each column in the robot's description."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,10 +15,10 @@ from hypertuna.swimming.gait import KINDS, Gait
 
 
 def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = None) -> _core.Model:
-    """Return the core's model of a robot, with other values for some `columns` if given.
+    """Return the core's model of a robot; `columns` replaces some of its columns [SI].
 
-    Columns are named as by `parameter_names`, without index: ``water.lumped.drag``, ``links.mass`` [kg]. Dependent
-    values of the description (a slender rod's inertia, the robot's mass) stay as they are.
+    Columns are named as in `parameter_names`, without index: ``water.lumped.drag``, ``links.mass`` [kg]. Values of the
+    description that depend on them (the inertia of a slender rod, the robot's mass) are not changed.
     """
     if columns is not None:
         return _core.Model(robot.model.water, model_columns(robot, columns))
@@ -26,7 +26,7 @@ def core_model(robot: Robot, columns: Mapping[str, Sequence[float]] | None = Non
 
 
 def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Return the names of all parameters of derivatives: ``gait.amplitude[0]``, ``links.mass[3]``, ..."""
+    """Return the names of all parameters with respect to which results have derivatives: ``links.mass[3]``, ..."""
     places = {name: f"gait.{name}" for name in ("frequency", *KINDS)}
     places |= {column: place for column, (place, _) in _columns(robot).items()}
 
@@ -52,38 +52,39 @@ def parameter_values(robot: Robot, gait: Gait) -> NDArray[np.float64]:
 def link_shares(robot: Robot) -> dict[int, float]:
     """Return each joint's share of its tendon's bend [1], by the index of the link behind the joint.
 
-    A robot with passive hinges has none: the derivatives of its beats are by its springs.
+    It is empty for a robot with passive hinges: its beats have derivatives with respect to springs, not to shares.
     """
     groups = [group for group in robot.joints if group.tendons is not None and not robot.hinges]
     return {k: share for one in groups for k, share in zip(one.links, one.share, strict=True)}
 
 
 def share_values(robot: Robot) -> dict[str, float]:
-    """Return the shares of `link_shares` by the names of derivatives: ``joints.share[3]`` at link 3 [1]."""
+    """Return the shares of `link_shares` by parameter name: ``joints.share[3]`` at link 3 [1]."""
     return {f"joints.share[{k}]": share for k, share in link_shares(robot).items()}
 
 
 def model_values(robot: Robot) -> dict[str, Sequence[float]]:
-    """Return the columns of the robot's model [SI] by place in the description, which `core_model` can replace."""
+    """Return the columns of the robot's model [SI], which `core_model` can replace, by place in the description."""
     return dict(_columns(robot).values())
 
 
 def column_places(robot: Robot) -> dict[str, str]:
-    """Return each model column's place in the description, by its name: ``length`` is at ``links.length``."""
+    """Return the place in the description of each model column, by column name: ``length`` is at ``links.length``."""
     return {column: place for column, (place, _) in _columns(robot).items()}
 
 
 def twist_from_rest(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the twist (3,) [m/s, m/s, rad/s] just after a resting robot's joints start: the momentum M xi + b is 0.
+    """Return the twist (3,) [m/s, m/s, rad/s] just after the joints of a resting robot start: the momentum is 0.
 
-    Joints (links, 3): angle [rad], rate [rad/s], acceleration [rad/s^2] of the front joint of every link.
+    joints (links, 3): angle [rad], rate [rad/s], acceleration [rad/s^2] of the front joint of every link. The momentum
+    is M xi + b for the twist xi.
     """
     still = _core.dynamics(core_model(robot), np.ascontiguousarray(joints[np.newaxis]), np.zeros((1, 3)))
     return -np.linalg.solve(still["inertia"][0], still["momentum"][0])
 
 
 def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
-    """Return each core column's place in the description and its values [SI], by name; those of the gait excluded."""
+    """Return the place in the description and the values [SI] of each core column, by name, without the gait's."""
     law, links = robot.model.water, robot.links
     ideal = robot.model.joints == "ideal"
     bandwidths = [math.inf if ideal or joints.bandwidth is None else joints.bandwidth for joints in robot.joints]
@@ -107,7 +108,7 @@ def _columns(robot: Robot) -> dict[str, tuple[str, Sequence[float]]]:
 
 
 def model_columns(robot: Robot, changes: Mapping[str, Sequence[float]]) -> dict[str, Any]:
-    """Return the columns from which the core makes a robot's model; changes: other values of some, by place."""
+    """Return the columns from which the core makes a robot's model; changes: new values of some columns, by place."""
     group = [-1] * len(robot.links.name)
     share = [0.0] * len(robot.links.name)
     for g, joint_group in enumerate(robot.joints):

@@ -17,13 +17,13 @@ from hypertuna.swimming.trajectory import body_of, center_of, nose_points
 if TYPE_CHECKING:
     import xarray as xr
 
-MIDLINES = 12  # in one beat
-FRAMES = 32  # of one beat
-FRAME = 40  # ms: a beat takes 1.3 s on the screen, on any gait
+MIDLINES = 12  # midlines drawn per beat
+FRAMES = 32  # frames of an animation per beat
+FRAME = 40  # ms, duration of a frame: on the screen a beat of any gait takes 1.3 s
 GIRTH = 0.135  # largest thickness of the drawn body, body lengths; thickness is schematic, only the midline is computed
 FIN = 0.006  # half thickness of the fin, body lengths
-PEDUNCLE = 0.93  # where the fin begins, body lengths
-SCALE = 1000  # units of an SVG in a body length
+PEDUNCLE = 0.93  # distance from the nose to the fin, body lengths
+SCALE = 1000  # SVG units per body length
 DOTS = 0.08  # spacing of the specks in the water, body lengths
 
 
@@ -37,7 +37,7 @@ def last_beat(swim: Swim) -> xr.Dataset:
 
 
 def followed(lines: Points, heading: Array) -> Points:
-    """Return midlines (times, links + 1) in a frame that follows their mean motion, `heading` (times,) [rad]."""
+    """Return midlines (times, links + 1) in a frame that follows the body's mean motion; heading (times,) [rad]."""
     nose, fraction = lines[:, 0], np.linspace(0, 1, len(lines))
     drift, turn = nose[0] + fraction * (nose[-1] - nose[0]), fraction * (heading[-1] - heading[0])
     spin = np.exp(-1j * (turn + np.mean(heading - turn)))
@@ -52,9 +52,9 @@ def midlines(swim: Swim, count: int = MIDLINES) -> Points:
 
 
 def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
-    """Return outlines of the body through the last beat, with the mean path straight to the left.
+    """Return outlines of the body over the last beat, in a frame in which the mean path goes straight to the left.
 
-    Returns `outline` (frames, points, 2), `step` (2,) [body lengths].
+    Returns the outlines (frames, points, 2), and the displacement of the water in a beat (2,) [body lengths].
     """
     motion = last_beat(swim)
     step = water_step(swim.robot, nose_points(motion), motion.heading.values)
@@ -62,13 +62,13 @@ def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
 
 
 def water_step(robot: Robot, nose: Points, heading: Array) -> Array:
-    """Return the water's displacement past the body over a motion (2,) [body lengths]; nose [m], heading [rad]."""
+    """Return the displacement of the water past the body over a motion (2,) [body lengths]; nose [m], heading [rad]."""
     step = -(nose[-1] - nose[0]) / robot.body.length * np.exp(-1j * np.mean(heading))
     return np.array([step.real, step.imag])
 
 
 def bodies(robot: Robot, lines: Points) -> Array:
-    """Return the body's outline around each midline (frames, links + 1): (frames, points, 2) [body lengths]."""
+    """Return outlines (frames, points, 2) [body lengths] of the body around midlines (frames, links + 1) [m]."""
     lines = lines / robot.body.length
     return np.stack([_outline(robot, line - lines[:, 0].mean()) for line in lines])
 
@@ -81,9 +81,10 @@ def swimming_svg(swim: Swim) -> str:
 
 
 def film_svg(shapes: Array, step: Array, period: float, seconds: float, label: str) -> str:
-    """Return an animated SVG of bodies (frames, points, 2) over some seconds, in water that moves by `step` a period.
+    """Return an animated SVG of bodies (frames, points, 2) [body lengths] in water that moves past them.
 
-    `step` (2,) [body lengths], `period`, `seconds` [s]. Without a step no water is drawn.
+    step: displacement of the water in a period (2,) [body lengths]; if it is zero, no water is drawn. period: of the
+    water [s]. seconds: duration of all frames [s].
     """
     reach = 1.7 * float(np.abs(shapes[..., 1]).max())
     dots = "".join(
@@ -99,7 +100,7 @@ def film_svg(shapes: Array, step: Array, period: float, seconds: float, label: s
 
 
 def circling_svg(swim: Swim) -> str:
-    """Return an animated SVG of a settled turn in real time: a beat, carried around the center."""
+    """Return an animated SVG of a settled turn in real time: one beat, rotated about the center of the turn."""
     motion, length = last_beat(swim), swim.robot.body.length
     center, heading = center_of(motion), motion.heading.values
     unturn = np.exp(-1j * np.linspace(0, heading[-1] - heading[0], len(heading)))
@@ -117,7 +118,7 @@ def circling_svg(swim: Swim) -> str:
 
 
 def _fish(view: str, label: str, moving: str, still: Array) -> str:
-    """Return an SVG of a moving body, and of a still one for users who prefer reduced motion."""
+    """Return an SVG with the moving body, and with a still body for users who prefer reduced motion."""
     style = "@media (prefers-reduced-motion:reduce){.fish .moving{display:none}.fish .still{display:inline}}"
     return (
         f'<svg class="fish" viewBox="{view}" role="img" aria-label="{html.escape(label)}"><style>{style}</style>'
@@ -126,7 +127,7 @@ def _fish(view: str, label: str, moving: str, still: Array) -> str:
 
 
 def _moving(shapes: Array, seconds: float) -> str:
-    """Return an SVG path that cycles through outlines (frames, points, 2) [body lengths] in some seconds."""
+    """Return an SVG path that cycles through outlines (frames, points, 2) [body lengths] in `seconds`."""
     paths = [_path(shape) for shape in shapes]
     return (
         f'<path class="body moving" d="{paths[0]}"><animate attributeName="d" dur="{seconds:.6g}s" '
@@ -142,12 +143,12 @@ def _path(shape: Array) -> str:
 
 
 def _frames(lines: Points, count: int) -> Points:
-    """Return `count` midlines at equal intervals of a beat, without the one at its end."""
+    """Return `count` midlines at equal intervals of a beat, without the midline at the end of the beat."""
     return np.take(lines, np.linspace(0, len(lines) - 1, count, endpoint=False).astype(int), axis=0)
 
 
 def slowed(swim: Swim) -> str:
-    """Return a text of the animation's pace: the time on the screen over the time in the water."""
+    """Return the pace of the animation as text: "slowed down 3 times", "in real time"."""
     factor = FRAMES * FRAME / 1000 * swim.gait.frequency
     if factor > 1.05:
         return f"slowed down {factor:.2g} times"
@@ -155,15 +156,15 @@ def slowed(swim: Swim) -> str:
 
 
 def _outline(robot: Robot, line: Points) -> Array:
-    """Return a fish-like polygon (points, 2) [body lengths] around a midline that is given at the joints."""
+    """Return a fish-like polygon (points, 2) [body lengths] around a midline, given at the joints [body lengths]."""
     joints = np.concatenate([[0.0], np.cumsum(robot.links.length)]) / robot.body.length
     s = (1 - np.cos(np.linspace(0, np.pi, 61))) / 2
-    # Bend smoothly: interpolate the directions at the middles of the links, then add up.
+    # A smooth bend: interpolate the directions between the middles of the links, then integrate.
     middle = (joints[1:] + joints[:-1]) / 2
     angle = np.interp(s, middle, np.unwrap(np.angle(np.diff(line))))
     steps = np.diff(s) * np.exp(0.5j * (angle[1:] + angle[:-1]))
     center = line[0] + np.concatenate([[0], np.cumsum(steps)])
-    # Half thickness: the NACA four-digit section down to a thin fin.
+    # Half thickness: a NACA four-digit section that ends in a thin fin.
     t = s / PEDUNCLE
     section = 5 * GIRTH * (0.2969 * np.sqrt(t) - 0.1260 * t - 0.3516 * t**2 + 0.2843 * t**3 - 0.1036 * t**4)
     normal = 1j * np.exp(1j * angle) * np.where(t < 0.5, section, np.maximum(section, FIN))
@@ -172,7 +173,7 @@ def _outline(robot: Robot, line: Points) -> Array:
 
 
 def specks(step: Array, reach: float) -> Array:
-    """Return places (specks, 2) [body lengths] of specks in the water that look the same after a beat's `step`."""
+    """Return places (specks, 2) [body lengths] of specks in the water; a shift by `step` keeps the pattern."""
     count = round(abs(float(step[0])) / DOTS)
     spacing = abs(float(step[0])) / count if count else DOTS
     along = np.arange(-0.3 - abs(step[0]), 1.3 + abs(step[0]), spacing)

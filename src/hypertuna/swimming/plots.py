@@ -1,4 +1,4 @@
-"""Figures: one swim, a sweep as the paper's Fig. 10, computed beside published."""
+"""Figures of a swim, of a sweep as in the paper's Fig. 10, and of computed beside published numbers."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ from hypertuna.swimming.trajectory import body_of, nose_points
 if TYPE_CHECKING:
     import xarray as xr
 
-BEATS = 4  # of a straight path
-MAX_BEATS = 80  # of a turn
-MAP = 6  # values along both axes of a grid from which on a map shows it: lines would cross too often
+BEATS = 4  # beats of a straight path
+MAX_BEATS = 80  # most beats of a turn
+MAP = 6  # a grid with this many frequencies and phases is shown as a map: lines would cross too often
 
 
 @plots.of(Swim)
 @styled
 def plot_swim(swim: Swim, *, width: float = WIDTH) -> Figure:
-    """Plot how a gait swims: `width` [inch]."""
+    """Plot a swim: paths, midlines, speed and power over a beat; `width` [inch]."""
     robot, gait = swim.robot, swim.gait
     lines, paths = midlines(swim), _paths(swim)
     all_points = np.concatenate(list(paths.values()))
     x, y = np.ptp(all_points.real), np.ptp(all_points.imag)
     inner = 0.8 * width
     bend = np.ptp(lines.imag) / np.ptp(lines.real)
-    side_by_side = width > 6  # else below each other
+    side_by_side = width > 6  # else speed is above power
     heights = [min(max(0.55, inner * y / x), 0.55 * width) + 0.6, max(inner * bend, 0 if side_by_side else 0.9) + 0.7]
     heights += [2.1] if side_by_side else [1.7, 1.7]
     figure = Figure(figsize=(width, sum(heights) + 0.4), layout="constrained")
     places = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shown = [name for name in ("amplitude", "phase", "bias") if name != "bias" or any(gait.bias)]
     angles = [f"{name} {', '.join(f'{a:.3g}' for a in np.degrees(getattr(gait, name)))}°" for name in shown]
-    how = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
-    caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{how}"
+    result_text = f"{robot.model.joints} joints; {swim.status}, {swim.speed:.3g} m/s along the path"
+    caption = f"{robot.name}: {gait.frequency:g} Hz, {', '.join(angles)}\n{result_text}"
     figure.suptitle(caption, fontsize=8.5, color=FAINT, x=0.01, ha="left")
     _draw_paths(figure.add_subplot(places[0, :]), paths, "" if swim.from_rest is None else ", from rest")
     _draw_midlines(figure.add_subplot(places[1, :]), lines, to_scale=side_by_side or bool(inner * bend > 0.9))
@@ -92,8 +92,8 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
         return _maps(grid, width)
     phases, phase_texts = _levels(grid, "phase")
     along_phase = grid.sizes["frequency"] == 1
-    along = "phase" if along_phase else "frequency"
-    across = "frequency" if along_phase else "phase"
+    x_dim = "phase" if along_phase else "frequency"
+    line_dim = "frequency" if along_phase else "phase"
     x = phases if along_phase else grid.frequency.values
     lag = phase_label(grid)
     xlabel = f"{lag} [deg]" if along_phase else "frequency [Hz]"
@@ -108,7 +108,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
     colors = COLORS if 1 < len(names) <= len(COLORS) else sequence(len(names))
     for row, amplitude in enumerate(amplitudes):
         for axes, (quantity, label) in zip(panels[row], quantities.items(), strict=True):
-            values = grid[quantity].isel(amplitude=row).transpose(along, across).values
+            values = grid[quantity].isel(amplitude=row).transpose(x_dim, line_dim).values
             for k, name in enumerate(names):
                 axes.plot(x, values[:, k], color=colors[k], marker=SHAPES[k % len(SHAPES)], **POINTS, label=name)
             axes.set_ylabel(label)
@@ -127,7 +127,7 @@ def plot_sweep(grid: xr.Dataset, *, width: float = WIDTH) -> Figure:
 
 
 def _maps(grid: xr.Dataset, width: float) -> Figure:
-    """Return a figure of maps of speed and cost of transport over frequency and phase, one for each amplitude."""
+    """Plot maps of speed and cost of transport over frequency and phase, with a row for each amplitude."""
     phases, amplitudes = _levels(grid, "phase")[0], _levels(grid, "amplitude")[1]
     rows, dims = len(amplitudes), ("amplitude", "phase", "frequency")
     figure = Figure(figsize=(width, 0.6 + 0.36 * width * rows), layout="constrained")
@@ -158,9 +158,9 @@ def plot_ledger(
     label: str = "speed [m/s]",
     width: float = WIDTH,
 ) -> Figure:
-    """Plot numbers published and computed, one row each.
+    """Plot published and computed numbers side by side, with a row for each name.
 
-    `published` (rows,) [any unit], `computed` (rows,) [the same unit], `width` [inch].
+    `published` (rows,) and each of `computed` (rows,) in one unit, that of `label`; `width` [inch].
     """
     figure = Figure(figsize=(width, 0.36 * len(names) + 1.1), layout="constrained")
     axes = figure.subplots()
@@ -182,9 +182,9 @@ def plot_ledger(
 
 
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
-    """Return the path of a point of the body continued over more beats, which all move and turn the body alike.
+    """Continue the path of a point of the body over more beats, each of which moves and turns the body equally.
 
-    `z` (times,) [m]; returns (beats (times - 1) + 1,) [m].
+    `z`: path over one beat (times,) [m]; returns (beats (times - 1) + 1,) [m].
     """
     nose, heading = nose_points(motion), motion.heading.values
     spin = np.exp(1j * (heading[-1] - heading[0]))
@@ -196,7 +196,7 @@ def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
 
 
 def _paths(swim: Swim) -> dict[str, Points]:
-    """Return paths x + i y [m] of tail tip and nose: of the run from rest, some beats or a whole turn; and the body."""
+    """Return paths x + i y [m] of tail tip and nose, over the run from rest, some beats or a turn; and the body."""
     motion = swim.trajectory
     nose, tail = nose_points(motion), motion.tail_x.values + 1j * motion.tail_y.values
     body = body_of(swim.robot, motion.isel(time=0 if swim.from_rest is None else -1))[0]
@@ -211,7 +211,7 @@ def _paths(swim: Swim) -> dict[str, Points]:
     return paths
 
 
-def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
+def _draw_paths(axes: Axes, paths: Mapping[str, Points], suffix: str) -> None:
     """Draw the paths of tail tip and nose, and the body."""
     styles: tuple[dict[str, Any], ...] = (
         {"color": COLORS[0], "lw": 1.2},
@@ -220,13 +220,13 @@ def _draw_paths(axes: Axes, paths: Mapping[str, Points], how: str) -> None:
     )
     for (name, path), style in zip(paths.items(), styles, strict=True):
         axes.plot(path.real, path.imag, label=name, **style)
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"Paths{how}")
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"Paths{suffix}")
     axes.locator_params(axis="y", nbins=2)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, borderaxespad=0.1, handlelength=1.4)
 
 
 def _draw_speed(axes: Axes, swim: Swim) -> None:
-    """Draw the forward speed through the beat, or through time from rest."""
+    """Draw the forward speed over the settled beat, or over time from rest."""
     motion = swim.trajectory
     settled = swim.from_rest is None
     time = motion.time.values * (swim.gait.frequency if settled else 1.0)
@@ -238,7 +238,7 @@ def _draw_speed(axes: Axes, swim: Swim) -> None:
 
 
 def _draw_power(axes: Axes, swim: Swim) -> None:
-    """Draw the mechanical power of each joint group and of all through the last beat."""
+    """Draw the mechanical power of each joint group, and of all together, over the last beat."""
     motion = last_beat(swim)
     part = np.linspace(0, 1, motion.sizes["time"])
     for g, group in enumerate(motion.group.values):
@@ -253,7 +253,7 @@ def _draw_power(axes: Axes, swim: Swim) -> None:
 
 
 def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
-    """Draw midlines of one beat with a bar of their colors."""
+    """Draw midlines of one beat, with a color bar for the time within the beat."""
     for line, color in zip(lines, sequence(len(lines)), strict=True):
         axes.plot(line.real, line.imag, color=color, lw=1.5, solid_joinstyle="round")
     axes.set(aspect="equal" if to_scale else "auto", xlabel="along the mean path [m]", ylabel="across [m]")
@@ -264,13 +264,13 @@ def _draw_midlines(axes: Axes, lines: Points, *, to_scale: bool) -> None:
 
 
 def _mean_line(axes: Axes, value: float, text: str) -> None:
-    """Mark a mean, and write it above the axes."""
+    """Draw a line at a mean, and write its text above the axes."""
     axes.axhline(value, color=FAINT, lw=1, ls=(0, (4, 3)))
     axes.set_title(text, loc="right", color=FAINT, fontweight="normal", fontsize=8.5)
 
 
 def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
-    """Return the last joint group's angles [deg] along a dimension, and a text for each: all groups' for amplitudes."""
+    """Return the last joint group's angles [deg] along a dimension, and their texts; those of amplitudes list all."""
     columns = grid_angles(grid, dim)
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
@@ -278,7 +278,7 @@ def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
 
 
 def phase_label(grid: xr.Dataset) -> str:
-    """Return the label of a grid's phases, which are those of the last joint group."""
+    """Return the label of an axis of phases, which names the last joint group."""
     groups = [str(name).removeprefix("phase_") for name in grid.coords if str(name).startswith("phase_")]
     return f"phase of joint {groups[-1]}"
 

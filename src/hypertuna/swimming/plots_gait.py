@@ -8,13 +8,13 @@ from hypertuna.figures import COLORS, FAINT, TIGHT, WIDTH, sequence, styled
 from hypertuna.swimming.gait import Gait, gait_text
 from hypertuna.swimming.sweep import Gradient
 
-BARS = 12  # parameters of a gradient that are shown
+BARS = 12  # number of parameters shown
 
 
 @plots.of(Gait)
 @styled
 def plot_gait(gait: Gait, *, width: float = WIDTH) -> Figure:
-    """Plot the angle of each joint group over one beat: `width` [inch]."""
+    """Plot the angle of each joint group over one beat; `width` [inch]."""
     figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
     axes = figure.subplots()
     time = np.linspace(0, 1 / gait.frequency, 201)
@@ -31,7 +31,7 @@ def plot_gait(gait: Gait, *, width: float = WIDTH) -> Figure:
 @plots.of(Gradient)
 @styled
 def plot_gradient(gradient: Gradient, *, width: float = WIDTH) -> Figure:
-    """Plot the largest influences on the speed, and those on the cost of transport beside them: `width` [inch]."""
+    """Plot the largest influences on the speed, beside those on the cost of transport; `width` [inch]."""
     influences = {name: gradient.influence(name) for name in ("speed", "cost_of_transport")}
     first = np.argsort(-np.abs(influences["speed"]), kind="stable")[:BARS]
     rows = np.arange(len(first))

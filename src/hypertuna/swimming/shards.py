@@ -1,4 +1,4 @@
-"""Sweeps of any size into a folder of shards."""
+"""Sweeps of any size, written to a folder of shards."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def sweep_shards(
     command: str = "hypertuna.sweep_shards with the same arguments",
     progress: Callable[[int, int], None] | None = None,
 ) -> int:
-    """Swim any number of gaits into a folder of shards, from which the same call resumes.
+    """Swim any number of gaits, and write the results to a folder of shards, from which the same call resumes.
 
     Each shard is written by the process that swims it, whole or not at all: all workers must share the file system of
     `folder`. Memory holds one shard per worker, never the whole grid. `merge_shards` reads the result.
@@ -43,22 +43,22 @@ def sweep_shards(
     Parameters
     ----------
     robot, gaits, executor, threads, steps, method, beats, check_rest
-        As of `sweep`; a grid may have any size.
+        As in `sweep`; a grid may have any size.
     folder : str or Path
         Folder of the shards, made if it is absent.
     size : int
-        Gaits of a shard; by default a 64th of all, but from 256 to 131072.
+        Gaits per shard; by default a 64th of all, but from 256 to 131072.
     part : tuple of int
-        Parts I and N: swim every N-th shard, from the I-th. All N parts together make the whole.
+        Numbers I and N: swim every N-th shard, from the I-th. All N parts together make the whole.
     command : str
-        What makes missing shards, for the error that names them.
+        Command that makes missing shards, for the error that names them.
     progress : callable, optional
-        Called with the number of shards of this part that are there and their total.
+        Called with the number of this part's shards that exist, and their total.
 
     Returns
     -------
     int
-        Number of shards that were missing and are made.
+        Number of shards that this call made.
 
     Raises
     ------
@@ -73,5 +73,5 @@ def sweep_shards(
 
 
 def _swim(swimming: Swimming, gaits: Gaits, first: int, last: int) -> dict[str, Array]:
-    """Return the results of a range of gaits as columns."""
+    """Return the results of the gaits from index `first` to before `last` as columns."""
     return swimming.swim(Part.of(gaits, first, last))

@@ -1,4 +1,4 @@
-"""Sweep: many gaits at once, over lanes, threads and executors; and exact derivatives."""
+"""Sweeps of many gaits over vector lanes, threads and executors; exact derivatives of a gait's results."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def sweep(
     checkpoint: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Swim many gaits.
+    """Swim many gaits, and return their results as a data set.
 
     Parameters
     ----------
@@ -62,8 +62,9 @@ def sweep(
         Threads, by default all processors, or one on each worker of an executor; the result does not depend on them.
         Runge-Kutta steps per beat, a multiple of 4.
     method : {"newton", "beats"}
+        "newton": solve for the settled beat; "beats": swim from rest, and measure the last beat.
     beats : int
-        Solve for the settled beat, or swim this many beats from rest and take the last.
+        Number of beats that "beats" swims from rest.
     check_rest : bool
         Whether to check that a start from rest leads to each settled beat, which takes three to four times as long.
     design : mapping, optional
@@ -80,25 +81,25 @@ def sweep(
         Every quantity of `hypertuna.swimming.beat.QUANTITIES`, ``status`` and ``settled``, with dimensions frequency,
         amplitude, phase and bias for a grid, or gait for a list; angles of every joint group are coordinates such as
         ``amplitude_I`` [rad, or deg for `Gaits.grid_degrees`: their attribute ``units``]. Each dimension of a grid is
-        indexed by the last joint group whose angle differs all along it: ``.sel(phase=40, method="nearest")``. A gait
-        that diverged leaves the others untouched. With `check_rest` also ``reached_from_rest`` and
-        ``speed_from_rest``; the attribute ``check_rest`` says whether it was done.
+        indexed by the last joint group whose angles all differ along it: ``.sel(phase=40, method="nearest")``. A gait
+        that diverged does not affect the others. With `check_rest` also ``reached_from_rest`` and
+        ``speed_from_rest``; the attribute ``check_rest`` says whether starts from rest were checked.
 
     Raises
     ------
     InputError
         If the gaits do not fit the robot.
     """
-    how: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
+    options: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
     if design:
         if checkpoint is not None:
             fix = "leave it out, or sweep one robot at a time"
             raise InputError("cannot keep a sweep over a design", key="checkpoint", value=str(checkpoint), fix=fix)
         return _sweep_designs(
-            robot_of(robot), gaits, design, progress, how | {"executor": executor, "threads": threads}
+            robot_of(robot), gaits, design, progress, options | {"executor": executor, "threads": threads}
         )
-    how["threads"] = thread_count(threads, executor)
-    work = batch(robot, gaits, **how)
+    options["threads"] = thread_count(threads, executor)
+    work = batch(robot, gaits, **options)
     if work.gaits.is_grid:
         check_count(len(work.gaits))
     header = journal_header("sweep", work.swimming.robot, work.options | {"chunk": CHUNK})
@@ -126,24 +127,24 @@ def _sweep_designs(
     gaits: Gaits | Sequence[Gait],
     design: Mapping[str, Sequence[float]],
     progress: Callable[[int, int], None] | None,
-    how: Mapping[str, Any],
+    options: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return the sweep of gaits by every robot of a design, whose variables are the first dimensions."""
+    """Swim the gaits with every robot of a design; its variables are the first dimensions of the result."""
     import xarray as xr
 
-    found, robots = design_robots(robot, design, len(gaits))  # all are tried before any swims
+    found, robots = design_robots(robot, design, len(gaits))  # makes all robots before any swims
     swims = []
-    for k, one in enumerate(robots):
-        swims.append(sweep(one, gaits, **how))
+    for k, variant in enumerate(robots):
+        swims.append(sweep(variant, gaits, **options))
         if progress is not None:
             progress((k + 1) * len(gaits), len(gaits) * len(robots))
     levels = [[float(value) for value in values] for values in design.values()]
-    sizes = {one.label: len(values) for one, values in zip(found, levels, strict=True)}
+    sizes = {v.label: len(values) for v, values in zip(found, levels, strict=True)}
     variables = {}
     for name, first in swims[0].data_vars.items():
-        stack = np.stack([one[name].values for one in swims])
+        stack = np.stack([result[name].values for result in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
-    coordinates = {one.label: (one.label, values, one.attributes) for one, values in zip(found, levels, strict=True)}
+    coordinates = {v.label: (v.label, values, v.attributes) for v, values in zip(found, levels, strict=True)}
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
 
@@ -151,7 +152,7 @@ def _sweep_designs(
 def design_robots(
     robot: Robot, design: Mapping[str, Sequence[float]], gaits: int
 ) -> tuple[tuple[Variable, ...], list[Robot]]:
-    """Return the variables of a design that swims a number of gaits, and its robots, the last key's values in turn."""
+    """Return a design's variables and robots, among which the last key changes fastest; gaits: number per robot."""
     for key, values in design.items():
         if len({float(value) for value in values}) < max(2, len(values)):
             fix = "give two or more; --set changes a value for good"
@@ -162,18 +163,18 @@ def design_robots(
     return found, [designed(robot, found, place) for place in places]
 
 
-TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # of results that are no float64
+TYPES = {"status": np.int8, "settled": np.bool_, "reached_from_rest": np.bool_}  # types of results, if not float64
 ANGLES = ("gait.amplitude", "gait.phase", "gait.bias", "joints.phase_offset")  # parameters in radians
 
 
 @dataclass(frozen=True)
 class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
-    """Exact derivatives of a settled gait's results."""
+    """Exact derivatives of a settled gait's results with respect to every coefficient and gait parameter."""
 
-    names: tuple[str, ...]  # of the parameters, as attributes: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
-    derivatives: Mapping[str, Array]  # (parameters,) of each quantity, SI unit of it per unit of the parameter
-    values: Array  # (parameters,) of the parameters [SI]
-    results: Mapping[str, float]  # at the gait, by the names of the derivatives [SI]
+    names: tuple[str, ...]  # names of the parameters: gait.amplitude[1], links.mass[3], water.lumped.drag[7]
+    derivatives: Mapping[str, Array]  # (parameters,) by quantity [SI unit of the quantity per unit of the parameter]
+    values: Array  # (parameters,) values of the parameters [SI]
+    results: Mapping[str, float]  # the gait's results by quantity [SI]
     robot: Robot
     gait: Gait
 
@@ -195,7 +196,7 @@ class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
         Returns
         -------
         ndarray, shape (parameters,)
-            Change of the result for 1 % more of the parameter, of an angle for 1 degree more [%].
+            Change of the result [%] if the parameter grows by 1 %, or by 1 degree if it is an angle.
         """
         check_choice(quantity, DIFFERENTIABLE, "quantity")
         angle = [name.partition("[")[0] in ANGLES for name in self.names]
@@ -216,7 +217,7 @@ class Gradient(Plotted, Tabular, data=lambda gradient: gradient._columns()):
 
 @checked
 def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAULT_STEPS) -> Gradient:
-    """Differentiate results of a settled gait by every coefficient and gait parameter, exactly.
+    """Return exact derivatives of a settled gait's results with respect to every coefficient and gait parameter.
 
     Parameters
     ----------
@@ -234,7 +235,7 @@ def gradient(robot: Robot | str | Path, gait: Gait | str, *, steps: int = DEFAUL
     Raises
     ------
     InputError
-        If the gait does not fit the robot, does not settle or has no speed: it then has no derivatives.
+        If the gait does not fit the robot, or has no derivatives, since it does not settle or has no speed.
     """
     robot = robot_of(robot)
     gait = gait_of(robot, gait)

@@ -1,4 +1,4 @@
-"""Swim: one gait, settled or from rest."""
+"""Swims of one gait: the settled beat, or a run from rest."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ if TYPE_CHECKING:
 
     from hypertuna.swimming.band import Band
 
-MAX_BEATS = 10_000  # from rest: half a gigabyte of trajectory
-BEATS = Whole(min=1, max=MAX_BEATS)
-AT_REST = 1e-4  # from rest, a gait is settled when its last beat is this near the settled speed (relative)
+MAX_BEATS = 10_000  # most beats of a run: half a gigabyte of trajectory
+BEATS = Whole(min=1, max=MAX_BEATS)  # allowed number of beats
+SETTLED = 1e-4  # a run from rest is settled if its last beat is this near the settled speed (relative)
 
-# What the terminal and JSON show of a swim: what only JSON has comes last.
+# Quantities that terminal and JSON show of a swim; those in JSON only come last.
 SUMMARY = {
     name: Format(about.shown_unit, about.label.partition(", ")[2] if about.shown == 2 else None)
     for name, about in sorted(QUANTITIES.items(), key=lambda item: -item[1].shown)
@@ -53,18 +53,18 @@ SUMMARY = {
 
 @dataclass(frozen=True)
 class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
-    """How a robot swims a gait. Means are over one beat: the settled one, or the last one from rest."""
+    """How a robot swims a gait. Means are over one beat: the settled beat, or the last beat of a run from rest."""
 
     robot: Robot
     gait: Gait
     speed: float  # m/s along the mean path through the water, forward positive; NaN for a body that spins
     speed_bl: float  # body lengths per second
     mechanical_power: float  # W, mean mechanical power of all joints
-    mechanical_power_positive: float  # W, the same with negative power of a joint group counted as zero
-    power_to_water: float  # W, mean power that the water takes
-    cost_of_transport: float  # J/(kg m), power per mass and speed
-    cost_of_transport_positive: float  # J/(kg m), the same of the positive power
-    efficiency: float  # power to tow the straight body at this speed over power; NaN without power
+    mechanical_power_positive: float  # W, mechanical power with negative power of a joint group counted as zero
+    power_to_water: float  # W, mean power that the body gives to the water
+    cost_of_transport: float  # J/(kg m), mechanical power per mass and speed
+    cost_of_transport_positive: float  # J/(kg m), positive mechanical power per mass and speed
+    efficiency: float  # power to tow the straight body at this speed over mechanical power; NaN without power
     strouhal: float  # frequency times tail excursion over speed
     stride_length: float  # body lengths per beat
     tail_excursion: float  # m, peak to peak, of the tail tip across the mean path
@@ -73,20 +73,20 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     turn_rate: float  # rad/s, mean, counter-clockwise positive
     turn_radius: float  # m, of the nose's mean path; infinite when straight, NaN for a body that spins
     spectral_radius: float  # largest modulus of the multipliers: growth of a disturbance per beat
-    change_per_beat: float  # of the motion to the next beat, body lengths or rad
-    distance_to_settled: float  # from the settled motion, relative to the distance traveled in a beat
-    beats: int  # integrated
-    multipliers: NDArray[np.complex128]  # (3,), and 2 more a hinge, of the monodromy, largest first; NaN from rest
+    change_per_beat: float  # change of the motion from this beat to the next, body lengths or rad
+    distance_to_settled: float  # distance from the settled motion, relative to the distance traveled in a beat
+    beats: int  # number of beats integrated
+    multipliers: NDArray[np.complex128]  # (3 + 2 hinges,) of the monodromy matrix, largest first; NaN from rest
     status: str  # "settled", "unsettled", "unstable" or "diverged"
-    status_text: str  # the same as a sentence, and where a start from rest leads
-    reached_from_rest: bool | None  # whether a start from rest leads to this beat; None where that is not checked
-    settled_from_rest: Swim | None  # the settled beat that it leads to instead; None if it leads here, or to none
-    steps: int  # per beat
-    current: tuple[float, float]  # m/s
-    from_rest: float | None  # s from rest; None for the settled beat
-    bends: tuple[Bend, ...]  # of the passive hinges
+    status_text: str  # the status as a sentence, with the beat to which a start from rest leads
+    reached_from_rest: bool | None  # whether a start from rest leads to this beat; None if that is not checked
+    settled_from_rest: Swim | None  # the other settled beat to which a start from rest leads; None without another
+    steps: int  # Runge-Kutta steps per beat
+    current: tuple[float, float]  # m/s, velocity of the water
+    from_rest: float | None  # s, duration of the run from rest; None for the settled beat
+    bends: tuple[Bend, ...]  # swings of the passive hinges
     _start: Array | None  # twist at the start of the trajectory; None from rest
-    _state: Array  # of the core there: momentum of the body, angles and momenta of the hinges
+    _state: Array  # the core's state at the start: momentum of the body, angles and momenta of the hinges
 
     @property
     def settled(self) -> bool:
@@ -95,20 +95,20 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
 
     @cached_property
     def band(self) -> Band | None:
-        """Range of the settled beat's speed [m/s] by the uncertain estimates of the robot's file; None without any."""
+        """Range of the settled speed [m/s] that uncertain estimates in the robot's file leave; None without any."""
         if self.from_rest is not None or not (self.settled and math.isfinite(self.speed)):
             return None
-        from hypertuna.swimming.band import speed_band  # here, because most swims need none
+        from hypertuna.swimming.band import speed_band  # imported here, since most swims need no band
 
         return speed_band(self.robot, Gaits.of([self.gait]))
 
     @cached_property
     def trajectory(self) -> xr.Dataset:
-        """The motion at every step of the settled beat, or from rest: units in the attributes."""
+        """The motion at every step of the settled beat or of the run from rest; units are in the attributes."""
         return self._motion(1.0 if self.from_rest is None else self.from_rest * self.gait.frequency)
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the results by the names of the JSON record; those of a turn are hidden on a straight path.
+        """Return the results by their names in JSON; results of a turn are hidden if the path is straight.
 
         Returns
         -------
@@ -119,7 +119,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         return summarized(self, SUMMARY | hidden) | bend_summary(self.robot, self.bends)
 
     def continued(self, beats: int) -> xr.Dataset:
-        """Continue the motion from the start of `trajectory`.
+        """Return the motion over more beats, from the start of `trajectory`.
 
         Parameters
         ----------
@@ -129,12 +129,12 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         Returns
         -------
         xarray.Dataset
-            As `trajectory`; one beat of the settled gait is that of `trajectory` itself.
+            As `trajectory`; for one beat of a settled gait it is equal to `trajectory`.
         """
         return self._motion(float(BEATS.check(beats, "beats", "give a whole number of beats")))
 
     def _motion(self, beats: float) -> xr.Dataset:
-        """Return the motion of the gait integrated over some beats from its start."""
+        """Integrate the motion over a number of beats from the start; return its dataset."""
         count = round(beats * self.steps)
         step = 1 / (self.gait.frequency * self.steps)
         clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
@@ -157,7 +157,7 @@ def swim(
     steps: int = DEFAULT_STEPS,
     current: tuple[float, float] = (0.0, 0.0),
 ) -> Swim:
-    """Swim a gait.
+    """Swim a gait: solve for its settled beat, or integrate from rest.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def _swim(
     current: tuple[float, float],
     from_rest: float | None = None,
 ) -> Swim:
-    """Return the swim of a settled beat, or of the last beat from rest."""
+    """Return the swim of a settled beat, or of the last beat of a run from rest, from a result of `settle`."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
     text = _core.verdict(
@@ -266,43 +266,43 @@ def _swim(
     )
 
 
-def _start_text(here: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
-    """Return the status as a sentence, with the motion to which a start from rest leads if it is another one."""
+def _start_text(settled: Swim, reached: bool, elsewhere: Swim | None, beats: int) -> str:
+    """Return the status as a sentence, with the motion to which a start from rest leads."""
     if elsewhere is not None:
         where = f"{elsewhere.speed:.4g} m/s" if math.isfinite(elsewhere.speed) else "a body that spins"
         start = f"From rest the robot settles into another motion instead: {where}, in {beats} beats."
-    elif here.settled and reached:
+    elif settled.settled and reached:
         start = f"From rest the robot reaches this motion in {beats} beats."
-    elif here.settled:
+    elif settled.settled:
         start = f"From rest the robot settles neither into this motion nor into another within {APPROACH} beats."
     else:
-        return here.status_text
-    return f"{here.status_text} {start}"
+        return settled.status_text
+    return f"{settled.status_text} {start}"
 
 
 def _verdict_from_rest(last: Swim, settled: Swim) -> tuple[str, str]:
-    """Return status and sentence of a run from rest: its last beat compared with the settled one that rest leads to."""
+    """Return status and sentence of a run from rest; its last beat is compared with the settled beat that it nears."""
     beats, goal = last.beats, settled.settled_from_rest or settled
     if not goal.settled:
         return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest. {settled.status_text}"
-    # For a gait that stands still: relative to a thousandth of a body length per beat, or of a rad for one that spins.
+    # The added scale is for gaits near rest: a thousandth of a body length per beat, or of a rad for a body that spins.
     moving = math.isfinite(last.speed) and math.isfinite(goal.speed)
     name, unit, least = ("speed", "m/s", goal.robot.body.length) if moving else ("turn_rate", "rad/s", 1.0)
     target, scale = getattr(goal, name), abs(getattr(goal, name)) + 1e-3 * goal.gait.frequency * least
     error = (getattr(last, name) - target) / scale
     words = label(name)
-    if abs(error) < AT_REST:
+    if abs(error) < SETTLED:
         return "settled", f"The gait is settled after {beats:.0f} beats from rest, to {abs(error):.1e} of its {words}."
     difference = f"{abs(error) * scale:.2g} {unit} {'above' if error > 0 else 'below'} the settled {target:.4g} {unit}"
     return "unsettled", f"The gait is unsettled after {beats:.0f} beats from rest: its {words} is {difference}."
 
 
 def settled_speed(robot: Robot, gait: Gait) -> float:
-    """Return the speed of a settled beat [m/s], with lagging joints if all bandwidths are known; NaN if unsettled."""
+    """Return a gait's settled speed [m/s], with lagging joints if all bandwidths are known; NaN if unsettled."""
     return rounded_number(swim(with_known_lag(robot), gait).speed)
 
 
 def with_known_lag(robot: Robot) -> Robot:
-    """Return the robot with lagging joints if all bandwidths are known, else the robot as it is."""
+    """Return the robot with lagging joints if all bandwidths are known, else the robot unchanged."""
     all_known = all(group.bandwidth is not None for group in robot.joints)
     return robot.using(joints="bandwidth") if all_known else robot

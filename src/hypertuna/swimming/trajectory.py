@@ -26,10 +26,10 @@ def trajectory(
     current: tuple[float, float] = (0.0, 0.0),
     driven: Array | None = None,
 ) -> xr.Dataset:
-    """Return the dataset of a motion of the core, labeled with units.
+    """Return a motion that the core computed as a dataset, labeled with units.
 
-    `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s]. `driven` is the part of
-    `joints` that the joint groups move, where a hinge yields: it does no mechanical power.
+    `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s]. If a hinge yields,
+    `driven` is the part of `joints` that the joint groups move; only this part counts as mechanical power.
     """
     driven = joints if driven is None else driven
     pose = np.array(motion["pose"])
@@ -39,7 +39,7 @@ def trajectory(
     power = torque * driven[:, :, 1]
     groups = [joint.name for joint in robot.joints]
     members = [list(joint.links) for joint in robot.joints]
-    coupling = group_shares(robot) / [joint.turns for joint in robot.joints]  # virtual work of joints and motor
+    coupling = group_shares(robot) / [joint.turns for joint in robot.joints]  # motor torque over joint torque
 
     def per_group(column: Array) -> Array:
         return np.stack([column[:, links].sum(axis=1) for links in members], axis=1)
@@ -78,7 +78,7 @@ def nose_points(motion: xr.Dataset) -> Points:
 
 
 def center_of(motion: xr.Dataset) -> complex:
-    """Return the center x + i y [m] about which a settled beat turns the head."""
+    """Return the center x + i y [m] about which a settled beat turns."""
     nose = nose_points(motion)
     spin = np.exp(1j * (motion.heading.values[-1] - motion.heading.values[0]))
     return complex((nose[-1] - spin * nose[0]) / (1 - spin))

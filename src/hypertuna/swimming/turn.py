@@ -1,4 +1,4 @@
-"""Turn: the circle of a settled one-sided beat, over phase, bias and frequency."""
+"""Turns: circles of settled beats with a bias, over phase, bias and frequency."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from hypertuna.swimming.trajectory import center_of, nose_points
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_BEATS = 120  # of a path: a gait that turns by 3 degrees a beat comes round in them
-PER_BEAT = 32  # points of a path
+MAX_BEATS = 120  # most beats of a path; a gait that turns by 3 degrees per beat completes its circle
+POINTS_PER_BEAT = 32  # points of a path per beat
 PHASE = math.radians(0.05)  # tolerance of the phase of the tightest turn
 
 
@@ -37,34 +37,34 @@ class Circle:
 
     center: complex  # x + i y [m]
     radius: float  # [m]
-    residual: float  # root mean square of the points' distances from it [m]
+    residual: float  # root mean square of the points' distances from the circle [m]
 
 
 @dataclass(frozen=True)
 class Tightest:
-    """The tightest turn, and where between the phases of a grid it lies."""
+    """The tightest turn of a grid, and the tightest turn between its neighbors in phase."""
 
-    gait: Gait  # of the grid
+    gait: Gait  # gait of the grid with the tightest turn
     turn_radius: float  # mean distance of the nose from the center of the turn [m]
     speed: float  # forward positive [m/s]
-    circle: Circle  # fitted to the nose's path
-    phase_between: float  # of the last joint group at the smallest radius between the neighbors in the grid [rad]
-    turn_radius_between: float  # the turn radius there [m]
+    circle: Circle  # circle fitted to the nose's path
+    phase_between: float  # phase of the last joint group with the smallest radius, between the grid's neighbors [rad]
+    turn_radius_between: float  # turn radius at `phase_between` [m]
 
 
 @dataclass(frozen=True)
 class Turning(Plotted, Tabular, data=lambda turning: turning.sweep):
-    """Turns of many gaits."""
+    """Turns of a grid of gaits."""
 
     robot: Robot
-    gaits: Gaits  # of the grid
-    sweep: xr.Dataset  # of the grid, with circle_radius and circle_residual [m] of each path: NaN unless settled
-    tightest: Tightest | None  # of all settled gaits; None where none turns
-    forward: Tightest | None  # of those that swim head first
+    gaits: Gaits  # the grid
+    sweep: xr.Dataset  # results of `sweep`, with circle_radius and circle_residual [m] of each path, NaN if unsettled
+    tightest: Tightest | None  # tightest turn of all settled gaits; None if no gait turns
+    forward: Tightest | None  # tightest turn head first; None if no gait turns so
 
 
 def fit_circle(points: Points) -> Circle:
-    """Fit a circle to points: algebraically, then by the least squares of the distances from it.
+    """Fit a circle to points: algebraically, then by least squares of the points' distances from the circle.
 
     The algebraic fit is Taubin's (1991), unbiased on short arcs where Kasa's is not; it starts a Levenberg-Marquardt
     search for the center (x, y) and the radius R that minimize the sum of (abs(p - center) - R)^2.
@@ -91,18 +91,15 @@ def fit_circle(points: Points) -> Circle:
 
 
 def nose_path(beat: Swim) -> Points:
-    """Return the nose's path (points,) [m] of a settled beat, continued until the nose has come round."""
+    """Return the nose's path (points,) [m], a settled beat continued until the nose completes its circle."""
     beats = math.ceil(2 * math.pi * beat.gait.frequency / abs(beat.turn_rate)) if beat.turn_rate else MAX_BEATS
     motion = beat.continued(min(beats, MAX_BEATS))
-    stride = max(1, beat.steps // PER_BEAT)
+    stride = max(1, beat.steps // POINTS_PER_BEAT)
     return nose_points(motion)[:-1:stride]
 
 
 def point_radius(beat: Swim, behind: float) -> float:
-    """Return the mean distance of a point of the head from the center of the turn.
-
-    `behind` [m]; returns [m].
-    """
+    """Return the mean distance [m] from the center of the turn to the point of the head `behind` [m] the nose."""
     motion = beat.trajectory
     direction = np.exp(1j * motion.heading.values)
     return float(np.abs(nose_points(motion) + behind * direction - center_of(motion))[:-1].mean())
@@ -159,9 +156,9 @@ def turn(
 
 
 def tightest(robot: Robot, gait: Gait, *, low: float, high: float, steps: int = DEFAULT_STEPS) -> tuple[float, float]:
-    """Find the phase of the last joint group at which a gait turns tightest in its own direction.
+    """Find the phase of the last joint group with the tightest turn, head or tail first as the gait swims.
 
-    `low`, `high` [rad]; returns `phase` [rad], `radius` [m].
+    `low`, `high`: range of the phase [rad]; returns the phase [rad] and the turn radius [m].
     """
     from scipy.optimize import minimize_scalar
 
@@ -192,7 +189,7 @@ def _taubin(w: Points) -> Array | None:
 
 
 def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_], steps: int) -> Tightest | None:
-    """Return the tightest of some gaits of a grid, with the tightest phase between its neighbors; None without any."""
+    """Return the tightest turn of the gaits `among` in a grid, also between its neighbors in phase; None if no gait."""
     if not among.any():
         return None
     k = int(np.where(among, radius, math.inf).argmin())

@@ -20,9 +20,9 @@ from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
 
-SOFT = 0.3  # of the stiffness at resonance: above, the search finds every beat
+SOFT = 0.3  # stiffness over that at resonance; above this, the search finds every beat
 
-# What results say of each hinge beside the quantities of a beat: unit and meaning.
+# Quantities of each hinge in results: unit and meaning.
 BEND = {
     "stiffness_ratio": ("1", "stiffness of the hinge over that at resonance with the beat, other hinges rigid"),
     "bend_amplitude": ("rad", "amplitude of the hinge's angle: that of its part at the beat's frequency"),
@@ -30,22 +30,22 @@ BEND = {
     "bend_peak": ("rad", "largest angle of the hinge"),
     "damping_power": ("W", "mean power that the hinge's damper takes, and that of its stops"),
 }
-SPRING = tuple(_core.spring_columns())  # numbers of a hinge, that results have derivatives by
+SPRING = tuple(_core.spring_columns())  # numbers of a hinge with respect to which results have derivatives
 
 
 @dataclass(frozen=True)
 class Bend:
     """The swing of a hinge in a settled beat."""
 
-    stiffness_ratio: float  # over the stiffness at resonance, other hinges rigid
-    bend_amplitude: float  # rad, of the part at the beat's frequency
-    bend_lag: float  # rad, of that part behind the gait's clock
+    stiffness_ratio: float  # stiffness over that at resonance, other hinges rigid
+    bend_amplitude: float  # rad, amplitude of the angle's harmonic at the beat frequency
+    bend_lag: float  # rad, lag of this harmonic behind the gait's clock
     bend_peak: float  # rad, largest angle
-    damping_power: float  # W
+    damping_power: float  # W, mean power that damper and stops take
 
 
 def spring_of(hinge: Hinge) -> dict[str, float]:
-    """Return the spring's numbers [SI] of a hinge by the core's names, 0 for stops that it lacks."""
+    """Return the numbers of a hinge's spring [SI] by the core's names; those of missing stops are 0."""
     return {name: getattr(hinge, name) or 0.0 for name in SPRING}
 
 
@@ -89,9 +89,9 @@ def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
-    """Return the steps per beat at each frequency [Hz]: doubled until half of them resolve the springs.
+    """Return the steps per beat at each frequency [Hz]: `steps`, doubled until half of the steps resolve the springs.
 
-    Damped springs and stops get more, so that what dampers take is right, up to `MOST_SPRING_STEPS`.
+    Damped springs and stops get more steps, up to `MOST_SPRING_STEPS`, so that the power of dampers is accurate.
     """
     inverse = np.linalg.inv(reduced_inertia(robot, model))
     stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
@@ -134,7 +134,7 @@ def steepest(hinge: Hinge) -> dict[str, float]:
 
 
 def softness(robot: Robot, frequency: float) -> float:
-    """Return the squared ratio of the hinges' lowest natural frequency to a beat's [Hz]: k/k_r, with one hinge."""
+    """Return the squared ratio of the hinges' lowest natural frequency to the beat's [Hz]; k/k_r for one hinge."""
     stiffness = np.array([hinge.stiffness for hinge in robot.hinges])
     square = np.linalg.eigvals(np.linalg.inv(reduced_inertia(robot)) * stiffness).real.min()
     return float(square / (2 * np.pi * frequency) ** 2)
@@ -162,7 +162,7 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
 
 
 def spring_values(robot: Robot) -> dict[str, float]:
-    """Return the springs' numbers by which results have derivatives [SI], by key in a robot's file."""
+    """Return the springs' numbers [SI], with respect to which results have derivatives, by key in a robot's file."""
     hinges = zip(robot.hinge_keys, robot.hinges, strict=True)
     return {f"{key}.{name}": value for key, hinge in hinges for name, value in spring_of(hinge).items()}
 
@@ -201,7 +201,10 @@ def _by_steps(
     each: NDArray[np.int64],
     how: Callable[[NDArray[np.intp]], Mapping[str, Any]],
 ) -> Array:
-    """Return a kernel's rows (gaits, n), computed together for gaits of equal steps; how: returns their options."""
+    """Return a kernel's rows (gaits, n), computed in one call for all gaits with equal steps per beat.
+
+    each: steps per beat of each gait. how: returns the kernel's options, given indices of gaits.
+    """
     links, rows = hinge_links(robot), dict[int, Array]()
     for count in np.unique(each):
         indices = np.flatnonzero(each == count)
@@ -212,7 +215,7 @@ def _by_steps(
 
 
 def bend_joints(robot: Robot, gait: Gait, joints: Array, state: Array, steps: int) -> Array:
-    """Return joint motions (instants, links, 3) with the hinges bent by the flow, from a state of the core on."""
+    """Return joint motions (instants, links, 3) with the hinges bent by the flow, starting from a state of the core."""
     gaits, links = Gaits.of([gait]), hinge_links(robot)
     finer = int(steps_for(robot, gaits.columns[0], 2 * steps)[0]) // (2 * steps)
     count = finer * (len(joints) - 1) + 1
@@ -236,5 +239,5 @@ def folds(bends: tuple[Bend, ...]) -> str:
 
 
 def _springs(robot: Robot, count: int) -> Array:
-    """Return the springs' numbers of all hinges (gaits, hinges x SPRING), repeated for some gaits."""
+    """Return the springs' numbers of all hinges (count, hinges x SPRING), repeated for `count` gaits."""
     return np.tile([*spring_values(robot).values()], (count, 1))

@@ -26,7 +26,7 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
-NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad: cos^2 theta = 1/3, where a braid encloses the largest volume
+NEUTRAL_BRAID = math.acos(1 / math.sqrt(3))  # rad, braid angle with the largest volume, cos^2 theta = 1/3: no pull
 HOSE = Scale("HyperTuna's hoses, scaled to the narrowest section", {"width": 1}, digits=3)
 MaterialSet = Literal["datasheet", "fe", "tensile", "mean"]
 
@@ -249,7 +249,7 @@ class Hinge(Part):
 
 
 def hinges_in_order(hinges: Mapping[str, Hinge], last: int) -> Iterator[Check]:
-    """Check that hinges, by key, are in a tail whose last link is `last`, from nose to tail."""
+    """Check that hinges, by key, are listed from nose to tail and are on links up to `last`, and check their stops."""
     count, most = len(hinges), _core.MAX_HINGES
     yield Check(count <= most, "hinge_list", f"must be at most {most} hinges", "join some", f"{count}")
     ahead = 0

@@ -1,7 +1,7 @@
 """Common parts of all tables of a file: frozen tables, ranges of numbers, conversion of units, checks.
 
-An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file carry the unit (``length_m``):
-attributes are in SI units and radians and carry none.
+An unknown key is refused (`Part`); `validation` writes the sentence. Keys of a file end in their unit (``length_m``);
+attributes are in SI units and radians, and have no unit in their name.
 """
 
 import math
@@ -16,25 +16,27 @@ from hypertuna.errors import InputError, InputErrors, escaped, shown
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.ranges import FINITE, FRACTION, NOT_NEGATIVE, POSITIVE, Range
 
-BEYOND = 1e12  # in SI units: larger than any value of a robot or of a trial
+BEYOND = 1e12  # bound on all numbers [SI], larger than any value of a robot or of a trial
 
 
 def number(limits: Range) -> Any:
-    """Return the pydantic field of a number within limits; without limits it must be within plus or minus `BEYOND`."""
+    """Return the pydantic field of a number within limits; a missing limit is plus or minus `BEYOND`."""
     low = -BEYOND if limits.min is limits.above is None else limits.min
     high = BEYOND if limits.max is limits.below is None else limits.max
     return Field(strict=True, allow_inf_nan=False, ge=low, le=high, gt=limits.above, lt=limits.below)
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
-    """Return the conversions of a number of the file: to SI by a factor, and back to 15 digits."""
+    """Return the conversions of a number of the file: to SI by a factor, and back with 15 digits."""
     return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: float(f"{x / factor:.15g}"))
 
 
+# Conversions of a number of the file to SI units, and back.
 _TO_RADIANS, _TO_DEGREES = _scaled(math.pi / 180)
 _TO_COULOMBS, _TO_AMPERE_HOURS = _scaled(3600.0)
 _TO_SECONDS, _TO_MICROSECONDS = _scaled(1e-6)
 
+# Types of values; those of angles, charges, pulses and temperatures are converted to SI units.
 Real = Annotated[float, number(FINITE)]
 Positive = Annotated[float, number(POSITIVE)]
 NotNegative = Annotated[float, number(NOT_NEGATIVE)]
@@ -43,7 +45,7 @@ Fraction = Annotated[float, number(FRACTION)]
 PositiveFraction = Annotated[float, number(Range(above=0, max=1))]
 Degrees = Annotated[float, number(FINITE), _TO_RADIANS, _TO_DEGREES]
 PositiveDegrees = Annotated[float, number(Range(above=0, max=180)), _TO_RADIANS, _TO_DEGREES]
-QuarterTurn = Annotated[float, number(Range(min=-90, max=90)), _TO_RADIANS, _TO_DEGREES]  # to either side
+QuarterTurn = Annotated[float, number(Range(min=-90, max=90)), _TO_RADIANS, _TO_DEGREES]  # an angle to either side
 Amplitude = Annotated[float, number(Range(min=0, max=180)), _TO_RADIANS, _TO_DEGREES]
 AmpereHours = Annotated[float, number(POSITIVE), _TO_COULOMBS, _TO_AMPERE_HOURS]
 Microseconds = Annotated[float, number(POSITIVE), _TO_SECONDS, _TO_MICROSECONDS]
@@ -59,88 +61,88 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 def _readable(text: str) -> str:
-    """Return a text without control characters, or raise: terminals would obey them, files cannot hold them."""
+    """Return a text; ValueError if it is too long, or has control characters, which terminals would obey."""
     if escaped(text, "\n\t") != text or len(text) > MAX_TEXT:
         raise ValueError(f"must be at most {MAX_TEXT} characters, none of them a control character")
     return text
 
 
 def _name(text: str) -> str:
-    """Return a name that can be a part of file names, columns, NetCDF variables and figures, or raise."""
+    """Return a name; ValueError if it cannot be a part of file names, columns, NetCDF variables and figures."""
     if not NAME.fullmatch(text):
         raise ValueError("must be 1 to 60 letters, digits, spaces and - _ . + ( ) '")
     return text
 
 
 def _names(table: dict[str, Any]) -> dict[str, Any]:
-    """Return a table whose entries have valid names, or raise."""
+    """Return a table; ValueError if the name of an entry is invalid."""
     for name in table:
         _name(name)
     return table
 
 
-MAX_TEXT = 20_000
-NAME = re.compile(r"\w[\w .+()'-]{0,59}")
+MAX_TEXT = 20_000  # characters
+NAME = re.compile(r"\w[\w .+()'-]{0,59}")  # valid names
 Text = Annotated[str, Field(min_length=1), AfterValidator(_readable)]
 Name = Annotated[str, Field(min_length=1), AfterValidator(_name)]
-Named = AfterValidator(_names)  # of a table of named entries
+Named = AfterValidator(_names)  # validator of a table of named entries
 
 
 class Scale(NamedTuple):
-    """How a key scales from HyperTuna's value: in words, and as powers of the ratios of another robot to HyperTuna."""
+    """How a key scales from HyperTuna's value to that of another robot."""
 
-    words: str
-    powers: Mapping[str, int]
-    digits: int = 2
+    words: str  # the rule in words
+    powers: Mapping[str, int]  # powers of the ratios of the robot to HyperTuna, by name of the ratio
+    digits: int = 2  # significant digits of the result
 
 
 class Radio(NamedTuple):
-    """A parameter that the radio may set: its place, and the allowed range as fractions of the number.
+    """A parameter that the radio may set: its place, and the allowed range as factors on the described value.
 
     A limit may only become tighter, and a gain may be halved or doubled.
     """
 
-    place: int  # in the order of the parameters of its part
+    place: int  # place in the order of its part's parameters
     low: float = 0.5
     high: float = 2.0
-    bounds: bool = False  # the range is in SI units
-    whole: bool = False
-    name: str = ""  # if it is not that of the number
+    bounds: bool = False  # whether the range is in SI units instead
+    whole: bool = False  # whether it is a whole number
+    name: str = ""  # name of the parameter, if it differs from the key's
 
 
 class Spread(NamedTuple):
-    """Range of an estimate where ``[uncertainty]`` of the file has no factor: factors on it, or amounts added to it."""
+    """Default range of an estimate, used if ``[uncertainty]`` of the file has no factor for it."""
 
-    place: int  # in the order of draws
+    place: int  # place in the order of draws
     name: str  # in words
-    low: float
+    low: float  # lowest factor on the estimate, or lowest amount added to it
     high: float
-    added: bool = False
+    added: bool = False  # whether the range is of amounts added
     along: tuple[str, ...] = ()  # keys of the same table that keep their ratio to this one
 
     def at(self, value: float, part: float) -> float:
-        """Return an estimate at a part, 0 to 1, of its range: on a logarithmic scale, or a linear one if added."""
+        """Return the value at a part (0 to 1) of an estimate's range, on a logarithmic scale, or linear if added."""
         if self.added:
             return value + (self.low + (self.high - self.low) * part)
         return value * float(np.exp(math.log(self.low) + math.log(self.high / self.low) * part))
 
 
 class Key(NamedTuple):
-    """A key of the file, as its table declares it."""
+    """The declaration of a key of the file in its table."""
 
     description: str
     unit: str
-    name: str | None
-    how: str  # to find its value; empty: as its table says
+    name: str | None  # name of the key, if it is not attribute and unit
+    how: str  # how to find its value; empty: as for its table
     usual: tuple[float, float] | None  # range in the unit of the file, for robots in a lab, a lake or at sea
     radio: Radio | None
     scale: Scale | None
-    follows: Mapping[str, int]  # powers of factors on the length, the mass and the height of its link
+    follows: Mapping[str, int]  # powers with which it scales with length, mass or height of its link
     spread: Spread | None
-    options: dict[str, Any]
+    options: dict[str, Any]  # further options of the pydantic field
 
     def field(self, attribute: str) -> Any:
-        """Return the pydantic field of a key, which is called by attribute and unit unless another name is given."""
+        """Return the pydantic field of a key; its name is attribute and unit unless another name is given."""
         ending = self.unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None}).replace("degc", "c")
         key = self.name or f"{attribute}_{ending}".rstrip("_")
         extra: Any = {"unit": self.unit} if self.unit else None
@@ -160,18 +162,18 @@ def entry(
     spread: Spread | None = None,
     **options: Any,
 ) -> Any:
-    """Declare a key of the file, named by its attribute and unit unless `key` is given, with what users need of it."""
+    """Declare a key of the file, with its documentation; its name is attribute and unit unless `key` is given."""
     return Key(description, unit, key, how, usual, radio, scale, follows or {}, spread, options)
 
 
 class Check(NamedTuple):
-    """Whether a rule on the values of a table holds, and its error."""
+    """A rule on the values of a table: whether it holds, and the parts of its error."""
 
     holds: bool
     where: str  # attribute of the table, maybe with an index; or a key of the file, which has a dot
-    text: str
+    text: str  # the rule
     fix: str
-    value: str = ""  # default: that of the attribute, in the unit of the file
+    value: str = ""  # default: the attribute's value in the unit of the file
 
 
 class Part(BaseModel):
@@ -181,7 +183,7 @@ class Part(BaseModel):
 
     table: ClassVar[str] = ""  # key of the table in errors
     renamed: ClassVar[Mapping[str, str]] = {}  # former keys of the table, refused with the present one
-    declared: ClassVar[Mapping[str, Key]] = {}  # by attribute
+    declared: ClassVar[Mapping[str, Key]] = {}  # declarations of the keys, by attribute
 
     def __init_subclass__(
         cls, table: str = "", how: str = "", keys: Mapping[str, tuple[Any, Key]] | None = None, **options: Any
@@ -199,20 +201,20 @@ class Part(BaseModel):
 
     @classmethod
     def scales(cls, *ratios: str) -> dict[str, Scale]:
-        """Return the scale of each key of the file that scales by no other ratios than these."""
+        """Return the scale of each key of the file that scales with these ratios only."""
         scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
         return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
 
     @classmethod
     def scaled(cls, values: Mapping[str, float], **ratios: float) -> dict[str, float]:
-        """Return values of another robot by key of the file, scaled from HyperTuna's by ratios of length and so on."""
+        """Return values of another robot by key of the file, scaled from HyperTuna's; ratios: such as length=0.5."""
         return {
             key: float(f"{math.prod(ratios[name] ** power for name, power in powers.items()) * values[key]:.{digits}g}")
             for key, (_, powers, digits) in cls.scales(*ratios).items()
         }
 
     def _checks(self) -> Iterable[Check]:
-        """Yield the checks of the table; for each key, the first check that fails is the error."""
+        """Yield the checks of the table; the first check of a key that fails is the key's error."""
         return ()
 
     @model_validator(mode="after")
@@ -225,7 +227,7 @@ class Part(BaseModel):
                     errors.setdefault(key, InputError(text, key=key, value=value or present, fix=fix))
         except InputError as error:
             errors.setdefault(error.key or "", error)
-        except (ArithmeticError, LookupError, ValueError):  # of a check that needs those before it to hold
+        except (ArithmeticError, LookupError, ValueError):  # a check may need earlier ones to hold
             if not errors:
                 raise
         if errors:
@@ -233,7 +235,7 @@ class Part(BaseModel):
         return self
 
     def _entry(self, where: str) -> tuple[str, str]:
-        """Return key and value, as in the file, of an attribute (maybe with an index) or of a key."""
+        """Return key and value as in the file, given an attribute (maybe with an index) or a key."""
         if "." in where:
             return where, ""
         name, bracket, index = where.partition("[")
@@ -251,7 +253,7 @@ class Part(BaseModel):
 
 
 def same_length(part: Part, key: str, count: int, per: str, but: tuple[str, ...] = ()) -> Iterator[Check]:
-    """Yield the checks that each list that a table gives, except in `but`, has one value per link or joint group."""
+    """Yield the checks that each list in a table, except those in `but`, has `count` values, one per link or group."""
     for name, info in type(part).model_fields.items():
         column = getattr(part, name)
         if isinstance(column, tuple) and name not in but and name in part.model_fields_set:

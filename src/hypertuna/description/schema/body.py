@@ -28,7 +28,7 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.description.schema.hydraulics import JointServo, Line, Pump, Tendons
 
-ROUNDED = 1e-9  # relative, of angles converted from degrees
+ROUNDED = 1e-9  # relative tolerance of angles that were converted from degrees
 AROUND = 2.55  # perimeter over height of an ellipse 0.6 times as wide as high
 
 
@@ -56,7 +56,7 @@ class Body(Part):
     )
 
     def of(self, links: Links) -> Body:
-        """Return the body with length and mass, where not given, as sums of the links'."""
+        """Return the body; if length or mass is not given, it is the sum over the links."""
         sums = {"length": math.fsum(links.length), "mass": math.fsum(links.mass)}
         sums = {name: total for name, total in sums.items() if name not in self.model_fields_set}
         body = self.model_copy(update=sums)
@@ -117,7 +117,7 @@ class Links(Part, table="links"):
 
     def _checks(self) -> Iterator[Check]:
         counts = [len(column) for name in self.model_fields_set if isinstance(column := getattr(self, name), tuple)]
-        count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # of most columns
+        count = max(dict.fromkeys([len(self.length), *counts]), key=counts.count)  # the most frequent length
         differs = count != len(self.length)
         yield from same_length(
             self, "links", count, "link, as in the other columns" if differs else "link in links.length_m"
@@ -240,23 +240,23 @@ class Fins(Part, table="fins", how="ruler"):
 
 
 def _shares(links: Sequence[int], tendons: Tendons | None) -> tuple[float, ...]:
-    """Return the share of a group's bend that each of its joints takes: by its tendons, or equal shares."""
+    """Return the share of a group's bend that each of its joints takes: from the tendons, or equal shares."""
     return (1 / len(links),) * len(links) if tendons is None else tendons.share
 
 
 class Drive(NamedTuple):
-    """A kind of drive of a joint group, by what pins, sensors, records, circuits and texts ask of it."""
+    """A kind of drive of a joint group, with its properties for pins, sensors, records, circuits and texts."""
 
-    actuation: str  # that `robot new` calls it
-    place: str  # what a servo of it turns
-    servos: tuple[str, ...]  # endings of their names behind the group's: as many servos, two at most
-    oil: bool  # in circuits, with sensors of bend and pressure
-    on_board: int  # groups of a robot with firmware, at most
+    actuation: str  # name in the option --actuation of `robot new`
+    place: str  # part that its servo turns
+    servos: tuple[str, ...]  # one or two servos: endings of their names after the group's name
+    oil: bool  # whether oil drives it, with sensors of bend and pressure
+    on_board: int  # most such groups of a robot with firmware
 
 
 AXLE = Drive("servo", "axle", servos=("",), oil=False, on_board=_core.BOARD_JOINTS)
 DRUM = Drive("tendons", "drum", servos=("",), oil=False, on_board=_core.BOARD_JOINTS)
-MUSCLES = Drive("hydraulic", "crank", servos=("-left", "-right"), oil=True, on_board=3)  # by a Teensy 4.1's pins
+MUSCLES = Drive("hydraulic", "crank", servos=("-left", "-right"), oil=True, on_board=3)  # 3: pins of a Teensy 4.1
 DRIVES = {drive.actuation: drive for drive in (AXLE, DRUM, MUSCLES)}
 
 

@@ -27,13 +27,14 @@ from hypertuna.description.schema.base import (
 from hypertuna.errors import did_you_mean
 from hypertuna.ranges import Range
 
+# How values scale from HyperTuna's to another robot.
 LENGTH = Scale("as HyperTuna's in body lengths", {"length": 1})
 MASS = Scale("HyperTuna's in proportion to the mass", {"mass": 1})
 SPEED = Scale("HyperTuna's in proportion to the speed of the gait", {"speed": 1})
 TIME = Scale("HyperTuna's way at this robot's speed", {"speed": -1})
 RATE = Scale("as HyperTuna's in body lengths traveled", {"length": -1, "speed": 1})
-PRESSURE = {"pressure": 1}  # power of the working pressure
-WORKING = 0.8  # of the soft limit: the working pressure by default
+PRESSURE = {"pressure": 1}  # powers: in proportion to the working pressure
+WORKING = 0.8  # default of the working pressure over the soft limit
 Smoothing = Annotated[float, number(Range(min=1e-3))]  # s: the controller divides by it
 
 
@@ -131,7 +132,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
 
     @property
     def works_at(self) -> float | None:
-        """Pressure [Pa] to which the amplitude is limited; between readings, hammer adds a fifth and more."""
+        """Working pressure [Pa], to which the amplitude is limited; water hammer adds a fifth or more to readings."""
         return self.pressure_work or (None if self.pressure_soft is None else WORKING * self.pressure_soft)
 
     def _checks(self) -> Iterator[Check]:
@@ -143,7 +144,7 @@ class Controller(Part, table="controller", how="as `hypertuna robot new` writes 
         yield self.ordered("pulse_center", "pulse_max")
 
     def fill(self, pressure: float, key: str) -> Check:
-        """Check that the supervisor allows a circuit its fill pressure."""
+        """Return the check that a circuit's fill pressure [Pa] is below the working pressure."""
         limit = self.works_at or math.inf
         text = f"must be less than the working pressure, controller.pressure_work_pa = {limit:g}"
         fix = "lower the fill pressure or raise the limit"
@@ -156,7 +157,7 @@ else:
     Quantity = Literal[tuple(CHANNELS)]
 
 
-NOISY = 0.7  # steps of its resolution: noise from which equal readings show that a sensor is stuck
+NOISY = 0.7  # noise over resolution above which equal readings show that a sensor is stuck
 
 
 class Sensor(Part, table="sensors", how="data sheet of the sensor"):
@@ -190,10 +191,10 @@ class Sensor(Part, table="sensors", how="data sheet of the sensor"):
 
     @property
     def hidden_change(self) -> float:
-        """Largest change [SI] within which a working sensor may repeat its reading: two steps; 0 with enough noise.
+        """Largest change [SI] within which a working sensor may repeat its reading: two steps, or 0 with enough noise.
 
-        In the middle of a step a reading then repeats with a probability of erf(0.5 / (0.7 sqrt 2)) = 0.52; 25 times in
-        a row, which is taken for a stuck sensor, with 1e-7.
+        With enough noise, a reading in the middle of a step repeats with a probability of erf(0.5 / (0.7 sqrt 2)) =
+        0.52. It repeats 25 times in a row, which counts as a stuck sensor, with a probability of 1e-7.
         """
         return 0.0 if self.noise >= NOISY * self.resolution else 2 * self.resolution
 

@@ -23,19 +23,20 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.description.schema.body import Drive
 
-MAX_ID = 250  # of MAVLink
+MAX_ID = 250  # largest system number in MAVLink
 
-# Teensy 4.1, by PJRC's card of its pins. Pins 42 to 47 are the card's, and those above lie under the board.
+# Pins of a Teensy 4.1, from PJRC's pin card. Pins 42 to 47 belong to the SD card; higher pins are under the board.
 PINS = tuple(range(42))
 ANALOG_PINS = (*range(14, 28), *range(38, 42))
-# Pins with hardware pulse-width modulation: an interrupt that is late does not stretch their pulses.
+# Pins with hardware pulse-width modulation, whose pulses a late interrupt does not stretch.
 PULSE_PINS = (*range(16), 18, 19, *range(22, 26), 28, 29, 33, 36, 37)
-PORTS = {1: (0, 1), 2: (7, 8), 3: (15, 14), 4: (16, 17), 5: (21, 20), 6: (25, 24), 7: (28, 29), 8: (34, 35)}  # RX, TX
-DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # its bus, Wire: SDA, SCL
+# Pins RX, TX of each serial port.
+PORTS = {1: (0, 1), 2: (7, 8), 3: (15, 14), 4: (16, 17), 5: (21, 20), 6: (25, 24), 7: (28, 29), 8: (34, 35)}
+DEPTH = {18: "the depth sensor", 19: "the depth sensor"}  # pins SDA and SCL of its bus
 
 
 def _pins_key(quantity: str) -> str:
-    """Return the attribute with the pins of a kind of analog sensor."""
+    """Return the name of the attribute with the pins of a kind of analog sensor."""
     return f"{quantity}_pin" if CHANNELS[quantity].size == 1 else f"{quantity}_pins"
 
 
@@ -52,12 +53,12 @@ def _analog_pins() -> dict[str, tuple[Any, Any]]:
     return keys
 
 
-ANSWERS = _core.answer_table()  # to a fault, in the order of their numbers
-FIRST_ANSWER = 15  # place of the first response among the parameters
+ANSWERS = _core.answer_table()  # possible responses to a fault, in the order of their numbers
+FIRST_ANSWER = 15  # place of the first response among the parameters of the radio
 
 
 def _answers() -> dict[str, tuple[Any, Key]]:
-    """Return type and key of the response to each fault whose response is a choice, by attribute."""
+    """Return, by attribute, type and key of the response to each fault with a choice of responses."""
     choices = [(key, name, answer) for name, _, answer, *_, key in _core.fault_table() if key]
     spelled = ", ".join(f"{number} {answer}" for number, answer in enumerate(ANSWERS))
     most = len(ANSWERS) - 1
@@ -198,10 +199,10 @@ class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as
 
 
 def wired(quantity: str, drives: Sequence[Drive], sensors: Collection[str]) -> list[bool]:
-    """Return whether each channel of a kind of analog sensor has a sensor.
+    """Return for each channel of a kind of analog sensor whether a sensor is wired to it.
 
-    A joint group that a servo turns has one current sensor at most, no bend and no pressure sensor; a robot without
-    oil has those that it describes.
+    A joint group that a servo turns has no bend or pressure sensor, and at most one current sensor; in a robot without
+    oil, only if the robot's file describes current sensors.
     """
     per = CHANNELS[quantity].per
     if per == "robot":
@@ -213,7 +214,7 @@ def wired(quantity: str, drives: Sequence[Drive], sensors: Collection[str]) -> l
 
 
 def _free(uses: dict[int, str], pin: int, name: str) -> Check:
-    """Return the check that a pin has no other use, after noting this use."""
+    """Note the use of a pin, and return the check that the pin has no other use."""
     other = uses.setdefault(pin, name)
     text = f"must leave pin {pin} to {other}"
     return Check(other == name, f"firmware.{name}", text, "wire one of the two elsewhere")

@@ -1,4 +1,4 @@
-"""The table that an identification writes into a robot description."""
+"""The table [fit], which an identification writes into a robot description."""
 
 from __future__ import annotations
 
@@ -46,6 +46,6 @@ class Fitted(Part, table="fit", how="written by `hypertuna identify`"):
         slack = 1e-6 * max((abs(x) for row in self.covariance for x in row), default=0.0)
         for i, row in enumerate(self.covariance):
             pairs = [(row[k], self.covariance[k][i]) for k in range(i) if k < len(row) and i < len(self.covariance[k])]
-            good = all(abs(a - b) <= slack for a, b in pairs) and min(row[i : i + 1], default=0.0) >= 0
+            valid = all(abs(a - b) <= slack for a, b in pairs) and min(row[i : i + 1], default=0.0) >= 0
             text = "must be a row of a covariance: symmetric, no variance below 0"
-            yield Check(good, f"covariance[{i}]", text, "identify again")
+            yield Check(valid, f"covariance[{i}]", text, "identify again")

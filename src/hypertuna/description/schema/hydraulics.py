@@ -23,10 +23,10 @@ from hypertuna.description.schema.base import (
 )
 from hypertuna.io.quantity import ZERO_CELSIUS
 
-HOTTEST = ZERO_CELSIUS + 100  # K: the higher of the two temperatures with a given viscosity
-SOFTEST = 1e8  # Pa, bulk modulus: less than any liquid has
-SPEED = Spread(6, "speed of the servos", 0.9, 1.1)  # of data sheets
-BANDWIDTH = Spread(7, "bandwidth of the servos", 0.5, 2.0)  # of cheap and good ones
+HOTTEST = ZERO_CELSIUS + 100  # K, the higher of the two temperatures at which the viscosity is given
+SOFTEST = 1e8  # Pa, smallest allowed bulk modulus: all liquids have more
+SPEED = Spread(6, "speed of the servos", 0.9, 1.1)  # error of data sheets
+BANDWIDTH = Spread(7, "bandwidth of the servos", 0.5, 2.0)  # from cheap to good servos
 GEARS = entry(
     "friction torque of its gears, at the output",
     "N m",
@@ -34,9 +34,9 @@ GEARS = entry(
     how="ammeter: current without load over the stall current, times the stall torque",
     usual=(1e-4, 20.0),
 )
-INERTIA = Spread(8, "inertia of the servos", 0.7, 3.0)  # up to iron cores
-MOST_SHARE = 10.0  # of a joint in the bend of its group
-THINNEST = 0.3e-6  # m^2/s: log10 log10 (nu + 0.7), nu in mm^2/s, is undefined there and below
+INERTIA = Spread(8, "inertia of the servos", 0.7, 3.0)  # up to motors with iron cores
+MOST_SHARE = 10.0  # largest share of a joint in the bend of its group
+THINNEST = 0.3e-6  # m^2/s, viscosity at and below which log10 log10 (nu + 0.7), nu in mm^2/s, is undefined
 
 
 class Pump(Part, table="pump", how="calipers on the pump, or CAD"):
@@ -277,7 +277,7 @@ class Tendons(Part, table="joints.tendons", how="calipers"):
 
     @property
     def turns(self) -> float:
-        """Angle of the drum over the group's bend [1]; 0 where the joints' bends cancel."""
+        """Angle of the drum over the group's bend [1]; 0 if the bends of the joints cancel."""
         total = math.fsum(self.ratio)
         return 1 / total if total else 0.0
 

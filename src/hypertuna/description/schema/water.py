@@ -1,4 +1,4 @@
-"""The tables of the water in a robot description, one per law, and the table of laws that all code goes through."""
+"""The tables of the water in a robot description, one per law, and `LAWS`: how each law reads a robot."""
 
 import math
 from bisect import bisect_right
@@ -39,23 +39,23 @@ class Lumped(Part, how="fit to steady runs (`identify`)"):
 
 
 def _zeros(law: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return a zero for each link, the default of a column."""
+    """Return a zero for each link, the default value of a column."""
     return (0.0,) * len(law["drag_normal"])
 
 
 def _ones(law: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return a one for each link, the default of a column."""
+    """Return a one for each link, the default value of a column."""
     return (1.0,) * len(law["drag_normal"])
 
 
-# Added mass of a rectangular plate of an aspect ratio across the flow, over rho pi/4 chord^2 span (DNV-RP-C205, 2010).
+# Added mass of a rectangular plate across the flow, over rho pi/4 chord^2 span, by aspect ratio (DNV-RP-C205, 2010).
 PLATE_ASPECT = (1.0, 1.25, 1.59, 2.0, 2.5, 3.17, 4.0, 5.0, 6.25, 8.0, 10.0)
 PLATE_MASS = (0.579, 0.642, 0.704, 0.757, 0.801, 0.84, 0.872, 0.897, 0.917, 0.934, 0.947)
 
 
 def plate_mass(aspect: float) -> float:
-    """Return the added mass of a plate across the flow, over rho pi/4 chord^2 span [1], by its aspect ratio."""
-    if aspect < 1:  # the same plate, seen the other way round
+    """Return the added mass of a plate of an aspect ratio across the flow, over rho pi/4 chord^2 span [1]."""
+    if aspect < 1:  # exchange span and chord
         return aspect * plate_mass(1 / aspect) if aspect > 0 else 0.0
     k = min(bisect_right(PLATE_ASPECT, aspect), len(PLATE_ASPECT) - 1)
     (a, b), (low, high) = PLATE_ASPECT[k - 1 : k + 1], PLATE_MASS[k - 1 : k + 1]
@@ -63,18 +63,18 @@ def plate_mass(aspect: float) -> float:
 
 
 def helmbold(aspect: float) -> float:
-    """Return the lift slope of a wing by its aspect ratio, over a slender wing's pi AR/2 (Helmbold) [1]."""
+    """Return the lift slope of a wing of an aspect ratio AR, over that of a slender wing, pi AR/2 (Helmbold) [1]."""
     return 4 / (2 + math.hypot(aspect, 2))
 
 
 def _aspect(law: Mapping[str, Any]) -> float:
-    """Return the default of edge_aspect [1]: the aspect ratio that has the law's lift slope by Helmbold's equation."""
+    """Return the default of edge_aspect [1]: the aspect ratio that has the given edge_lift by Helmbold's equation."""
     lift = law.get("edge_lift", 1.0)
     return 4 / lift * math.sqrt(1 - lift) if law.get("edge_height") and lift else 0.0
 
 
 def _plate(law: Mapping[str, Any]) -> float:
-    """Return the default of edge_added_mass [1], over rho pi/4 chord^2 span: a plate of the law's aspect ratio."""
+    """Return the default of edge_added_mass [1], over rho pi/4 chord^2 span: that of a plate with edge_aspect."""
     return plate_mass(law.get("edge_aspect", 0.0))
 
 
@@ -226,10 +226,11 @@ class Water(Part):
 class Law:
     """How a law reads a robot, in addition to its own table [water.NAME]."""
 
-    example: str  # a coefficient of the table, for hints
-    # Columns that are areas of the links, by `areas` in [model]; columns named as those of the links need no entry.
+    example: str  # a coefficient of the table, as an example in hints
+    # Columns of the law that are areas of the links, with the name in [links], by `areas` of [model]; equal names are
+    # left out.
     areas: Mapping[Areas, Mapping[str, str]] = field(default_factory=dict)
-    dry: tuple[str, ...] = ()  # coefficients that act without density: zero in air
+    dry: tuple[str, ...] = ()  # coefficients whose forces do not scale with density, set to zero in air
 
 
 LAWS: Mapping[str, Law] = {
