@@ -103,8 +103,15 @@ def test_the_page_changes_the_springs(page: Page, core: Host, tail: str) -> None
     assert abs(speed / ht.swim(robot, CRUISE).speed - 1) > 1e-4
 
 
-@pytest.mark.parametrize(("name", "value", "fault"), [("link", 0.0, "links behind the head"), ("link", 99.0, "links")])
+@pytest.mark.parametrize(
+    ("name", "value", "fault"),
+    [
+        ("models.0.spring.link", 0.0, "links behind the head"),
+        ("models.0.spring.link", 99.0, "links"),
+        ("plant.spring.moment", 0.1, "must be 0 in a twin"),
+    ],
+)
 def test_wrong_hinges_are_refused(core: Host, name: str, value: float, fault: str) -> None:
     robot, _ = swimmer("passive", core)
-    columns = columns_of(robot_image(robot)) | {f"models.0.spring.{name}": [value]}
+    columns = columns_of(robot_image(robot)) | {name: [value]}
     assert fault in str(Robot.read(pack(columns, "{}"), core))

@@ -31,7 +31,7 @@ struct Yielding {
         for (int d = 0; d < D; ++d) {
             share[first + d][d] = 1;
             fish.joints[first + d] = {-1, 0};
-            spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1};
+            spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1, 0, 0};
         }
         fill();
     }
