@@ -205,8 +205,9 @@ test-processors: $(VENV)/.installed-test ## goldens of the documentation as on o
 	  ! grep -qw avx512f /proc/cpuinfo || OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="X86_V4 AVX512_ICL" $(GOLDENS) || status=$$?; \
 	  wait $$first && exit $$status
 
+# A file stays with one process: what its tests share is solved once.
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
-	@$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal -m fe $$(grep -rl --include='test_*.py' 'mark\.fe$$' tests validation)
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m fe $$(grep -rl --include='test_*.py' 'mark\.fe$$' tests validation)
 
 ROOM ?= all
 SEED ?= 1

@@ -176,24 +176,19 @@ def test_pressure_and_couple_have_one_potential() -> None:
     assert np.mean(turns) == pytest.approx(np.mean(swells), rel=4e-3)
 
 
+MAP = ("--fill", "60", "--moment", "-0.05:0.05:3", "--mesh", "small")
+
+
+def map_command(folder: Path, pressure: str) -> list[str]:
+    """Write the small robot and return the command that maps its joint II."""
+    write_robot(small(), folder / "small.toml")
+    return ["fe", "map", "--robot", str(folder / "small.toml"), "--joint", "II", "--pressure", pressure, *MAP]
+
+
 @pytest.mark.fe
 def test_the_command_maps_a_joint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
     monkeypatch.setitem(MESHES, "small", SMALL)
-    fish, keep = tmp_path / "small.toml", tmp_path / "keep"
-    write_robot(small(), fish)
-    options = [
-        "--fill",
-        "60",
-        "--pressure",
-        "60,120,250",
-        "--moment",
-        "-0.05:0.05:3",
-        "--mesh",
-        "small",
-        "--checkpoint",
-        str(keep),
-    ]
-    command = ["fe", "map", "--robot", str(fish), "--joint", "II", *options]
+    command = [*map_command(tmp_path, "60,250"), "--checkpoint", str(tmp_path / "keep")]
     code, output, _ = run(*command, "--json")
     told = json.loads(output)
     assert (code, told["status"], told["joint"]) == (0, "converged", "II")
@@ -202,24 +197,33 @@ def test_the_command_maps_a_joint(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert angle[0, 0] == pytest.approx(-angle[2, 0], abs=0.6)
     assert (np.diff(angle, axis=0) > 0).all()
     assert (np.diff(angle, axis=1) > 0).all()
-    assert np.array(told["model"]["angle_deg"]).shape == (3, 3)
+    assert np.array(told["model"]["angle_deg"]).shape == (3, 2)
     assert (np.array(told["elements"]["length_mm"])[:, -1] < 30).all()
-    # Of an array job; there is no journal.
-    shards, merged = str(tmp_path / "map.shards"), str(tmp_path / "merged.nc")
-    several = [*command[:-2], "-o", shards]
-    assert [run(*several, "--shard", f"{k}/2")[0] for k in (1, 2)] == [0, 0]
-    assert run("shards", "merge", shards, "-o", merged)[0] == 0
     # The journal knows all points: nothing is solved again.
-    for end in ("nc", "csv"):
-        assert run(*command, "-o", str(tmp_path / f"map.{end}"))[0] == 0
-    assert cf_issues(tmp_path / "map.nc", Path(merged)) == ""
-    same_files(merged, str(tmp_path / "map.nc"))
+    monkeypatch.setattr("hypertuna.fe.joint_map.fe_model", lambda *_: pytest.fail("solved again"))
+    assert run(*command, "-o", str(tmp_path / "map.csv"))[0] == 0
     assert (
         (tmp_path / "map.csv").read_text().startswith("couple_n_m,pressure_kpa,pressure_right_kpa,angle_deg,moment_n_m")
     )
     code, output, _ = run(*command)
     assert code == 0
     assert f"differ by at most {told['moment_difference_percent']:.1f} % of" in output
+
+
+@pytest.mark.fe
+def test_the_command_of_an_array_job_makes_the_same_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Run
+) -> None:
+    """The way alone: the fast model stands for the elements."""
+    monkeypatch.setitem(MESHES, "small", SMALL)
+    monkeypatch.setattr("hypertuna.fe.joint_map.joint_by_elements", lambda *_: by_model("II"))
+    shards, merged = str(tmp_path / "map.shards"), str(tmp_path / "merged.nc")
+    command = map_command(tmp_path, "60,120,250")
+    assert [run(*command, "-o", shards, "--shard", f"{k}/2")[0] for k in (1, 2)] == [0, 0]
+    assert run("shards", "merge", shards, "-o", merged)[0] == 0
+    assert run(*command, "-o", str(tmp_path / "map.nc"))[0] == 0
+    assert cf_issues(tmp_path / "map.nc", Path(merged)) == ""
+    same_files(merged, str(tmp_path / "map.nc"))
 
 
 @pytest.mark.fe

@@ -339,7 +339,7 @@ def test_a_buckled_axis_carries_its_buckling_load() -> None:
 
 
 @pytest.mark.fe
-@pytest.mark.parametrize("held", [0.0, 40.0, 1e4])
+@pytest.mark.parametrize("held", [40.0, 1e4])
 def test_a_held_axis_bends_by_the_shortening_over_the_lever(held: float) -> None:
     """kappa = eps w / (w^2 + EI / (EA + held)): eps / w with a held axis, eps w / (w^2 + I / A) with a free one."""
     EA, EI = matrix_of_bar()
