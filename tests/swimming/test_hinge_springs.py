@@ -121,8 +121,8 @@ def test_stops_hold_a_bend_within_their_compression() -> None:
 
 
 def test_beats_from_rest_equal_an_independent_velocity_form() -> None:
-    """With all that a spring can have, at once; the tail strikes its stops."""
-    robot = sprung(**KINDS["all"])
+    """With all that a hinge can have, at once; the tail strikes its stops."""
+    robot = sprung(**KINDS["all"], **MOMENT)
     motion = ht.swim(robot, GAIT, from_rest=1.0, steps=1024).trajectory
     first, last = motion.isel(time=0), motion.isel(time=-1)
     hinge = robot.hinge
