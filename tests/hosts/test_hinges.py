@@ -11,11 +11,10 @@ from host_library import Host, Robot
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
-from hypertuna.simulation.image import pack
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
-from image_file import columns_of
+from image_file import columns_of, with_number
 from studio_code import Page
 
 CRUISE = Gait.from_degrees(frequency=2, amplitude=(16,), phase=(0,))
@@ -113,5 +112,7 @@ def test_the_page_changes_the_springs(page: Page, core: Host, tail: str) -> None
 )
 def test_wrong_hinges_are_refused(core: Host, name: str, value: float, fault: str) -> None:
     robot, _ = swimmer("passive", core)
-    columns = columns_of(robot_image(robot)) | {name: [value]}
-    assert fault in str(Robot.read(pack(columns, "{}"), core))
+    image = robot_image(robot)
+    sizes = {column: len(numbers) for column, numbers in columns_of(image).items()}
+    place = sum([*sizes.values()][: list(sizes).index(name)])
+    assert fault in str(Robot.read(with_number(image, place, value), core))
