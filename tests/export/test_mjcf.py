@@ -67,7 +67,10 @@ def test_a_motor_gives_a_hinge_the_moment_that_drives_it() -> None:
     keys = {"moment_n_m": 0.15, "moment_phase_deg": 200.0, "rest_deg": 0.0}
     robot, gait = changed(IDEAL, {"hinge": SPRUNG | keys}), "unoptimised-0.4"
     text = ht.mjcf(robot)
-    assert f"The control of motor moment-{robot.links.name[7]} is a moment: 0.15 sin(2 pi frequency t - 3.49" in text
+    assert (
+        f"The control of motor moment-{robot.links.name[7]} is a moment in N m: 0.15 sin(2 pi frequency t - 3.49"
+        in text
+    )
     m = mujoco.MjModel.from_xml_string(text)
     motor = m.actuator(f"moment-{robot.links.name[7]}").id
     assert motor == m.nu - 1

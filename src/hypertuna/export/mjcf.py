@@ -121,18 +121,15 @@ def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
         "joints go as commanded. An actuator's force contains the rotor's inertia: it is not the joint's torque.",
         "Each numeric field of <custom> is a gait: frequency in Hz, amplitudes, phases, biases in rad, for",
         "bend = bias + amplitude sin(2 pi frequency t - phase). The phases contain the joints' phase offsets.",
-        *_moments(robot),
+        *(
+            f"The control of motor moment-{robot.links.name[hinge.link]} is a moment in N m: {written(hinge.moment)} "
+            f"sin(2 pi frequency t - {written(hinge.moment_phase)}) in any gait."
+            for hinge in robot.hinges
+            if hinge.moment
+        ),
         "In another scene (MjSpec.attach) the options are those of the scene. It must have these, or the robot swims",
         f"otherwise: {', '.join(f'{name} {written(value)}' for name, value in option.items())}.",
     ]
-
-
-def _moments(robot: Robot) -> Iterator[str]:
-    """Yield a line for each hinge that a moment drives."""
-    for hinge in robot.hinges:
-        if hinge.moment:
-            wave = f"{written(hinge.moment)} sin(2 pi frequency t - {written(hinge.moment_phase)})"
-            yield f"The control of motor moment-{robot.links.name[hinge.link]} is a moment: {wave} N m in any gait."
 
 
 def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:

@@ -257,7 +257,12 @@ class Hinge(Part):
         follows={"moment": 1},
         usual=(0.0, 1e3),
     )
-    moment_phase: Degrees = entry("lag of this moment behind the gait's clock", "deg", default=0.0)
+    moment_phase: Degrees = entry(
+        "lag of this moment behind the gait's clock",
+        "deg",
+        default=0.0,
+        how="choose it, or let a search: `optimize --design`",
+    )
 
 
 def hinges_in_order(hinges: Mapping[str, Hinge], last: int) -> Iterator[Check]:
