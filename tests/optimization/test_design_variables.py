@@ -161,7 +161,7 @@ def test_values_that_a_file_leaves_to_defaults_can_be_varied_and_follow() -> Non
 
 
 def test_a_fin_of_its_own_is_exchanged_within_its_link(tuna: Robot) -> None:
-    """What the link has beside the plate stays; drag and friction follow the areas."""
+    """What the link has beside the plate stays; drag and friction follow the areas, the drag of beating KC^(-1/3)."""
     span, chord = 0.160 * 1.1, 0.032 * 0.9
     strip, lateral = tuna.water.strip, tuna.links.lateral_area[7] + span * chord - 0.160 * 0.032
     assert strip is not None
@@ -182,6 +182,8 @@ def test_a_fin_of_its_own_is_exchanged_within_its_link(tuna: Robot) -> None:
         "edge_added_mass": kappa,
         "edge_lift": 0.504 * helmbold(span / chord) / helmbold(5.0),
     }
+    own = 2.6 * tuna.links.lateral_area[7] / (0.160 * 0.032)  # the plate's, of which the link has the mean
+    document["water"]["strip"]["drag_beating"][7] = span * chord / lateral * ((own + 1.2) * 0.9 ** (1 / 3) - 1.2)
     by_hand = parse(document)
     pairs = ({"fin.span": 1.1, "fin.chord": 0.9}, {"fin.area": 0.99, "fin.aspect_ratio": 1.1 / 0.9})
     for water in ("strip", "lumped", "elongated"):
@@ -204,6 +206,25 @@ def test_a_last_link_that_is_the_fin_changes_as_a_whole() -> None:
     assert found.links.com[last] == pytest.approx(0.9 * eel.links.com[last], rel=1e-14)
     assert found.body.length == pytest.approx(eel.body.length - 0.1 * eel.links.length[last], rel=1e-14)
     assert found.links.mass == eel.links.mass
+
+
+def test_the_drag_of_beating_follows_the_chord_in_a_fin_s_part_of_its_link() -> None:
+    """Half of the last link is fin: it alone has 8 KC^(-1/3) - 1.2 more, and a longer span a greater part."""
+    document = new_robot("x", links=3, length=0.3, mass=0.85)
+    robot, last = parse(document), 2
+    strip = robot.water.strip
+    assert strip is not None
+    chord, area = strip.edge_height / strip.edge_aspect, robot.links.lateral_area[last]
+    part = chord * strip.edge_height / area
+    assert 0.3 < part < 0.9
+    own = strip.drag_beating[last] / part
+    for span, ratio in ((1.0, 1.0), (1.3, 1.0), (1.0, 0.8), (1.2, 1.1)):
+        design = [variable(robot, f"fin.{kind}", 0.5, 1.5) for kind in ("span", "chord")]
+        found = designed(robot, design, (span, ratio)).water.strip
+        plate = span * ratio * part * area
+        wanted = plate / (area + plate - part * area) * ((own + 1.2) * ratio ** (1 / 3) - 1.2)
+        assert found is not None
+        assert found.drag_beating[last] == pytest.approx(wanted, rel=1e-12)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 1.0])

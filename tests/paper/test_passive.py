@@ -112,8 +112,7 @@ def test_a_fin_of_factors_one_is_the_same_and_others_follow(tuna: ht.Robot) -> N
         assert strip.added_mass_normal[-1] * links.lateral_area[-1] ** 2 / links.length[-1] == pytest.approx(
             added, rel=5e-3
         )
-    lumped = [with_fin(tuna, *factors).using(water="lumped") for factors in ((1.4, 1), (1, 1.4))]
-    assert ht.swim(lumped[0], gait).speed == pytest.approx(ht.swim(lumped[1], gait).speed, rel=1e-12)
+        assert links.mass[-1] == pytest.approx(1.4 * fish.links.mass[-1])
 
 
 def made_up(changes: dict[str, tuple[float, ...]]) -> dict[str, Any]:

@@ -112,7 +112,7 @@ def space_of(robot: ht.Robot, ranges: Mapping[str, tuple[float, float]] = ACTUAT
 
 def actuators(space: Designs, count: int, seed: int) -> tuple[list[Candidate], list[dict[str, Any]]]:
     """Return actuators that meet both bends and have room, and what excludes draws of their ranges."""
-    with progress_bar("actuators", slow=True) as progress:
+    with progress_bar("actuators") as progress:
         found = populate(space, count, seed=seed, progress=progress)
     names = [one.name for one in space.free]
     drawn = [

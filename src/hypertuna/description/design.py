@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypertuna.description.changes import NAMES
+from hypertuna.description.drag import beating_of_chord
 from hypertuna.description.following import followers, given, table_of
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.base import Key, Part
@@ -239,7 +240,7 @@ def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
 
 
 def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, chord: float) -> None:
-    """Multiply span and chord of the caudal fin, with its area, added mass and lift.
+    """Multiply span and chord of the caudal fin, with its area, added mass, lift and drag of beating.
 
     A fin of its own (``edge_height_m``, ``edge_aspect``) is exchanged within the last link, and the rest of the link
     stays. Else the fin is all of the last link, the chord its length.
@@ -255,6 +256,8 @@ def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, 
         if "length_m" in document.get("body", {}):
             old_length = document["links"]["length_m"][last] / chord
             document["body"]["length_m"] += old_length * (chord - 1)
+        if any(beating := strip.get("drag_beating", ())):
+            beating[last] = beating_of_chord(beating[last], chord)
     if "lumped" in document["water"]:
         document["water"]["lumped"]["added_mass"][last] *= mass_ratio
 
@@ -282,6 +285,9 @@ def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: in
     new_mass = new_kappa * (new_height / new_aspect) ** 2 * new_height
     normal = strip.setdefault("added_mass_normal", list(defaults["added_mass_normal"]))
     normal[last] = max(normal[last] * area**2 / length + new_mass - mass, 0.0) * length / new_area**2
+    if any(beating := strip.get("drag_beating", ())):  # the mean of the link, of which the fin is a part
+        part, new_part = height**2 / aspect / area, new_height**2 / new_aspect / new_area
+        beating[last] = new_part * beating_of_chord(beating[last] / part, chord)
     lift = min(defaults["edge_lift"] * helmbold(new_aspect) / helmbold(aspect), 1.0)
     strip |= {"edge_height_m": new_height, "edge_aspect": new_aspect, "edge_added_mass": new_kappa, "edge_lift": lift}
     return new_mass / mass if mass else 1.0

@@ -81,6 +81,12 @@ def beating(shape: Shape, swing: float) -> float:
     return result
 
 
+def beating_of_chord(value: float, ratio: float) -> float:
+    """Return the rise `value` of a fin's drag coefficient where the chord is `ratio` times as long, by the same law."""
+    result: float = max((value + FIN_DRAG) * ratio ** (1 / 3) - FIN_DRAG, 0.0)
+    return result
+
+
 def swing(shape: Shape, lengths: Sequence[float], amplitude: Sequence[float], phase: Sequence[float]) -> float:
     """Return the amplitude [m] of the fin's middle from amplitude and phase [rad] of the joint before each link.
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.design import designed, variable
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.schema.water import helmbold, plate_mass
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.gait import Gait, Gaits
 
@@ -46,27 +46,11 @@ def passive_robot(robot: Robot, stiffness: float, *, relaxation: float = RELAXAT
 
 
 def with_fin(robot: Robot, span: float, chord: float) -> Robot:
-    """Return a robot with a fin of other span and chord, as factors; its link keeps its length.
-
-    The strip law knows both: added mass and lift by the aspect ratio, the drag of beating by the chord. The lumped law
-    knows the area alone.
-    """
-    document, last = robot.document(), len(robot.links.name) - 1
-    area_ratio, strip = span * chord, document["water"]["strip"]
-    mass = document["links"]["mass_kg"][last]
-    document["body"]["mass_kg"] += mass * (area_ratio - 1)
-    for name in ("mass_kg", "lateral_area_m2", "wetted_area_m2"):
-        document["links"][name][last] *= area_ratio
-    aspect = strip["edge_aspect"] * span / chord
-    added_mass = plate_mass(aspect) / plate_mass(strip["edge_aspect"])
-    steady = strip["drag_normal"][last]
-    strip["drag_beating"][last] = (strip["drag_beating"][last] + steady) * chord ** (1 / 3) - steady
-    strip["added_mass_normal"][last] *= added_mass / span  # of rho pi/4 h^2 of the link, by kappa c^2 b
-    strip["edge_added_mass"] *= added_mass
-    strip["edge_lift"] *= helmbold(aspect) / helmbold(strip["edge_aspect"])
-    strip |= {"edge_height_m": strip["edge_height_m"] * span, "edge_aspect": aspect}
-    document.pop("spatial", None)
-    return parse(document | {"sources": {}}, file=robot.file)
+    """Return a robot with a fin of other span and chord, as factors; the mass of its link follows the area."""
+    mass = f"links.mass[{len(robot.links.name) - 1}]"
+    factors = {"fin.span": span, "fin.chord": chord, mass: robot.links.mass[-1] * span * chord}
+    design = [variable(robot, name, 0.99 * value, value) for name, value in factors.items()]
+    return designed(robot, design, list(factors.values()))
 
 
 @dataclass(frozen=True)

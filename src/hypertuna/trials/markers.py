@@ -1,6 +1,5 @@
 """Tracked markers or midline points over time, of any form of file: times in s, places in m on the swimming plane."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -143,8 +142,3 @@ def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
     if len(stated) and (count := int((unsure & np.isfinite(points.place).all(axis=2)).sum())):
         notes += (f"{count} places have no likelihood, and count as seen",)
     return np.where(unsure, 1.0, weight), notes
-
-
-def rate_of(markers: Markers) -> float:
-    """Return the rate of the frames [Hz]."""
-    return 1 / float(np.median(np.diff(markers.time))) if len(markers.time) > 1 else math.nan

@@ -113,7 +113,6 @@ consteval int count_channels(const Select& select) {
     return count;
 }
 inline constexpr int sensor_channels = count_channels([](const auto&) { return true; });
-inline constexpr int controller_channels = count_channels([](const auto& c) { return c.reader == Reader::controller; });
 inline constexpr int counted_channels = count_channels([](const auto& c) { return c.converter != Converter::none; });
 
 /// Place of a kind of sensor in the table; `channel_kinds` where the table lacks it.

@@ -32,7 +32,6 @@ struct LinkBody {
 inline constexpr const char* link_body_columns[] = {"com_height",    "roll",           "pitch",    "volume",
                                                     "center",        "center_height",  "height",   "width",
                                                     "drag_vertical", "added_vertical", "drag_roll"};
-inline constexpr int link_body_column_count = sizeof(link_body_columns) / sizeof(link_body_columns[0]);
 
 template <class S, class T>
 LinkBody<S> read_link_body(const T* row) {

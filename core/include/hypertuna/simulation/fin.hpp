@@ -62,7 +62,6 @@ Fin<S> make_fin(const Vector<S>& place, const S& span, const S& chord, const S& 
 /// A fin as a row of numbers, in this order: how it comes from Python.
 inline constexpr const char* fin_columns[] = {"x",     "y",         "z",         "span", "chord",
                                               "stall", "drag_zero", "bandwidth", "speed"};
-inline constexpr int fin_column_count = sizeof(fin_columns) / sizeof(fin_columns[0]);
 
 template <class S, class T>
 Fin<S> read_fin(const T* row) {

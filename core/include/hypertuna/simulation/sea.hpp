@@ -32,7 +32,6 @@ struct Sea {
 inline constexpr const char* sea_columns[] = {"density", "current_east", "current_north", "shear_east",  "shear_north",
                                               "bottom",  "stiffness",    "field_east",    "field_north", "field_up",
                                               "air"};
-inline constexpr int sea_column_count = sizeof(sea_columns) / sizeof(sea_columns[0]);
 
 template <class S, class T>
 Sea<S> read_sea(const T* row) {

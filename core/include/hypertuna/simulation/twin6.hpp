@@ -48,20 +48,6 @@ struct PilotTick {
     PilotStep<S> step;
 };
 
-/// One tick of the twin under a pilot, whose state is kept beside the twin's. `sense` turns true readings into what the
-/// sensors say.
-template <class S, class Law, int D, class Sense>
-PilotTick<S, D> pilot_tick(const Twin<Body6<S, Law, D>>& twin, TwinState<S, D, InSpace>& state, const Pilot<S>& pilot,
-                           PilotState<S>& flying, const Mission<S>& mission, const Sense& sense) {
-    PilotTick<S, D> out{};
-    out.tick = decided_tick(twin, state, sense, [&](const PilotReadings<S>& readings) {
-        out.step = fly(pilot, flying, readings, mission);
-        flying = out.step.state;
-        return out.step.output;
-    });
-    return out;
-}
-
 /// Whether the head moves as one can: 100 m/s at most, and finite.
 template <class S>
 bool plausible(const SpatialTwist<S>& xi, const Pose6<S>& pose) {

@@ -50,12 +50,4 @@ void with_law([[maybe_unused]] int index, const Work& work) {
 #endif
 }
 
-/// Number of coefficients of a law in a row of parameters.
-template <class Law>
-constexpr int water_parameters(int links) {
-    int count = 0;
-    for (const WaterColumn& column : Law::columns) count += column.per_link ? links : 1;
-    return count;
-}
-
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

@@ -43,7 +43,6 @@ Fraction = Annotated[float, number(FRACTION)]
 PositiveFraction = Annotated[float, number(Range(above=0, max=1))]
 Degrees = Annotated[float, number(FINITE), _TO_RADIANS, _TO_DEGREES]
 PositiveDegrees = Annotated[float, number(Range(above=0, max=180)), _TO_RADIANS, _TO_DEGREES]
-NotNegativeDegrees = Annotated[float, number(NOT_NEGATIVE), _TO_RADIANS, _TO_DEGREES]
 QuarterTurn = Annotated[float, number(Range(min=-90, max=90)), _TO_RADIANS, _TO_DEGREES]  # to either side
 Amplitude = Annotated[float, number(Range(min=0, max=180)), _TO_RADIANS, _TO_DEGREES]
 AmpereHours = Annotated[float, number(POSITIVE), _TO_COULOMBS, _TO_AMPERE_HOURS]
