@@ -93,7 +93,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     steps: int  # per beat
     current: tuple[float, float]  # m/s
     from_rest: float | None  # s from rest; None for the settled beat
-    bends: tuple[Bend, ...]  # of the passive hinges
+    bends: tuple[Bend, ...]  # of the hinges
     _start: Array | None  # twist at the start of the trajectory; None from rest
     _state: Array  # of the core there: momentum of the body, angles and momenta of the hinges
 
