@@ -70,12 +70,12 @@ def measured(run: TwinRun) -> dict[str, float]:
     return numbers if run.status == "completed" else dict.fromkeys(numbers, math.nan)
 
 
-def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str) -> Numbers:
-    """Swim gaits by name with every robot, whose place is the seed of its sensors' noise."""
+def swim(robots: Sequence[ht.Robot], names: Sequence[str], label: str, seeds: Sequence[int] | None = None) -> Numbers:
+    """Swim gaits by name with every robot, by the seeds of their sensors' noise: by default the robots' places."""
     found: list[dict[str, float]] = []
     with progress_bar(label, slow=True) as progress:
         for first in range(0, len(robots), BLOCK):
-            block = list(enumerate(robots))[first : first + BLOCK]
+            block = list(zip(seeds or range(len(robots)), robots, strict=True))[first : first + BLOCK]
             runs = [
                 {"robot": robot, "gait": gaits[name], "seed": k, "duration": SECONDS, "start": "swimming"}
                 for k, robot in block
