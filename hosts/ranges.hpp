@@ -45,7 +45,7 @@ inline constexpr NumberRange number_ranges[] = {
      "rest com com_height center center_height low map map_low map_high pressure_low current_low current_east "
      "current_north shear_east shear_north field_east field_north field_up tide_east tide_north gust_east gust_north "
      "cavitation depth_low air_low air_high antenna antenna_x antenna_z fin.x fin.y fin.z pose start home waypoints "
-     "fence high bias"},
+     "fence high bias moment_phase"},
     {-huge, huge, false, "controller.hold"},
     {0, huge, false, ""},
 };

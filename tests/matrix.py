@@ -201,16 +201,20 @@ def outcome(case: Case, folder: Path, run: Run) -> str:
         words = ["robot", "new", str(folder / "new.toml"), "--force", *size, *["--sea"] * case.sea]
     else:
         words = typed(case.command, write_case(folder, case.links, case.drive, case.sea))
+    told = answer(words, run)
+    assert expected(case) in (None, told == "result"), f"{case}: {told}"
+    return told
+
+
+def answer(words: Sequence[str], run: Run) -> str:
+    """Run a command, check that it has a result or is refused in a sentence, and return which."""
     code, output, errors = run(*words)
     if code in (0, 1):
         assert "Traceback" not in errors, errors
-        assert output or errors, case
-        told = "result"
-    else:
-        lines = [line for line in errors.splitlines() if not line.startswith("note: ")]
-        assert (code, len(lines)) == (2, 1), f"{case}: exit code {code}, {errors}"
-        told = lines[0]
-        assert told.startswith("error: "), told
-        assert told.endswith((".", "?")), told
-    assert expected(case) in (None, told == "result"), f"{case}: {told}"
-    return told.removeprefix("error: ")
+        assert output or errors, words
+        return "result"
+    lines = [line for line in errors.splitlines() if not line.startswith("note: ")]
+    assert (code, len(lines)) == (2, 1), f"{words}: exit code {code}, {errors}"
+    assert lines[0].startswith("error: "), lines
+    assert lines[0].endswith((".", "?")), lines
+    return lines[0].removeprefix("error: ")

@@ -24,6 +24,7 @@ struct YieldTank {
           share_(model.links),
           table_(2 * steps * model.links),
           ahead_(2 * steps),
+          moment_(2 * steps),
           joint_(model.links),
           shape_(model.links),
           acceleration_(model.links) {
@@ -33,8 +34,8 @@ struct YieldTank {
     /// Read the parameters and tabulate the beat.
     Body fill() {
         tank.read();
-        static_assert(sizeof(Share) == sizeof(base_t<S>[D]));
-        const YieldTable<S, D> yields{first_, &share_.data()->part, table_.data(), ahead_.data()};
+        static_assert(sizeof(Share) == sizeof(base_t<S>[D]) && sizeof(Moments) == sizeof(S[D]));
+        const YieldTable<S, D> yields{first_, &share_.data()->part, table_.data(), ahead_.data(), &moment_.data()->of};
         tabulate_yielding(tank.fish, tank.joints.data(), tank.swings.data(), tank.frequency, spring, tank.table,
                           yields);
         Body body{tank.fish,
@@ -57,11 +58,15 @@ struct YieldTank {
     struct Share {
         base_t<S> part[D];
     };
+    struct Moments {
+        S of[D];
+    };
     int first_;
     double length_;
     std::vector<Share> share_;
     std::vector<JointMotion<S>> table_;
     std::vector<Composite<S>> ahead_;
+    std::vector<Moments> moment_;
     std::vector<JointMotion<S>> joint_;
     std::vector<LinkShape<S>> shape_;
     std::vector<LinkAcceleration<S>> acceleration_;

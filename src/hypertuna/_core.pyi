@@ -8,7 +8,7 @@ from typing import Annotated, Any, overload
 import numpy
 from numpy.typing import NDArray
 
-IMAGE_VERSION: int = 5
+IMAGE_VERSION: int = 6
 
 def water_laws() -> list[tuple[str, list[tuple[str, str, bool]]]]:
     """

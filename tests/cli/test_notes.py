@@ -12,7 +12,7 @@ from hypertuna.description.robot import parse
 from hypertuna.description.writer import write_robot
 from program import Run
 
-RIGID = "the passive hinge of link 2 stays rigid here: `swim` and the twin bend it."
+RIGID = "the hinge of link 2 stays rigid here: `swim` bends it."
 GAIT = ("--frequency", "2", "--amplitude", "10,20", "--phase", "0,40")
 
 

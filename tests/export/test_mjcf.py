@@ -62,6 +62,23 @@ def test_a_hinge_has_its_spring_and_swims_within_2_percent() -> None:
     assert not any("stops" in line or "cubic" in line for line in losses(plain, plugin=False, free=False))
 
 
+def test_a_motor_gives_a_hinge_the_moment_that_drives_it() -> None:
+    """As the comment of the file says; with this phase it slows the robot down by a sixth."""
+    keys = {"moment_n_m": 0.15, "moment_phase_deg": 200.0, "rest_deg": 0.0}
+    robot, gait = changed(IDEAL, {"hinge": SPRUNG | keys}), "unoptimised-0.4"
+    text = ht.mjcf(robot)
+    assert (
+        f"The control of motor moment-{robot.links.name[7]} is a moment in N m: 0.15 sin(2 pi frequency t - 3.49"
+        in text
+    )
+    m = mujoco.MjModel.from_xml_string(text)
+    motor = m.actuator(f"moment-{robot.links.name[7]}").id
+    assert motor == m.nu - 1
+    driven = speed(m, gait, beats=20, moment=lambda clock: 0.15 * np.sin(clock - np.radians(200.0)))
+    assert driven == pytest.approx(ht.swim(robot, gait).speed, rel=0.02)
+    assert abs(driven / speed(m, gait, beats=20) - 1) > 0.1
+
+
 def half_sizes(m: mujoco.MjModel, kind: type = np.float64, smallest: float = 1e-15) -> Array:
     """Half sizes (n, 3) of the boxes that an engine makes of the water bodies [m].
 

@@ -11,15 +11,14 @@ from host_library import Host, Robot
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
-from hypertuna.simulation.image import pack
 from hypertuna.swimming.beat import directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
-from image_file import columns_of
+from image_file import columns_of, with_number
 from studio_code import Page
 
 CRUISE = Gait.from_degrees(frequency=2, amplitude=(16,), phase=(0,))
-TAILS = ("passive", "flexible", "stopped")  # of one hinge, of three, and of three with stops
+TAILS = ("passive", "flexible", "stopped", "driven")  # of one hinge; of three; these with stops; with moments
 SPRUNG = {
     "rest_deg": 2.0,
     "cubic_n_m_per_rad3": 0.05,
@@ -31,9 +30,13 @@ SPRUNG = {
 
 def swimmer(tail: str, host: Host) -> tuple[ht.Robot, Robot]:
     """A first robot of a tail, and its image as a host reads it."""
-    document = tomllib.loads(first_robot("x", tail="flexible" if tail == "stopped" else tail, actuation="servo"))
+    made = tail if tail == "passive" else "flexible"
+    document = tomllib.loads(first_robot("x", tail=made, actuation="servo"))
     if tail == "stopped":
         document["hinges"][:2] = [hinge | SPRUNG for hinge in document["hinges"][:2]]
+    if tail == "driven":
+        for d, hinge in enumerate(document["hinges"]):
+            hinge |= {"moment_n_m": 0.2 * hinge["stiffness_n_m_per_rad"], "moment_phase_deg": -30.0 * d}
     robot = parse(document)
     read = Robot.read(robot_image(robot), host)
     assert isinstance(read, Robot)
@@ -84,21 +87,32 @@ def test_the_path_bends_the_hinges(host: Host, tail: str) -> None:
 
 @pytest.mark.parametrize("tail", TAILS)
 def test_the_page_changes_the_springs(page: Page, core: Host, tail: str) -> None:
-    """A knob a hinge; the robot that the page saves swims as the page's."""
+    """A knob a hinge, and one for its moment; the robot that the page saves swims as the page's."""
     robot, _ = swimmer(tail, core)
     names = [knob["name"] for knob in json.loads(Robot.read(robot_image(robot), core).text)["body"]["knobs"]]
-    springs = [name for name in names if name.startswith("hinge")]
+    springs, moments = ([name for name in names if name.startswith(kind)] for kind in ("hinge", "moment"))
     assert len(springs) == len(robot.hinges)
-    changed, toml, _ = page.changed(robot_image(robot), {springs[-1]: 1.4})
+    assert len(moments) == (len(robot.hinges) if tail == "driven" else 0)
+    changed, toml, _ = page.changed(robot_image(robot), {springs[-1]: 1.4} | dict.fromkeys(moments[-1:], 1.5))
     saved = parse(tomllib.loads(toml))
     assert saved.hinges[-1].stiffness == pytest.approx(1.4 * robot.hinges[-1].stiffness)
+    assert saved.hinges[-1].moment == pytest.approx(1.5 * robot.hinges[-1].moment)
     speed = Robot.read(changed, core).swim(0, [CRUISE])["speed"][0]
     assert speed == pytest.approx(ht.swim(saved, CRUISE).speed, rel=1e-9)
     assert abs(speed / ht.swim(robot, CRUISE).speed - 1) > 1e-4
 
 
-@pytest.mark.parametrize(("name", "value", "fault"), [("link", 0.0, "links behind the head"), ("link", 99.0, "links")])
+@pytest.mark.parametrize(
+    ("name", "value", "fault"),
+    [
+        ("models.0.spring.link", 0.0, "links behind the head"),
+        ("models.0.spring.link", 99.0, "links"),
+        ("plant.spring.moment", 0.1, "must be 0 in a twin"),
+    ],
+)
 def test_wrong_hinges_are_refused(core: Host, name: str, value: float, fault: str) -> None:
     robot, _ = swimmer("passive", core)
-    columns = columns_of(robot_image(robot)) | {f"models.0.spring.{name}": [value]}
-    assert fault in str(Robot.read(pack(columns, "{}"), core))
+    image = robot_image(robot)
+    sizes = {column: len(numbers) for column, numbers in columns_of(image).items()}
+    place = sum([*sizes.values()][: list(sizes).index(name)])
+    assert fault in str(Robot.read(with_number(image, place, value), core))

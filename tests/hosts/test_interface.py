@@ -38,7 +38,7 @@ ITERATED = {
     "approach_beats",
 }  # rounding, or its way there
 INTERFACE = runpy.run_path(str(TOP / "make/interface.py"))
-COLUMNS = (5, "9800143b")  # version of the image, and the digest of all names of its columns
+COLUMNS = (6, "40a0fdb8")  # version of the image, and the digest of all names of its columns
 ROUNDING = {"turn_rate": 1e-10, "turn_radius": 1e-9, "spectral_radius": 1e-10}  # where the number itself is zero
 
 
@@ -264,7 +264,8 @@ def test_other_versions_are_named(host: Host) -> None:
 
 def test_a_change_of_the_columns_changes_the_version() -> None:
     """Else a library of former columns would leave out the new ones, and compute another robot."""
-    names = {re.sub(r"\.\d+\.", ".#.", name) for name in columns_of(robot_image(ht.load("hypertuna")))}  # has all
+    document = ht.load("hypertuna").document() | {"hinge": {"link": 7, "stiffness_n_m_per_rad": 0.2}}  # has all
+    names = {re.sub(r"\.\d+\.", ".#.", name) for name in columns_of(robot_image(parse(document)))}
     digest = zlib.crc32("\n".join(sorted(names)).encode())
     assert (_core.IMAGE_VERSION, f"{digest:08x}") == COLUMNS, (
         "raise image_version in core/include/hypertuna/host/columns.hpp"

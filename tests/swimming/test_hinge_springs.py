@@ -1,4 +1,4 @@
-"""What a hinge's spring may be beside linear: rest angle, cubic term and stops, against closed forms and other code."""
+"""A hinge's rest angle, cubic term, stops, and the moment that drives it, against closed forms and other code."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ REST, STOP, HARD = 12.0, 14.0, 30.0  # deg, deg, stiffness of a stop over that o
 
 
 def sprung(ratio: float = 1.6, zeta: float = 0.05, *, hinges: int = 1, **changes: Any) -> Robot:
-    """The fish of the other tests, with more keys in each of its hinges; `cubic` is over the stiffness [1/rad^2]."""
+    """The fish of the other tests, with more keys in each hinge; cubic and moment are over the stiffness [SI]."""
     document = hinged(ratio, zeta, hinges=hinges).document()
     for table in [document["hinge"]] if hinges == 1 else document["hinges"]:
         more = dict(changes)
-        if "cubic" in more:
-            more["cubic_n_m_per_rad3"] = more.pop("cubic") * table["stiffness_n_m_per_rad"]
+        for name, key in (("cubic", "cubic_n_m_per_rad3"), ("moment", "moment_n_m")):
+            if name in more:
+                more[key] = more.pop(name) * table["stiffness_n_m_per_rad"]
         if "stop_deg" in more:
             more.setdefault("stop_stiffness_n_m_per_rad", HARD * table["stiffness_n_m_per_rad"])
             more.setdefault("stop_dissipation_n_m_s_per_rad2", 0.5 * more["stop_stiffness_n_m_per_rad"])
@@ -38,7 +39,9 @@ def sprung(ratio: float = 1.6, zeta: float = 0.05, *, hinges: int = 1, **changes
     return parse(document)
 
 
+MOMENT = {"moment": 0.2, "moment_phase_deg": 40.0}  # of a muscle that would bend the hinge by 0.2 rad
 KINDS: dict[str, dict[str, Any]] = {
+    "moment": MOMENT,
     "rest": {"rest_deg": REST},
     "cubic": {"cubic": 10.0},
     "stops": {"stop_deg": 13.0},
@@ -118,8 +121,8 @@ def test_stops_hold_a_bend_within_their_compression() -> None:
 
 
 def test_beats_from_rest_equal_an_independent_velocity_form() -> None:
-    """With all that a spring can have, at once; the tail strikes its stops."""
-    robot = sprung(**KINDS["all"])
+    """With all that a hinge can have, at once; the tail strikes its stops."""
+    robot = sprung(**KINDS["all"], **MOMENT)
     motion = ht.swim(robot, GAIT, from_rest=1.0, steps=1024).trajectory
     first, last = motion.isel(time=0), motion.isel(time=-1)
     hinge = robot.hinge
@@ -157,7 +160,7 @@ def test_a_rest_angle_turns_the_fish_as_a_bias_of_that_joint() -> None:
 
 
 @pytest.mark.parametrize("hinges", [1, 2])
-@pytest.mark.parametrize("kind", ["rest", "cubic"])
+@pytest.mark.parametrize("kind", ["rest", "cubic", "moment"])
 def test_work_in_is_what_water_and_dampers_take(kind: str, hinges: int) -> None:
     """To 1e-6 at 128 steps where nothing has kinks, 3e-6 with two hinges that harden; less by far at 256."""
     off = [abs(balance(settle(sprung(hinges=hinges, **KINDS[kind]), GAITS, steps=steps))) for steps in (128, 256)]
@@ -174,7 +177,7 @@ def test_what_stops_cost_is_told_by_the_balance() -> None:
 
 
 def balance(beat: dict[str, Any]) -> float:
-    """Return the work of the driven joint over what water, dampers and stops take, less one."""
+    """Return the work of the driven joint and of moments over what water, dampers and stops take, less one."""
     taken = beat["power_to_water"][0] + sum(beat[name][0] for name in beat if name.startswith("damping_power"))
     return float(beat["mechanical_power"][0] / taken - 1)
 
@@ -218,15 +221,18 @@ def test_where_rest_leads_is_told_if_it_is_another_beat() -> None:
 
 
 def test_numbers_that_do_nothing_change_no_bit() -> None:
-    """A rest angle and a cubic term of zero are none, and neither is listed by the gradient of a plain hinge."""
-    plain, zeros = hinged(1.6), sprung(rest_deg=0.0, cubic=0.0)
+    """A rest angle, a cubic term and a moment of zero are none; the gradient of a plain hinge lists none of them."""
+    plain, zeros = hinged(1.6), sprung(rest_deg=0.0, cubic=0.0, moment=0.0, moment_phase_deg=40.0)
     one, other = settle(plain, GAITS), settle(zeros, GAITS)
     for name in one:
         np.testing.assert_array_equal(one[name], other[name])
     assert given_springs(plain) == ["hinge.stiffness", "hinge.damping"]
 
 
-@pytest.mark.parametrize(("key", "ends"), [("rest", (2.0, 12.0)), ("cubic", (0.01, 1.0)), ("stop", (6.0, 20.0))])
+@pytest.mark.parametrize(
+    ("key", "ends"),
+    [("rest", (2.0, 12.0)), ("cubic", (0.01, 1.0)), ("stop", (6.0, 20.0)), ("moment", (0.0, 0.05))],
+)
 def test_a_design_has_the_new_numbers(key: str, ends: tuple[float, float]) -> None:
     """`sweep` takes them as variables; searches are in the tests of designs."""
     found = ht.sweep(sprung(**KINDS["all"]), GAITS, design={f"hinge.{key}": ends}, threads=1)
@@ -247,6 +253,7 @@ def test_a_design_has_the_new_numbers(key: str, ends: tuple[float, float]) -> No
             "hinge.rest_deg must be between the stops, at -10 and 10, but is -12: rest the spring between them",
         ),
         ({"rest_deg": 91.0}, "rest_deg"),
+        ({"moment_n_m": -0.1}, "moment_n_m must not be negative"),
         ({"cubic_n_m_per_rad3": -1.0}, "cubic_n_m_per_rad3"),
     ],
 )

@@ -67,9 +67,10 @@ def with_hinge(robot: Robot, only: int | None = None, *, stiffness: float = 1.0,
     return parse(document)
 
 
-def spring_moment(hinge: Hinge, angle: float, rate: float) -> float:
-    """Moment of a hinge's spring, damper and stops."""
-    moment = -hinge.stiffness * (angle - hinge.rest) - hinge.cubic * (angle - hinge.rest) ** 3 - hinge.damping * rate
+def spring_moment(hinge: Hinge, angle: float, rate: float, clock: float) -> float:
+    """Moment at a hinge of spring, damper and stops, and of what drives it by the gait's clock [rad]."""
+    moment = hinge.moment * math.sin(clock - hinge.moment_phase)
+    moment += -hinge.stiffness * (angle - hinge.rest) - hinge.cubic * (angle - hinge.rest) ** 3 - hinge.damping * rate
     beyond = 0.0 if hinge.stop is None else max(abs(angle) - hinge.stop, 0.0)
     side = math.copysign(1.0, angle)
     return moment - beyond * (side * (hinge.stop_stiffness or 0.0) + hinge.stop_dissipation * rate)
@@ -99,7 +100,8 @@ def oracle_rate(robot: Robot, gait: ht.Gait) -> Callable[[float, Real], Real]:
         trial = np.stack([driven] * (count + 1), axis=1)
         trial[2, 1:, at] = np.eye(count)
         need = planar.torques(chain, water, Joints(*trial), np.stack([y[:6]] * (count + 1)))[:, at]
-        given = [spring_moment(*one) for one in zip(robot.hinges, y[6 : 6 + count], y[6 + count :], strict=True)]
+        bends = zip(robot.hinges, y[6 : 6 + count], y[6 + count :], strict=True)
+        given = [spring_moment(*one, omega * t) for one in bends]
         driven[2, at] = np.linalg.solve((need[1:] - need[0]).T, given - need[0])
         body = planar.acceleration(chain, water, Joints(*driven), y[:6])
         return np.concatenate([y[3:6], body, driven[1, at], driven[2, at]])

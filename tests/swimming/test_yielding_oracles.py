@@ -15,7 +15,7 @@ from hypertuna.description.robot import Robot, parse
 from hypertuna.swimming.model import core_model
 from oracles import mujoco_chain
 from oracles.planar import Chain, Lumped, Real
-from swimming.test_hinge_springs import sprung
+from swimming.test_hinge_springs import MOMENT, sprung
 from swimming.test_yielding import GAIT, hinged, rigid, spring_moment
 
 HINGE = 2  # the last link, behind the one that is driven
@@ -47,7 +47,7 @@ def twin_rate(robot: Robot, t: float, y: Real) -> Real:
     """Rate of (x, y, heading, u, v, r, hinges' angles and rates): the twin's dynamics under the moment that drives."""
     (angle, rate, wanted), count = swing(t), len(robot.hinges)
     angles, rates = y[6 : 6 + count], y[6 + count :]
-    springs = [spring_moment(*one) for one in zip(robot.hinges, angles, rates, strict=True)]
+    springs = [spring_moment(*one, OMEGA * t) for one in zip(robot.hinges, angles, rates, strict=True)]
     twist = np.array([y[3], y[4], 0, 0, 0, y[5]])
     bend = np.array([[angle, *angles], [rate, *rates]])
     none, unit = _core.Body(core_model(robot), {"share": coordinate_shares(robot)}).accelerations(
@@ -104,7 +104,7 @@ def test_the_twin_with_several_hinges_swims_the_settled_beat(hinges: int) -> Non
     np.testing.assert_allclose(y[3:], start[3:], atol=1e-7)
 
 
-@pytest.mark.parametrize("keys", [{"rest_deg": 12.0, "cubic": 5.0}])
+@pytest.mark.parametrize("keys", [{"rest_deg": 12.0, "cubic": 5.0, **MOMENT}])
 def test_the_twin_under_the_same_joint_ends_a_beat_where_it_began(keys: dict[str, float]) -> None:
     """Head and hinge, within 1e-7."""
     robot = sprung(**keys)

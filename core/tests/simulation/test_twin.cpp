@@ -42,7 +42,7 @@ struct Robot {
     double armature[D] = {};
     bool direct[2] = {};
     double gear[2] = {1, 1};
-    Spring<double> spring[1] = {{0.5, 0.002, 0, 2, 0.05, 5, 0.02}};
+    Spring<double> spring[1] = {{0.5, 0.002, 0, 2, 0.05, 5, 0.02, 0, 0}};
     double filled = taut_load(joint[0], 0.0, 0.0).volume[0], rest[4] = {filled, filled, filled, filled};
     Twin<Tail<double, Law, D>> twin{{{{fish.swimmer, share, false, armature, motion, shape, acceleration},
                                       2,

@@ -20,6 +20,7 @@ struct Yielding {
     double share[links][D] = {};
     JointMotion<double> table[2 * steps * links], joint[links];
     Composite<double> ahead[2 * steps];
+    double moment[2 * steps][D];
     LinkShape<double> shape[links];
     LinkAcceleration<double> acceleration[links];
     Spring<double> spring[D];
@@ -30,11 +31,16 @@ struct Yielding {
         for (int d = 0; d < D; ++d) {
             share[first + d][d] = 1;
             fish.joints[first + d] = {-1, 0};
-            spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1};
+            spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1, 0, 0};
         }
         fill();
     }
-    YieldTable<double, D> yields() { return {first, share, table, ahead}; }
+    /// Let moments drive the joints too.
+    void drive() {
+        for (int d = 0; d < D; ++d) spring[d].moment = 0.05, spring[d].moment_phase = 0.7 + d;
+        fill();
+    }
+    YieldTable<double, D> yields() { return {first, share, table, ahead, moment}; }
     void fill() {
         tabulate_yielding(fish.swimmer, fish.joints, fish.swings, fish.frequency, spring, fish.table, yields());
     }
@@ -58,6 +64,7 @@ template <class Law, int D>
 static void forward_dynamics() {
     constexpr int steps = 256;
     Yielding<Law, D, steps> fish(2, 0.2, 0.5, 0.01, 0.1);
+    fish.drive();
     const auto body = fish.body();
     YieldingState<double, D> y{{-0.3, 0.05, 0.01}, {}, {}};
     for (int d = 0; d < D; ++d) y.angle[d] = 0.2 - 0.1 * d, y.momentum[d] = 0.002 * (d + 1);
@@ -76,7 +83,7 @@ static void forward_dynamics() {
     joint_torques(fish.fish.swimmer, Instant<double>{fish.shape, fish.acceleration, mobility, whole.momentum}, now.xi,
                   torque);
     for (int d = 0; d < D; ++d)
-        CHECK_NEAR(torque[fish.first + d], fish.spring[d].moment(y.angle[d], now.rate[d]), 1e-12);
+        CHECK_NEAR(torque[fish.first + d], fish.spring[d].passive(y.angle[d], now.rate[d]) + fish.moment[k][d], 1e-12);
     double all[links][links - 1] = {};
     double armature[links - 1] = {}, moment[links - 1];
     Bend<double, links - 1> bend;
@@ -127,6 +134,7 @@ template <class Law, int D>
 static void energy() {
     double off[2];
     const auto balance = [&](auto& fish) {
+        fish.drive();
         const auto found = fish.settled();
         double taken = 0;
         for (const double power : fish.swings.damping) taken += power;
@@ -144,6 +152,7 @@ static void energy() {
 template <class Law, int D>
 static void newton_equals_waiting() {
     auto fish = std::make_unique<Yielding<Law, D, 64>>(2, 0.2, 1.0, 0.01, 0.05);
+    fish->drive();
     const auto found = fish->settled();
     const auto waited = wait(fish->body(), YieldingState<double, D>{}, 400);
     YieldingState<double, D> apart = found.start - waited.start, start = found.start;

@@ -282,7 +282,7 @@ def with_rigid_hinge(robot: Robot, where: str = "here") -> Robot:
     """Return a robot unchanged, and print a note that the command leaves its hinges rigid."""
     for hinge in robot.hinges:
         rigid = "rigid and straight" if hinge.rest else "rigid"
-        note(f"the passive hinge of link {hinge.link} stays {rigid} {where}: `swim` and the twin bend it.")
+        note(f"the hinge of link {hinge.link} stays {rigid} {where}: `swim` bends it.")
     return robot
 
 

@@ -98,9 +98,9 @@ class Robot(Part, Plotted, Tabular):
     firmware: Firmware | None = entry("table of the microcontroller on board", default=None)
     spatial: Spatial | None = entry("table of the links beyond the plane", default=None)
     fins: Fins | None = entry("table of the pectoral fins", default=None)
-    hinge: Hinge | None = entry("table of a passive hinge in the tail", default=None)
+    hinge: Hinge | None = entry("table of a hinge in the tail", default=None)
     hinge_list: tuple[Hinge, ...] | None = entry(
-        "list of passive hinges in the tail, nose to tail, instead of [hinge]", key="hinges", default=None
+        "list of hinges in the tail, nose to tail, instead of [hinge]", key="hinges", default=None
     )
     fit: Fitted | None = entry("table that `hypertuna identify` writes", default=None)
     uncertainty: dict[str, Factor] | None = entry(
@@ -124,7 +124,7 @@ class Robot(Part, Plotted, Tabular):
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:
-        """The passive hinges, nose to tail; among the tail's coordinates, they come after the joint groups."""
+        """The hinges, nose to tail; among the tail's coordinates, they come after the joint groups."""
         return self.hinge_list or () if self.hinge is None else (self.hinge,)
 
     @property

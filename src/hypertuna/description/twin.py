@@ -27,6 +27,8 @@ def _unfit(robot: Robot) -> str:
         return f"it has {both}, and the twin takes at most {_core.MAX_COORDINATES} of both"
     if hinge := _hinge_on_oil(robot):
         return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
+    if hinge := _driven_hinge(robot):
+        return f"a moment drives its hinge at link {hinge.link}, and the twin has no motor there"
     return ""
 
 
@@ -47,6 +49,15 @@ def require_groups(robot: Robot, *, sea: bool = False, board: bool = False) -> N
         rule = f"must be at most {_core.MAX_COORDINATES - count} in the twin, beside {count} joint groups"
         fix = "leave the others out; `swim` and `sweep` bend them all"
         raise InputError(rule, file=robot.file or None, key="hinges", value=f"{len(robot.hinges)}", fix=fix)
+    require_passive_hinges(robot)
+
+
+def require_passive_hinges(robot: Robot) -> None:
+    """Refuse a hinge that a moment drives, for which twin and firmware have no motor."""
+    if hinge := _driven_hinge(robot):
+        rule, fix = "must be 0 in twin and firmware, which have no motor there", "leave it out; `swim` has it"
+        key = f"{robot.hinge_keys[robot.hinges.index(hinge)]}.moment_n_m"
+        raise InputError(rule, file=robot.file or None, key=key, value=f"{hinge.moment:g}", fix=fix)
 
 
 def require_mass_at_hinge(robot: Robot) -> None:
@@ -72,6 +83,11 @@ def _hinge_on_oil(robot: Robot) -> Hinge | None:
     """Return a hinge on the only link of a joint group that oil bends, which has no inertia; None without one."""
     groups_on_oil = [list(group.links) for group in robot.joints if group.driven and group.drive.oil]
     return next((hinge for hinge in robot.hinges if [hinge.link] in groups_on_oil), None)
+
+
+def _driven_hinge(robot: Robot) -> Hinge | None:
+    """Return a hinge that a moment drives; None without one."""
+    return next((hinge for hinge in robot.hinges if hinge.moment), None)
 
 
 def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:

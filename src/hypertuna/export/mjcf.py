@@ -65,8 +65,9 @@ def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False)
     Returns
     -------
     str
-        Content of the file. One position actuator for each joint group, whose control is its bend [rad], sensors, and
-        each named gait as a custom numeric field: frequency [Hz], then amplitudes, phases and biases [rad].
+        Content of the file. One position actuator for each joint group, whose control is its bend [rad], last a motor
+        [N m] for each hinge that a moment drives, sensors, and each named gait as a custom numeric field: frequency
+        [Hz], then amplitudes, phases and biases [rad].
 
     Raises
     ------
@@ -120,6 +121,12 @@ def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
         "joints go as commanded. An actuator's force contains the rotor's inertia: it is not the joint's torque.",
         "Each numeric field of <custom> is a gait: frequency in Hz, amplitudes, phases, biases in rad, for",
         "bend = bias + amplitude sin(2 pi frequency t - phase). The phases contain the joints' phase offsets.",
+        *(
+            f"The control of motor moment-{robot.links.name[hinge.link]} is a moment in N m: {written(hinge.moment)} "
+            f"sin(2 pi frequency t - {written(hinge.moment_phase)}) in any gait."
+            for hinge in robot.hinges
+            if hinge.moment
+        ),
         "In another scene (MjSpec.attach) the options are those of the scene. It must have these, or the robot swims",
         f"otherwise: {', '.join(f'{name} {written(value)}' for name, value in option.items())}.",
     ]
@@ -375,6 +382,10 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         add(actuator, "position", name=group.name, tendon=group.name, kp=stiffness, kv=damping, **lag)
     if free:
         add_fin_drives(actuator, robot, stiffness=inertia * SERVO**2, damping=2 * DAMPING * inertia * SERVO)
+    for hinge in robot.hinges:
+        if hinge.moment:
+            name = robot.links.name[hinge.link]
+            add(actuator, "motor", name=f"moment-{name}", joint=f"hinge-{name}")
 
 
 def _sensors(root: Element, robot: Robot) -> None:

@@ -108,13 +108,13 @@ def _knobs(robot: Robot, document: Mapping[str, Any]) -> Iterator[Knob]:
     edge = robot.water.strip is not None and robot.water.strip.edge_height > 0
     label = f"area of the caudal fin ({names[last]})" if edge else f"area of {names[last]}, by its height"
     yield Knob("fin", label, "m^2", document["links"]["lateral_area_m2"][last], fin, part=("height", last))
-    spring = followers("stiffness", 0, alias=True)
     for d, (key, hinge) in enumerate(zip(robot.hinge_keys, robot.hinges, strict=True)):
-        powers = {f"{key}{place.removeprefix('hinge')}": power for place, power in spring.items()}
-        alone = len(robot.hinges) == 1
-        name, suffix = ("hinge", "") if alone else (f"hinge-{d}", f" before {names[hinge.link]}")
-        label = f"stiffness of the hinge{suffix}"
-        yield Knob(name, label, "N m/rad", hinge.stiffness, powers, part=("stiffness", d))
+        number, suffix = ("", "") if len(robot.hinges) == 1 else (f"-{d}", f" before {names[hinge.link]}")
+        for kind, name, symbol in (("stiffness", "hinge", "N m/rad"), ("moment", "moment", "N m")):
+            if value := getattr(hinge, kind):
+                places = followers(kind, 0, alias=True).items()
+                powers = {f"{key}{place.removeprefix('hinge')}": power for place, power in places}
+                yield Knob(f"{name}{number}", f"{kind} of the hinge{suffix}", symbol, value, powers, part=(kind, d))
     unit = robot.drive_unit
     if unit is not None and not why_no_twin(robot) and has_oil(robot):
         moduli = ("modulus_100_pa", "modulus_fe_pa", "tensile_pa[0]", "tensile_pa[1]")
@@ -135,7 +135,7 @@ def _changed(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[st
 
 
 def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[str, Array]) -> Laws:
-    """Return the laws by which numbers follow a link's length, mass or height, or the stiffness of the hinge."""
+    """Return the laws by which numbers follow a link's length, mass or height, or stiffness and moment of the hinge."""
     kind, link = knob.part
     powers, laws = followers(kind, link), Laws()
     for name, place in _places(robot, models, link).items():

@@ -19,7 +19,7 @@ from hypertuna.description.pose import coordinate_shares
 from hypertuna.description.robot import Robot, cached, joint_key
 from hypertuna.description.schema.body import JointGroup
 from hypertuna.description.schema.water import LAWS
-from hypertuna.description.twin import require_controller, require_mass_at_hinge
+from hypertuna.description.twin import require_controller, require_mass_at_hinge, require_passive_hinges
 from hypertuna.errors import InputError
 from hypertuna.ranges import FINITE, Range, Whole
 from hypertuna.simulation.recorded import VARIABLES
@@ -78,6 +78,7 @@ def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, A
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
     """Return the plant's columns from circuits and joints."""
     require_mass_at_hinge(robot)
+    require_passive_hinges(robot)
     fin_servos = [servo for servo in robot.servos if servo.drives != DRIVES]
     columns: dict[str, Any] = {
         "share": coordinate_shares(robot),

@@ -32,7 +32,16 @@ from hypertuna.swimming.beat import (
 from hypertuna.swimming.gait import Gait, Gaits, gait_of
 from hypertuna.swimming.model import core_model, twist_from_rest
 from hypertuna.swimming.trajectory import trajectory
-from hypertuna.swimming.yielding import Bend, bend_joints, bend_summary, bends_of, folds, softness, too_soft
+from hypertuna.swimming.yielding import (
+    Bend,
+    bend_joints,
+    bend_summary,
+    bends_of,
+    folds,
+    moment_power,
+    softness,
+    too_soft,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +93,7 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
     steps: int  # Runge-Kutta steps per beat
     current: tuple[float, float]  # m/s, velocity of the water
     from_rest: float | None  # s, duration of the run from rest; None for the settled beat
-    bends: tuple[Bend, ...]  # swings of the passive hinges
+    bends: tuple[Bend, ...]  # swings of the hinges
     _start: Array | None  # twist at the start of the trajectory; None from rest
     _state: Array  # the core's state at the start: momentum of the body, angles and momenta of the hinges
 
@@ -140,12 +149,15 @@ class Swim(Plotted, Tabular, data=lambda swim: swim.trajectory):
         clock: Array = np.pi / self.steps * (np.arange(2 * count + 1, dtype=np.float64) % (2 * self.steps))
         model = core_model(self.robot)
         motor_joints = joints = _core.joint_motion(model, **vars(self.gait), clock=clock)
+        hinge_power: Array | float = 0.0
         if self.bends:
             joints = bend_joints(self.robot, self.gait, motor_joints, self._state, self.steps)
+            hinge_power = moment_power(self.robot, clock, joints - motor_joints)[::2]
         twist = twist_from_rest(self.robot, joints[0]) if self._start is None else self._start
         motion = _core.advance(model, joints, step=step, twist=twist, pose=np.zeros(3))
         time = step * np.arange(count + 1, dtype=np.float64)
-        return trajectory(self.robot, time, joints[::2], motion, current=self.current, driven=motor_joints[::2])
+        driven: dict[str, Any] = {"driven": motor_joints[::2], "hinge_power": hinge_power}
+        return trajectory(self.robot, time, joints[::2], motion, current=self.current, **driven)
 
 
 @checked

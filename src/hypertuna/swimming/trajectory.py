@@ -25,11 +25,13 @@ def trajectory(
     *,
     current: tuple[float, float] = (0.0, 0.0),
     driven: Array | None = None,
+    hinge_power: Array | float = 0.0,
 ) -> xr.Dataset:
     """Return a motion that the core computed as a dataset, labeled with units.
 
     `time` (times,) [s], `joints` (times, links, 3) [rad], [rad/s], [rad/s^2], `current` [m/s]. If a hinge yields,
-    `driven` is the part of `joints` that the joint groups move; only this part counts as mechanical power.
+    `driven` is the part of `joints` that the joint groups move, whose power counts as mechanical power beside
+    `hinge_power` (times,) [W], that of the moments at hinges.
     """
     driven = joints if driven is None else driven
     pose = np.array(motion["pose"])
@@ -62,7 +64,7 @@ def trajectory(
         "bend": (("time", "group"), per_group(driven[:, :, 0]), "rad", "angle of the joint group"),
         "group_mechanical_power": (("time", "group"), per_group(power), "W", "mechanical power of the joint group"),
         "motor_torque": (("time", "group"), torque @ coupling, "N m", "torque at the axle or drum of the joint group"),
-        "mechanical_power": ("time", power.sum(axis=1), "W", "mechanical power of all joints"),
+        "mechanical_power": ("time", power.sum(axis=1) + hinge_power, "W", "mechanical power of all joints"),
         "power_to_water": ("time", motion["loss"], "W", "power that the water takes"),
         "energy": ("time", motion["energy"], "J", "kinetic energy of body and entrained water"),
     }

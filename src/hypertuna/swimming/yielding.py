@@ -1,4 +1,4 @@
-"""Passive hinges: the core's rows of settled beats with them, the steps that springs need, and the hinges' swing."""
+"""Hinges that yield: the core's rows of settled beats with them, the steps that springs need, and the hinges' swing."""
 
 from __future__ import annotations
 
@@ -224,6 +224,13 @@ def bend_joints(robot: Robot, gait: Gait, joints: Array, state: Array, steps: in
     bent = joints.copy()
     bent[:, links] += bends[::finer]
     return bent
+
+
+def moment_power(robot: Robot, clock: Array, joints: Array) -> Array:
+    """Return the power (instants,) [W] of the moments that drive hinges, of joints (instants, links, 3)."""
+    moment = [hinge.moment * np.sin(clock - hinge.moment_phase) for hinge in robot.hinges]
+    power: Array = (np.transpose(moment) * joints[:, hinge_links(robot), 1]).sum(axis=1)
+    return power
 
 
 def too_soft(ratio: float) -> str:

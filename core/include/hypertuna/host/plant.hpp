@@ -52,8 +52,10 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
-    for (int k = 0; k < plant.own - plant.joints && in.fault().empty(); ++k)
+    for (int k = 0; k < plant.own - plant.joints && in.fault().empty(); ++k) {
         plant.spring[k] = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns, k).data());
+        if (plant.spring[k].moment != 0) in.refuse("spring.moment: must be 0 in a twin, which has no motor there");
+    }
     plant.battery = read_battery<double>(in.row("battery", battery_columns).data());
     plant.idle = in.number("idle");
     return in.loaded(std::move(plant));

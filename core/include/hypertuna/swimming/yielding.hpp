@@ -3,10 +3,10 @@
 /// D coordinates bend it beside the prescribed joints. The joint in front of link i yields by share[i] . q, so that
 /// link i moves with the twist xi + sum_d screw_id q'_d. The state is made of momenta (P, q, p): with the mass matrix
 /// and what the prescribed joints bring along, P = M xi + C q' + b and p = C^T xi + B q' + b_q, and
-///     dp/dt = -k q - c q' + N - v x pi,
-/// N the moment of the water about the joint, v the joint's velocity and pi the momentum of all that hangs behind it.
-/// As for P, no derivative of the mass matrix and no acceleration of a joint is needed. docs/model.md, "Joints that
-/// yield".
+///     dp/dt = -k q - c q' + m(t) + N - v x pi,
+/// m a moment that drives the joint, N that of the water about the joint, v the joint's velocity and pi the momentum of
+/// all that hangs behind it. As for P, no derivative of the mass matrix and no acceleration of a joint is needed.
+/// docs/model.md, "Joints that yield".
 #pragma once
 
 #include "hypertuna/swimming/yielding_state.hpp"
@@ -22,6 +22,7 @@ struct YieldTable {
     const base_t<S> (*share)[D];  // part of each coordinate that a link's front joint takes
     JointMotion<S>* joint;        // instants x links, the yielding ones at rest
     Composite<S>* ahead;          // instants: links before `first`
+    S (*moment)[D];               // instants: of what drives the coordinates
 };
 
 /// A swimmer with joints that yield, in its gait, as the search for its settled beat asks it.
@@ -128,7 +129,7 @@ struct YieldingSwimmer {
         YieldingState<V, D> out;
         for (int d = 0; d < D; ++d) {
             out.angle[d] = now.rate[d];
-            out.momentum[d] = spring[d].moment(y.angle[d], now.rate[d]);
+            out.momentum[d] = spring[d].passive(y.angle[d], now.rate[d]) + yields.moment[k][d];
         }
         const V none(S(0));
         Wrench<V> force{none, none, none};
@@ -169,7 +170,7 @@ struct YieldingSwimmer {
     }
 
     /// The whole shape in a state at instant k, and what moves it: accelerations of the coordinates included, from the
-    /// torques that the springs give.
+    /// torques that springs and moments give.
     Composite<S> bend(int k, const State& y, const Moving<S, D>& now, S (&acceleration_of)[D]) const {
         Composite<S> body;
         for (int pass = 0; pass < 2; ++pass) {
@@ -188,7 +189,7 @@ struct YieldingSwimmer {
             joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
             S inertia[D][D];
             for (int d = 0; d < D; ++d) {
-                acceleration_of[d] = spring[d].moment(y.angle[d], now.rate[d]);
+                acceleration_of[d] = spring[d].passive(y.angle[d], now.rate[d]) + yields.moment[k][d];
                 for (int i = yields.first; i < fish.links; ++i)
                     acceleration_of[d] -= S(yields.share[i][d]) * scratch.torque[i];
                 for (int e = 0; e <= d; ++e) inertia[d][e] = now.reduced[d][e];

@@ -20,7 +20,8 @@ struct YieldingMotion {
     }
 };
 
-/// The beat from a state, measured. Joints that yield do no mechanical power: what dampers take is power less loss.
+/// The beat from a state, measured. Springs do no mechanical power, moments that drive hinges do, each as a joint group
+/// of its own: what dampers take is power less loss.
 template <class S, class Law, int D>
 Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& start) const {
     const int steps = table.instants / 2;
@@ -46,6 +47,12 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
         joint_torques(fish, Instant<S>{shape, acceleration, mobility, body.momentum}, now.xi, scratch.torque);
         const auto rate_of = [&](int i) { return yields.joint[2 * k * fish.links + i].rate; };
         measure_step(fish, joints, shape, now.xi, motion.pose, step, rate_of, k, scratch, beat);
+        for (int d = 0; d < D; ++d) {
+            const S &moment = yields.moment[2 * k][d], moment_power = moment * now.rate[d];
+            beat.power += moment_power;
+            beat.power_positive += max(moment_power, zero);
+            scratch.sample[k].load = max(scratch.sample[k].load, abs(moment));
+        }
         motion = runge_kutta_4(step, motion, [&](int half, const YieldingMotion<S, D>& m) {
             Twist<S> xi;
             const YieldingState<S, D> changes = rate(2 * k + half, m.state, xi);
@@ -77,7 +84,7 @@ BeatMap<S, YieldingState<S, D>> beat_map(const YieldingSwimmer<S, Law, D>& body,
     return map;
 }
 
-/// Enter the beat of the prescribed joints, the yielding ones at rest.
+/// Enter the beat of the prescribed joints, the yielding ones at rest, and the moments that drive these.
 template <class S, class Law, int D>
 HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
                                           const Swing<S>* swings, const S& frequency, const Spring<S> (&spring)[D],
@@ -85,7 +92,9 @@ HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const Joi
     const Swimmer<S, Law> ahead{yields.first, fish.link, fish.water};
     for (int k = 0; k < table.instants; ++k) {
         JointMotion<S>* const joint = yields.joint + k * fish.links;
-        joint_motion(fish.links, joints, swings, frequency, sincos(S(base_t<S>(2 * pi * k / table.instants))), joint);
+        const SinCos<S> clock = sincos(S(base_t<S>(2 * pi * k / table.instants)));
+        joint_motion(fish.links, joints, swings, frequency, clock, joint);
+        for (int d = 0; d < D; ++d) yields.moment[k][d] = spring[d].active(clock);
         for (int i = yields.first; i < fish.links; ++i)
             for (int d = 0; d < D; ++d) joint[i].angle += S(yields.share[i][d]) * spring[d].rest;
         tabulate(fish, joint, k, table);

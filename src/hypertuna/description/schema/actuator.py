@@ -11,6 +11,7 @@ from pydantic import Field
 from hypertuna import _core
 from hypertuna.description.schema.base import (
     Check,
+    Degrees,
     NotNegative,
     Part,
     Positive,
@@ -192,7 +193,7 @@ class Material(Part, how="data sheet of the silicone"):
 
 
 class Hinge(Part):
-    """A passive hinge at the front of a link, in series with the joint there; a soft caudal fin, for example."""
+    """A hinge at the front of a link, in series with the joint there: passive (a soft fin) or driven by a moment."""
 
     link: Annotated[int, Field(strict=True, ge=1)] = entry(
         "link that the hinge carries", how="count the links from the head, which is 0"
@@ -245,6 +246,22 @@ class Hinge(Part):
         default=0.0,
         how="let the fin fall on the stop: 1.5 stop_stiffness times the loss of speed, over the square of the speed",
         usual=(1e-5, 1e5),
+    )
+    moment: NotNegative = entry(
+        "amplitude of a moment that drives the hinge at the beat's frequency: of motor, magnet or muscle; no twin "
+        "has it, settled beats do",
+        "N m",
+        key="moment_n_m",
+        default=0.0,
+        how="motor: torque at the hinge; muscle: stiffness times the angle to which it bends the hinge without load",
+        follows={"moment": 1},
+        usual=(0.0, 1e3),
+    )
+    moment_phase: Degrees = entry(
+        "lag of this moment behind the gait's clock",
+        "deg",
+        default=0.0,
+        how="choose it, or let a search: `optimize --design`",
     )
 
 
