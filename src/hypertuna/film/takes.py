@@ -15,7 +15,7 @@ JUMP, JUMP_STEPS = 0.1, 6.0  # a longer step than both is a jump: body lengths; 
 
 
 def split_takes(stretches: Sequence[Frames], place: Array, length: float) -> tuple[Frames, ...]:
-    """Split stretches of frames where the fish's place (frames, 2) [m] jumps; drop short parts. length: the fish's [m]."""
+    """Split stretches of frames where the fish's place (frames, 2) [m] jumps; drop short parts. length: fish's [m]."""
     parts: list[Frames] = []
     for frames in stretches:
         step = np.linalg.norm(np.diff(place[frames], axis=0), axis=1) / np.diff(frames)

@@ -123,7 +123,7 @@ class Tracker:
         return Outcome(state, offset, found)
 
     def anew(self, frame: Gray, edge: float, near: Array | None = None) -> Outcome:
-        """Fit the silhouette to a frame's largest parts, headed as in `near` (unknowns of a close frame) or either way."""
+        """Fit the silhouette to a frame's largest parts; near: unknowns of a close frame, whose heading is kept."""
         best = Outcome(LOST)
         expected = self.body.area / self.view.pixel**2
         for fish_pixels in self.view.parts(frame)[:3]:
