@@ -1,15 +1,15 @@
-"""The program `hypertuna`, and `python -m hypertuna`: Ctrl-C ends it quietly while its modules load."""
+"""The program `hypertuna` and `python -m hypertuna`, which Ctrl-C ends without a traceback while modules load."""
 
 import os
 import signal
 
-INTERRUPTED = 130
+INTERRUPTED = 130  # exit status after Ctrl-C
 
 
 def main() -> None:
     """Load the program and run it."""
     usual = signal.getsignal(signal.SIGINT)
-    if usual is signal.default_int_handler:  # nohup and the like hold it back
+    if usual is signal.default_int_handler:  # not if the signal is ignored, as under nohup
         signal.signal(signal.SIGINT, _leave)
     from hypertuna.cli.main import main as program
 
@@ -18,12 +18,12 @@ def main() -> None:
         program()
     except SystemExit as end:
         if end.code == INTERRUPTED:
-            os._exit(INTERRUPTED)  # all is written; threads in the core would go on for seconds
+            os._exit(INTERRUPTED)  # everything is written; the core's threads would run for seconds more
         raise
 
 
 def _leave(*_: object) -> None:
-    """End the process: nothing is written yet."""
+    """End the process at once, as no file has been written yet."""
     os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)
 

@@ -1,4 +1,4 @@
-"""Arguments of public functions: each is checked against its annotation, so that a wrong type is an `InputError`."""
+"""Check arguments of public functions against their annotations, so that a wrong type raises an `InputError`."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from hypertuna.errors import PLAIN, InputError, did_you_mean, shown, with_articl
 if TYPE_CHECKING:
     import xarray as xr
 
-LISTS = ("Sequence", "tuple", "Iterable", "list")
-NAMED = ("a Robot", "a Gait", "a MissionFile")  # kinds that a name stands for
-FIXES = {  # by kind: where values of it come from
+LISTS = ("Sequence", "tuple", "Iterable", "list")  # annotations of collections
+NAMED_KINDS = ("a Robot", "a Gait", "a MissionFile")  # types for which a name may be given
+FIXES = {  # by type or argument: where its values come from
     "Robot": 'give a name such as "hypertuna", the path of a file, or what hypertuna.load returns',
     "Gaits": "make them by hypertuna.Gaits.grid_degrees, or give a list of gaits",
     "Executor": "give concurrent.futures.ProcessPoolExecutor(), for example, or a function that makes one",
@@ -41,7 +41,7 @@ R = TypeVar("R")
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Check the types of the arguments that a function is called with."""
+    """Wrap a function so that the types of its arguments are checked at each call."""
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -52,7 +52,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def checked_arguments(function: Callable[..., Any], *args: Any, **kwargs: Any) -> dict[str, Any]:
-    """Check the types of arguments of a function, and return all of them by name, defaults too."""
+    """Check the types of a function's arguments; return all of them by name, including defaults."""
     name, kinds, signature = function.__qualname__, _kinds(inspect.unwrap(function)), inspect.signature(function)
     try:
         bound = signature.bind(*args, **kwargs)
@@ -70,21 +70,21 @@ def checked_arguments(function: Callable[..., Any], *args: Any, **kwargs: Any) -
 
 
 def check_made_by(maker: str, data: xr.Dataset, key: str, names: Sequence[str]) -> None:
-    """Check that a dataset is a result of the public function `maker`: that it has the variables of these names."""
+    """Check that a data set is a result of the public function `maker`, by the variables that it must have."""
     if missing := [name for name in names if name not in data.variables]:
         fix = f"give what hypertuna.{maker} returned"
         raise InputError(f"must be a result of {maker}", key=key, value=f"a Dataset without {missing[0]}", fix=fix)
 
 
 def _value_text(value: Any) -> str:
-    """Return a value and its type as text of an error."""
+    """Return a value and its type as text for an error."""
     text = f"{value}" if isinstance(value, bool) else shown(value)
     with_type = isinstance(value, PLAIN) and value is not None and not text.startswith("a ")
     return f"{text} ({type(value).__name__})" if with_type else text
 
 
 def _fix_text(value: Any, kind: ast.expr, key: str) -> str | None:
-    """Return what to write instead of a value of an argument that is not of its kind."""
+    """Return advice for a value of the wrong type; kind: annotation of the argument `key`."""
     parts = _choices(kind)
     names = [_name(part) for part in parts]
     if isinstance(value, str) and {"float", "int", "Array", "ArrayLike"} & {*names} and _is_number_text(value):
@@ -103,7 +103,7 @@ def _fix_text(value: Any, kind: ast.expr, key: str) -> str | None:
 
 
 def _is_number_text(text: str) -> bool:
-    """Whether a text is a number in quotes."""
+    """Return whether a text is a number."""
     try:
         float(text)
     except ValueError:
@@ -113,7 +113,7 @@ def _is_number_text(text: str) -> bool:
 
 @functools.cache
 def _kinds(function: Callable[..., Any]) -> dict[str, ast.expr]:
-    """Return the annotations of the parameters as syntax trees."""
+    """Return the annotations of a function's parameters as syntax trees."""
     names = _Aliases(function.__globals__)
     parameters = inspect.signature(function).parameters.values()
     return {
@@ -142,7 +142,7 @@ class _Aliases(ast.NodeTransformer):
 
 
 def _fits(value: Any, kind: ast.expr) -> bool:
-    """Return whether a value is of a kind."""
+    """Return whether a value fits an annotation."""
     match kind:
         case ast.BinOp(left=left, right=right):
             return _fits(value, left) or _fits(value, right)
@@ -155,7 +155,7 @@ def _fits(value: Any, kind: ast.expr) -> bool:
 
 
 def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
-    """Return whether a value is a collection of values of a kind."""
+    """Return whether a value fits the annotation `outer[inner]`, such as Sequence[float]."""
     parts = inner.elts if isinstance(inner, ast.Tuple) else [inner]
     if outer == "Mapping":
         return isinstance(value, Mapping) and all(
@@ -165,7 +165,7 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
         if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__iter__"):
             return False
         if outer == "Iterable" and not hasattr(value, "__len__"):
-            return True  # it can be gone through only once
+            return True  # an iterator can be read only once, so its values are not checked
         if outer == "tuple":
             items = list(value)
             return len(items) == len(parts) and all(map(_fits, items, parts))
@@ -174,13 +174,13 @@ def _fits_inside(value: Any, outer: str, inner: ast.expr) -> bool:
 
 
 def _words(kind: ast.expr) -> str:
-    """Return the words for a kind: "a number", "a Swim, a Fit or a list of them"."""
+    """Return words for an annotation: "a number", "a Swim, a Fit or a list of them"."""
     words: list[str] = []
     for part in _choices(kind):
         word = _words_of_one(part)
         element = word.removeprefix("a list, each ")
         words.append("a list of them" if word != element and element == _joined(words) else word)
-    if words[:1] and words[0] in NAMED and "text" in words:
+    if words[:1] and words[0] in NAMED_KINDS and "text" in words:
         words[words.index("text")] = "its name"
     elif len(words) > 2 and "text" in words and "a path" in words:
         words.remove("text")
@@ -193,14 +193,14 @@ def _joined(words: list[str]) -> str:
 
 
 def _choices(kind: ast.expr) -> list[ast.expr]:
-    """Return the alternatives of a union of kinds, without None."""
+    """Return the alternatives of a union annotation, without None."""
     if isinstance(kind, ast.BinOp):
         return [*_choices(kind.left), *_choices(kind.right)]
     return [] if isinstance(kind, ast.Constant) else [kind]
 
 
 def _words_of_one(kind: ast.expr) -> str:
-    """Return the words for a kind without alternatives."""
+    """Return words for an annotation that is no union."""
     if isinstance(kind, ast.Subscript):
         inner = kind.slice.elts if isinstance(kind.slice, ast.Tuple) else [kind.slice]
         outer = _name(kind.value)
@@ -218,12 +218,12 @@ def _words_of_one(kind: ast.expr) -> str:
 
 
 def _name(kind: ast.expr) -> str:
-    """Return the name of a type, without its module; empty where a kind is no name."""
+    """Return the name of a type without its module; "" for an annotation that is no name."""
     return kind.attr if isinstance(kind, ast.Attribute) else kind.id if isinstance(kind, ast.Name) else ""
 
 
 def _is_number(value: Any) -> bool:
-    """Whether a value is a number: of Python, NumPy, or an array without dimensions."""
+    """Return whether a value is a number of Python or NumPy, or an array without dimensions."""
     try:
         float(value)
     except (TypeError, ValueError, OverflowError):
@@ -232,7 +232,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_whole(value: Any) -> bool:
-    """Whether a value is a whole number."""
+    """Return whether a value is a whole number."""
     try:
         operator.index(value)
     except TypeError:
@@ -241,7 +241,7 @@ def _is_whole(value: Any) -> bool:
 
 
 def _is_array(value: Any) -> bool:
-    """Whether a value is a number, or a regular list of numbers."""
+    """Return whether a value is a number or a regular list of numbers."""
     import numpy as np
 
     try:
@@ -252,7 +252,7 @@ def _is_array(value: Any) -> bool:
 
 
 def _is_bool(value: Any) -> bool:
-    """Whether a value is a bool of Python or NumPy."""
+    """Return whether a value is a bool of Python or NumPy."""
     return isinstance(value, bool) or type(value).__name__ == "bool"
 
 

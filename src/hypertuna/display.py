@@ -29,14 +29,14 @@ P = ParamSpec("P")
 R = TypeVar("R")
 V = TypeVar("V")
 
-LINES, COLUMNS = 5, 100  # of a text
-OPEN = 8  # rows of a table that are not folded
-FAST = 0.5  # s: a shorter call shows no progress
-REFRESH = 0.1  # s between two pictures of a progress bar
-WIDTHS = Range(min=2, max=40, unit="inch")  # of a figure
-SCREEN = 144  # dots per inch of a figure in a notebook
+LINES, COLUMNS = 5, 100  # largest size of a card as plain text
+OPEN_ROWS = 8  # rows of a table that a notebook shows unfolded
+MIN_SHOWN = 0.5  # s: calls that take less time show no progress
+REFRESH = 0.1  # s between updates of a progress bar
+WIDTHS = Range(min=2, max=40, unit="inch")  # allowed widths of a figure
+SCREEN_DPI = 144  # of a figure in a notebook
 
-# The colors are those of the notebook: text and lines in its color, the body in one that both themes show well.
+# Text and lines have the notebook's color; the body's color is clear in both light and dark themes.
 STYLE = """
 .ht-card{max-width:52rem;font-size:.92rem;line-height:1.45;margin:.3rem 0;color:inherit}
 .ht-card .ht-title{font-weight:600;font-size:1.02rem;margin:0 0 .3rem}
@@ -65,13 +65,13 @@ background:none;white-space:nowrap;color:inherit}
 
 @dataclass(frozen=True)
 class Facts:
-    """Labeled values of a card: quantities, or texts; an empty label repeats the value above in another unit."""
+    """Labeled values of a card: quantities or texts; an empty label gives the value above in another unit."""
 
     values: Mapping[str, Quantity | str]
-    digits: int = 4
+    digits: int = 4  # significant ones of numbers
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Return label, value and unit of each fact that is shown."""
+        """Return label, value and unit of each fact that has a label."""
         facts = [Quantity(fact, "", label) if isinstance(fact, str) else fact for label, fact in self.values.items()]
         return [
             (fact.label, fact.value if isinstance(fact.value, str) else f"{fact.value:.{self.digits}g}", fact.unit)
@@ -91,10 +91,10 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows below heads of one or two lines; a cell is text, or text with its style on a terminal.
+    """A table with heads of one or two lines; a cell is text, or text with its style on a terminal.
 
-    Columns are set right but those in `left`, counted from 0. Where the terminal is narrow, the column `fold`
-    alone gives way, or all but the column `whole`, whose words are names.
+    Columns are aligned right, except those in `left`, counted from 0. On a narrow terminal, only the column `fold`
+    shrinks; without it, all columns but `whole`, which holds names.
     """
 
     heads: Sequence[str]
@@ -102,11 +102,11 @@ class Table:
     left: Sequence[int] = (0,)
     fold: int = -1
     whole: int = -1
-    tight: bool = False  # between columns
+    tight: bool = False  # whether columns are close together
 
     @property
     def plain(self) -> tuple[list[str], list[list[str]]]:
-        """The heads in a line each, and the rows without styles."""
+        """Heads, each as one line, and rows, without styles."""
         return [head.replace("\n", " ").strip() for head in self.heads], [[*map(_cell, row)] for row in self.rows]
 
     def width(self) -> int:
@@ -114,16 +114,16 @@ class Table:
         return sum(max(len(_cell(cell)) for cell in column) + 2 for column in zip(self.heads, *self.rows, strict=True))
 
 
-Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a sentence, a sentence with its style on a terminal
+Part: TypeAlias = "str | tuple[str, str] | Facts | Table"  # a sentence; a sentence and its style on a terminal
 
 
 @dataclass(frozen=True)
 class Card:
-    """A summary of a result for terminals and notebooks, in words and numbers as they are printed."""
+    """A summary of a result for terminals and notebooks, with words and numbers ready to print."""
 
     title: str
     parts: Sequence[Part] = ()
-    picture: Callable[[], str] | None = None  # makes <svg> elements; pages alone call it
+    picture: Callable[[], str] | None = None  # returns <svg> elements; only pages call it
 
     def lines(self) -> list[Part]:
         """Return title and parts, as a terminal prints them."""
@@ -131,9 +131,9 @@ class Card:
 
 
 class Functions(dict[type, Callable[..., Any]]):
-    """Functions that show results, by the class of the result; modules of its room are imported at the first use.
+    """Functions that show results, by the class of the result.
 
-    Their names begin with `modules`.
+    At first use for a class, they import the modules beside the class whose names begin with `modules`.
     """
 
     def __init__(self, modules: str) -> None:
@@ -141,7 +141,7 @@ class Functions(dict[type, Callable[..., Any]]):
         self.modules = modules
 
     def of(self, kind: type[R]) -> Callable[[Callable[Concatenate[R, P], V]], Callable[Concatenate[R, P], V]]:
-        """Return a decorator that keeps a function as that of a class of results."""
+        """Return a decorator that registers a function for a class of results."""
 
         def keep(function: Callable[Concatenate[R, P], V]) -> Callable[Concatenate[R, P], V]:
             self[kind] = function
@@ -161,7 +161,7 @@ cards, tables, plots = Functions("cards"), Functions("cards"), Functions("plots"
 
 
 class Displayed:
-    """A result that shells show in five lines, and terminals and notebooks as a card."""
+    """A result that Python shells show in five lines, and terminals and notebooks as a card."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -197,7 +197,7 @@ class Plotted(Displayed):
 
 
 class Tabular:
-    """A result that is a table: its class or its function of `tables` returns a dataset, columns or rows of it."""
+    """A result that converts to a table: its `data` or its function in `tables` gives a data set, columns or rows."""
 
     _data: ClassVar[Callable[[Any], Any] | None] = None
 
@@ -253,11 +253,11 @@ def to_pandas(data: Any) -> pd.DataFrame:
 
 
 def in_notebooks(figure: Figure) -> Figure:
-    """Make a notebook show a figure that pyplot does not know."""
+    """Let notebooks show a figure that was not made by pyplot; return the figure."""
 
     def png() -> bytes:
         content = io.BytesIO()
-        figure.savefig(content, format="png", dpi=SCREEN)
+        figure.savefig(content, format="png", dpi=SCREEN_DPI)
         return content.getvalue()
 
     figure._repr_png_ = png  # type: ignore[attr-defined]  # notebooks look for it by name
@@ -265,7 +265,7 @@ def in_notebooks(figure: Figure) -> Figure:
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Return a number as text of three digits, with its unit; a dash for NaN."""
+    """Return a number as text with three digits and its unit; a dash for NaN."""
     if value is None or math.isnan(value):
         return "–"
     size = abs(value)
@@ -277,7 +277,7 @@ def number(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def card_text(card: Card) -> str:
-    """Return a card as text of five lines at most."""
+    """Return a card as text of at most five lines."""
     pairs = [pair for part in card.parts if isinstance(part, Facts) for pair in part.pairs()]
     facts = textwrap.wrap("; ".join(f"{label} {value}".strip() for label, value in pairs), COLUMNS)
     lines = [card.title, *(facts if len(facts) <= LINES - 2 else [*facts[: LINES - 3], "..."])]
@@ -292,12 +292,12 @@ def card_text(card: Card) -> str:
 
 
 def _sentence(part: Part) -> str:
-    """Return the sentence of a part, nothing for one in faint letters."""
+    """Return the sentence of a part; "" for a part that is no sentence or is printed dim."""
     return part if isinstance(part, str) else part[0] if isinstance(part, tuple) and part[1] != "dim" else ""
 
 
 def card_html(card: Card) -> str:
-    """Return a card as HTML without script."""
+    """Return a card as HTML without scripts."""
     parts = [f"<style>{STYLE}</style>", f'<div class="ht-title">{safe(card.title)}</div>']
     parts += [] if card.picture is None else [card.picture()]
     parts += map(_part_html, card.parts)
@@ -307,9 +307,9 @@ def card_html(card: Card) -> str:
 def _part_html(part: Part) -> str:
     """Return a part of a card as HTML."""
     if isinstance(part, Table):
-        rest = Table(part.heads, part.rows[OPEN:])
+        rest = Table(part.heads, part.rows[OPEN_ROWS:])
         details = f"<details><summary>{len(rest.rows)} more rows</summary>{_table(rest)}</details>" if rest.rows else ""
-        return (_table(Table(part.heads, part.rows[:OPEN])) if part.rows else "") + details
+        return (_table(Table(part.heads, part.rows[:OPEN_ROWS])) if part.rows else "") + details
     if isinstance(part, Facts):
         facts = (f"<div><span>{safe(label)}</span><b>{safe(value)}</b></div>" for label, value in part.pairs())
         return f'<div class="ht-facts">{"".join(facts)}</div>' if part.values else ""
@@ -322,7 +322,7 @@ def _cell(cell: str | tuple[str, str]) -> str:
 
 
 def _table(part: Table) -> str:
-    """Return a table as HTML; columns of text are set left."""
+    """Return a table as HTML; columns of text are aligned left."""
     columns, rows = part.plain
     is_left = [k == 0 or not all(_numeric(row[k]) for row in rows) for k in range(len(columns))]
     classes = ['class="ht-left"' if aligned else "" for aligned in is_left]
@@ -336,18 +336,18 @@ def _table(part: Table) -> str:
 
 
 def _numeric(cell: str) -> bool:
-    """Whether a cell is empty, or a number with its unit or without."""
+    """Return whether a cell is empty, or a number with or without a unit."""
     return re.fullmatch(r"–?|[-+]?[\d.]+(e[-+]?\d+)?( \S+)?", cell) is not None
 
 
 def safe(text: str) -> str:
-    """Escape text for HTML; a unit stays beside its number."""
+    """Escape text for HTML, with a space in units that does not break the line."""
     return html.escape(str(text)).replace("(kg m)", "(kg\N{NO-BREAK SPACE}m)")
 
 
 @checked
 def progress_bar(what: str = "done") -> Callable[[int, int], None]:
-    """Show the progress of a long call in a notebook, where it vanishes at the end, or on a terminal.
+    """Return a callback that shows the progress of a long call, in a notebook (removed at the end) or on a terminal.
 
     Parameters
     ----------
@@ -365,7 +365,7 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
     def report(count: int, total: int) -> None:
         nonlocal last
         now, ended = time.monotonic(), count >= total
-        if now - last < (0 if ended else REFRESH) or (last == begin and now - begin < FAST):
+        if now - last < (0 if ended else REFRESH) or (last == begin and now - begin < MIN_SHOWN):
             return
         last = now
         remark = (
@@ -381,7 +381,7 @@ def progress_bar(what: str = "done") -> Callable[[int, int], None]:
 
 
 def _notebook_display() -> Callable[[str], None] | None:
-    """Return a function that shows and replaces HTML in the running notebook, None elsewhere."""
+    """Return a function that shows HTML in the running notebook, replacing its last; None outside of notebooks."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
         return None

@@ -1,4 +1,4 @@
-"""Bad input: an error is a sentence with file, key, rule, value and fix; a file may have several."""
+"""Errors for bad input: each is one sentence with file, key, rule, value and fix; a file may have several."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
-CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that move the cursor, turn or end the line
-LISTED = 15  # mistakes of a file that are listed
-LONGEST = 300  # characters of a name in an error
-PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # written out in an error
+CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode categories of control characters, which terminals would obey
+MAX_LISTED = 15  # largest number of a file's mistakes that an error lists
+MAX_LENGTH = 300  # largest length of a name in an error [characters]
+PLAIN = (str, bytes, int, float, complex, list, tuple, set, dict, PurePath, type(None))  # types written out in errors
 
 
 class InputError(ValueError):
@@ -56,11 +56,14 @@ class InputError(ValueError):
 
 
 class DamageWarning(UserWarning):
-    """A damaged part of a file, which the work goes on without."""
+    """Warning about a damaged part of a file, without which the work goes on."""
 
 
 class InputErrors(InputError):
-    """Several errors of one file, and what to paste, or the `whole` file; key, rule, value and fix are of the first."""
+    """Several errors of one file, of which the first gives key, rule, value and fix.
+
+    paste: text that corrects the file; whole: whether it replaces the whole file.
+    """
 
     def __init__(self, errors: Sequence[InputError], paste: str = "", whole: bool = False) -> None:
         first = errors[0]
@@ -75,8 +78,8 @@ class InputErrors(InputError):
         if len(sentences) == 1:
             text = str(self.errors[0])
         else:
-            listed = [f"  {number}. {sentence}" for number, sentence in enumerate(sentences[:LISTED], 1)]
-            more_count = len(sentences) - LISTED
+            listed = [f"  {number}. {sentence}" for number, sentence in enumerate(sentences[:MAX_LISTED], 1)]
+            more_count = len(sentences) - MAX_LISTED
             more = [f"  and {more_count} more, which often follow from these"] * (more_count > 0)
             text = "\n".join([f"{self.file or 'the file'} has {len(sentences)} mistakes:", *listed, *more])
         where = " in place of the whole file, as `hypertuna robot new` writes it" if self.whole else ""
@@ -89,9 +92,9 @@ def _without_file(error: InputError) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the fix for an unknown name: the nearest known name, or all of them."""
+    """Return the fix for an unknown name: the nearest known name, or else the first twelve known names."""
     names = [_short(name) for name in known]
-    nearest = difflib.get_close_matches(word[:LONGEST], names, n=1)
+    nearest = difflib.get_close_matches(word[:MAX_LENGTH], names, n=1)
     if nearest:
         return f"did you mean {nearest[0]}?"
     more = f" and {len(names) - 12} more" if len(names) > 12 else ""
@@ -99,37 +102,37 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def escaped(text: str, keep: str = "") -> str:
-    """Return text with control characters escaped as in JSON, but those in `keep`: a terminal would obey them."""
+    """Escape control characters, except those in `keep`, as in JSON, since a terminal would obey them."""
     if text.isprintable():
         return text
-    if "\n" in keep:  # line by line: most are printable as they are
+    if "\n" in keep:  # line by line, since most lines need no escaping
         return "\n".join(escaped(line, keep.replace("\n", "")) for line in text.split("\n"))
     return "".join(c if c in keep or unicodedata.category(c) not in CONTROL else _code(c) for c in text)
 
 
 def _code(character: str) -> str:
-    """Return a character as its code units, as in JSON."""
+    """Return a character as the escaped UTF-16 code units of JSON."""
     digits = character.encode("utf-16-be", "surrogatepass").hex()
     return "".join(f"\\u{digits[k : k + 4]}" for k in range(0, len(digits), 4))
 
 
 def _short(text: str) -> str:
-    """Return a name or a value on one line, without its middle where it is longer than of use."""
-    return escaped(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}")
+    """Return a name or a value on one line; the middle of a very long one is left out."""
+    return escaped(text if len(text) <= MAX_LENGTH else f"{text[: MAX_LENGTH // 2]}...{text[-MAX_LENGTH // 2 :]}")
 
 
 def _plain(value: object) -> bool:
-    """Whether a value is written out in errors: a number, text, a list of them, an array."""
+    """Return whether errors write out a value: a number, a text, a list of these, or an array."""
     return isinstance(value, PLAIN) or hasattr(value, "dtype")
 
 
 def with_article(kind: str) -> str:
-    """Return the name of a type as text: "a Swim", "an Optimum", "Gaits"."""
+    """Return the name of a type with its article: "a Swim", "an Optimum", "Gaits"."""
     return kind if kind.endswith("s") else f"{'an' if kind[:1] in tuple('AEIO') else 'a'} {kind}"
 
 
 def shown(value: object) -> str:
-    """Return a value as text of an error: plain ones on one line of 60 characters, others by their kind."""
+    """Return a value as text for an error: plain values on one line of 60 characters, others as their type."""
     if isinstance(value, list | tuple | set) and not all(map(_plain, value)):
         kinds = dict.fromkeys(type(part).__name__ for part in value)
         return f"a {type(value).__name__} of {', '.join(kinds)}"
@@ -137,7 +140,7 @@ def shown(value: object) -> str:
         return with_article(type(value).__name__)
     try:
         text = "true" if value is True else "false" if value is False else repr(value)
-    except ValueError:  # Python writes whole numbers of up to 4300 digits
+    except ValueError:  # Python does not write whole numbers with more than 4300 digits
         text = "a number of more than 4300 digits"
     text = " ".join(text.split("\n"))
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from hypertuna.display import in_notebooks
 from hypertuna.io.files import write_atomically
 
-# Colors of Okabe and Ito, distinct for every kind of color vision; shapes repeat their meaning.
+# Colors of Okabe and Ito, distinct for every kind of color vision; marker shapes repeat their meaning.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 SHAPES = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))
@@ -23,10 +23,10 @@ INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
 
 P = ParamSpec("P")
 
-WIDTH = 7.2  # of a figure, inches: two columns of a journal
+WIDTH = 7.2  # inch: default width of a figure, two columns of a journal
 FAINT, GRID = "#6B7780", "#D5DCE1"
 
-# Colors of rising lightness, distinct in gray and for every kind of color vision.
+# Colors of increasing lightness, distinct in gray and for every kind of color vision.
 SEQUENCE = LinearSegmentedColormap.from_list("depth", ["#4059A8", "#1F80BF", "#22A39B", "#7FB24A", "#E3A63C"])
 
 STYLE: Any = {
@@ -66,7 +66,7 @@ TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspac
 
 
 def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Return a function whose figures are drawn in this style, independent of the user's settings."""
+    """Wrap a plot function so that its figures have this style, whatever the user's settings."""
 
     @wraps(plot)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -81,7 +81,7 @@ def styled(plot: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def _flatten_rounding(figure: Figure) -> None:
-    """Widen axes whose values differ by rounding only: ticks such as +6.12e-11 are noise."""
+    """Widen axes whose values differ only by rounding errors, which would give ticks such as +6.12e-11."""
     for axes in figure.axes:
         for kind, set_limits in (("x", axes.set_xlim), ("y", axes.set_ylim)):
             low, high = getattr(axes, f"get_{kind}lim")()
@@ -92,17 +92,17 @@ def _flatten_rounding(figure: Figure) -> None:
 
 
 def sequence(count: int) -> list[Any]:
-    """Return `count` colors from first to last of the sequence; a single one is blue."""
+    """Return `count` colors, evenly spaced in the sequence; a single color is blue."""
     return [SEQUENCE(fraction) for fraction in np.linspace(0, 1, count)] if count > 1 else [COLORS[1]]
 
 
 def line_style(k: int, first: int = 0) -> dict[str, Any]:
-    """Return color and dashes of the k-th line of a plot, from a first color on: none is like another."""
+    """Return color and dashes of the k-th line of a plot, different for all lines; first: index of the first color."""
     return {"color": COLORS[(first + k) % len(COLORS)], "ls": LINES[k // len(COLORS) % len(LINES)]}
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as .svg, .png or .pdf, whole or not at all."""
+    """Write a figure as .svg, .png or .pdf, completely or not at all."""
     take_texts_as_they_are(figure)
     kind = Path(path).suffix.removeprefix(".").lower()
     content = io.BytesIO()
@@ -112,7 +112,7 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def take_texts_as_they_are(figure: Figure) -> None:
-    """Show dollar signs of names as such: only the tick labels of logarithmic axes are formulas."""
+    """Show dollar signs in names literally; only tick labels of logarithmic axes are formulas."""
     for text in figure.findobj(Text):
         if isinstance(text, Text) and "$" in text.get_text() and "mathdefault" not in text.get_text():
             text.set_parse_math(False)

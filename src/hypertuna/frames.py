@@ -1,4 +1,4 @@
-"""Conversion of poses, twists and attitudes between our frames and NED (Fossen, FRD bodies) or ENU (FLU bodies).
+"""Convert poses, twists and attitudes between our frames and NED (Fossen, FRD bodies) or ENU (FLU bodies).
 
 Ours: the world is (x, y) with angles counter-clockwise seen from above. The body frame sits at the nose; its axis x_0
 runs from nose to tail and y_0 is 90 degrees counter-clockwise of it, so the robot faces, and swims, toward -x_0.
@@ -36,7 +36,7 @@ _TWIST: dict[str, tuple[Array, Array]] = {
     "enu": (np.diag([-1.0, -1.0, 1.0]), np.zeros(3)),
     "ned": (np.diag([-1.0, 1.0, -1.0]), np.zeros(3)),
 }
-# In space: quaternions of the half turns from our axes to theirs, of the world and of the body.
+# In space: quaternions of the rotations from our world and body axes to theirs.
 _HALF = np.sqrt(0.5)
 _TURNS: dict[str, tuple[Array, Array]] = {
     "enu": (np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])),  # about z
@@ -85,7 +85,7 @@ def twist_from(frame: Frame, twist: ArrayLike) -> Array:
 
 
 def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
-    """Convert attitudes of the head from our axes, unit quaternions (..., 4), in world and body axes alike.
+    """Convert attitudes of the head, unit quaternions (..., 4), from our world and body axes to those of a frame.
 
     Examples
     --------
@@ -100,13 +100,13 @@ def attitude_to(frame: Frame, attitude: ArrayLike) -> Array:
 
 
 def attitude_from(frame: Frame, attitude: ArrayLike) -> Array:
-    """Convert attitudes of the head (..., 4) to our axes, w not negative: the inverse of `attitude_to`."""
+    """Convert attitudes of the head (..., 4) to our axes, with w not negative; inverse of `attitude_to`."""
     world, body = _affine_map(_TURNS, frame)
     return _with_positive_w(_product(_product(_conjugate(world), _quaternions(attitude)), body))
 
 
 def angles_of(attitude: ArrayLike) -> Array:
-    """Return roll, pitch and heading, 0 to 2 pi, of attitudes (..., 4): (..., 3) [rad].
+    """Return roll, pitch and heading (..., 3) [rad] of attitudes (..., 4); the heading is from 0 to 2 pi.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def angles_of(attitude: ArrayLike) -> Array:
 
 
 def attitude_of(*, roll: float, pitch: float, heading: float) -> Array:
-    """Return the attitude of a roll, a pitch and a heading [rad], w not negative: the inverse of `angles_of`."""
+    """Return the attitude (4,) from roll, pitch and heading [rad], with w not negative; inverse of `angles_of`."""
     half = np.array([roll, pitch, heading]) / 2
     turns = np.column_stack([np.cos(half), np.diag(np.sin(half))])
     return attitude_from("ned", _product(_product(turns[2], turns[1]), turns[0]))
@@ -153,13 +153,13 @@ def _conjugate(q: Array) -> Array:
 
 
 def _with_positive_w(q: Array) -> Array:
-    """Return quaternions (..., 4) or their negatives, which are the same attitudes: those whose w is not negative."""
+    """Negate quaternions (..., 4) with a negative w, which does not change the attitude."""
     result: Array = np.where(q[..., :1] < 0, -q, q) + 0.0
     return result
 
 
 def _array(values: ArrayLike, size: int, key: str, fix: str) -> Array:
-    """Return an array whose last axis has a given size."""
+    """Convert values to an array, and check the size of its last axis."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
         raise InputError(f"must have shape (..., {size})", key=key, value=f"of shape {array.shape}", fix=fix)
@@ -175,19 +175,19 @@ def _triples(key: str, values: ArrayLike) -> Array:
 
 
 def _forward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:
-    """Return values (..., 3) in another frame from ours: theirs = A ours + b."""
+    """Convert values (..., 3) from our frame to another: theirs = A ours + b."""
     matrix, offset = _affine_map(maps, frame)
     result: Array = _triples(key, values) @ matrix.T + offset
     return result
 
 
 def _backward(maps: dict[str, tuple[Array, Array]], frame: str, key: str, values: ArrayLike) -> Array:
-    """Return values (..., 3) in our frame from another: ours = A^T (theirs - b); A is orthogonal."""
+    """Convert values (..., 3) from another frame to ours: ours = A^T (theirs - b), since A is orthogonal."""
     matrix, offset = _affine_map(maps, frame)
     result: Array = (_triples(key, values) - offset) @ matrix
     return result
 
 
 def _affine_map(maps: dict[str, tuple[Array, Array]], frame: str) -> tuple[Array, Array]:
-    """Return matrix A and offset b of the map to a frame, or the quaternions of its axes."""
+    """Return matrix A and offset b of the map to a frame, or the quaternions of its world and body axes."""
     return maps[check_name(frame, maps, "frame", "frame")]

@@ -1,4 +1,4 @@
-"""Metrics of swimming: pure functions of numbers or arrays that broadcast, SI units."""
+"""Metrics of swimming, for numbers or arrays in SI units, with broadcasting."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +17,11 @@ def cost_of_transport(power: ArrayLike, mass: ArrayLike, speed: ArrayLike) -> Ar
 
 
 def strouhal(frequency: ArrayLike, excursion: ArrayLike, speed: ArrayLike) -> Array:
-    """Return the Strouhal number f A / |U|, A the excursion of the tail tip, peak to peak [m]; infinite at rest."""
+    """Return the Strouhal number f A / |U|, infinite at rest; A: peak-to-peak excursion of the tail tip [m]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return _numbers(frequency) * _numbers(excursion) / np.abs(_numbers(speed))
 
 
 def stride_length(speed: ArrayLike, frequency: ArrayLike, length: ArrayLike) -> Array:
-    """Return the body lengths per beat, U / (f L)."""
+    """Return the stride length in body lengths per beat, U / (f L) [1]."""
     return _numbers(speed) / (_numbers(frequency) * _numbers(length))

@@ -1,4 +1,4 @@
-"""Pictures of cards, as SVG elements that follow the theme: curves, dots, bars and tracks."""
+"""Pictures of cards, as SVG elements in the colors of the page's theme: curves, dots, bars and tracks."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from itertools import chain
 
 from hypertuna.display import number, safe
 
-LOOP = 10.0  # s: the longest film of a track
-NARROW = 120  # width of a curve below which its ends share a label
-BARS = 10  # in a picture
-BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # of a film of a track, to the right
+LOOP = 10.0  # s: longest duration of a track's animation
+MIN_LABELED = 120  # px: width of a curve below which its ends share a label
+BARS = 10  # largest number of bars in a picture
+BODY = "M11 0Q5-5-2-4L-11 0-2 4Q5 5 11 0z"  # SVG path of the body in a track's animation, heading right
 
 
 def captioned(svg: str, text: str) -> str:
-    """Return a picture with a line of text below it."""
+    """Return a picture with a caption below it."""
     return f'{svg}<p class="ht-caption">{safe(text)}</p>'
 
 
 def track_svg(x: Iterable[float], y: Iterable[float], seconds: float, label: str) -> str:
-    """Draw a track from above, points at equal intervals, and a body that moves along it in ten seconds at most."""
+    """Draw a track from above and a body that moves along it; points are at equal times, `seconds` in all."""
     loop = min(LOOP, seconds)
     pace = "in real time" if loop == seconds else f"sped up {seconds / loop:.3g} times"
     return captioned(curve_svg(x, y, label, equal=True, loop=loop), f"The whole track from above, {pace}.")
@@ -36,9 +36,10 @@ def curve_svg(
     loop: float = 0.0,
     dashed: Sequence[Sequence[tuple[float, float]]] = (),
 ) -> str:
-    """Draw a curve, or dots, between the extremes of its values as an SVG element; `equal` keeps the scale of a map.
+    """Draw a curve or dots as an SVG element, labeled with the extremes of the values.
 
-    With `loop` [s] a body moves along it, again and again. Dashed lines of points are drawn below it.
+    equal: use one scale for x and y. loop: period [s] of a body that moves along the curve. dashed: lines of points,
+    drawn below the curve.
     """
     points = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(a) and math.isfinite(b)]
     if len(points) < (1 if dots else 2):
@@ -58,7 +59,7 @@ def curve_svg(
     drawn += circles or f'<polyline points="{line}" fill="none" stroke="#2f86c5" stroke-width="2"/>'
     low, high = (f"{number(end)}" for end in (lows[0], highs[0]))
     end_labels = [(74, 172, "end", number(lows[1])), (74, 26, "end", number(highs[1])), (80, 192, "start", low)]
-    if scales[0] * width < NARROW:
+    if scales[0] * width < MIN_LABELED:
         end_labels[-1] = (80, 192, "start", f"{low} to {high}")
     else:
         end_labels.append((80 + scales[0] * width, 192, "end", high))
@@ -72,7 +73,7 @@ def curve_svg(
 
 
 def computed_svg(pairs: Iterable[tuple[float, float]], what: str, each: str) -> str:
-    """Draw pairs of a measured and a computed value as dots, and the line where both are equal."""
+    """Draw (measured, computed) pairs as dots, and the line where both are equal; each: words for one dot."""
     pairs = [pair for pair in pairs if all(map(math.isfinite, pair))]
     if not pairs:
         return ""
@@ -83,7 +84,7 @@ def computed_svg(pairs: Iterable[tuple[float, float]], what: str, each: str) -> 
 
 
 def bars_svg(rows: Iterable[tuple[str, float, float]], label: str) -> str:
-    """Draw bars, each with its name, begin and end, on an axis that includes 0."""
+    """Draw horizontal bars on an axis that includes 0; rows: name, begin and end of each bar."""
     bars = [row for row in rows if math.isfinite(row[1] + row[2])][:BARS]
     low, high = _span((0.0, *(edge for _, *edges in bars for edge in edges)))
     bottom = 30 + 24 * len(bars)
@@ -103,7 +104,7 @@ def bars_svg(rows: Iterable[tuple[str, float, float]], label: str) -> str:
 
 
 def _span(values: Iterable[float]) -> tuple[float, float]:
-    """Return the range of values, widened where all are equal."""
+    """Return the range of values, widened if all values are equal."""
     values = tuple(values)
     low, high = min(values), max(values)
     margin = 0.0 if low < high else 0.1 * abs(low) or 1.0

@@ -1,4 +1,4 @@
-"""Ranges of numbers and choices of names, declared once: `POSITIVE.check(speed, "speed", "give it in m/s")`."""
+"""Check numbers against ranges, and names against choices: `POSITIVE.check(speed, "speed", "give it in m/s")`."""
 
 import math
 import operator
@@ -11,7 +11,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 
 @dataclass(frozen=True, kw_only=True)
 class Range:
-    """Finite numbers within limits; `above` and `below` exclude the limit itself, `unit` stands in the rule."""
+    """Finite numbers within limits; `above` and `below` exclude the limit itself; the error names the `unit`."""
 
     min: float | None = None
     max: float | None = None
@@ -40,7 +40,7 @@ class Range:
         return f"must be {' and '.join(phrases) or 'a finite number'} {self.unit}".rstrip()
 
     def check(self, value: Any, key: str, fix: str | None = None, *, file: str | None = None) -> float:
-        """Return the value of the argument or key as a float, or raise InputError; text and booleans are no numbers."""
+        """Return a value as a float if it is in the range, else raise InputError; texts and booleans are refused."""
         try:
             number = math.nan if isinstance(value, str | bytes | bool) else float(value)
         except (TypeError, ValueError, OverflowError):
@@ -72,7 +72,7 @@ class Whole:
         return "must be a whole number" if self.max is None else f"must be at most {self.max}"
 
     def check(self, value: Any, key: str, fix: str | None = None, *, file: str | None = None) -> int:
-        """Return the value of the argument or key as an int, or raise InputError; 5.0 and booleans are refused."""
+        """Return a value as an int if it is in the range, otherwise raise InputError; 5.0 and booleans are refused."""
         try:
             number = operator.index(value)
         except TypeError:
@@ -94,7 +94,7 @@ POSITIVE_WHOLE = Whole(min=1)
 
 
 def check_choice(word: str, words: Iterable[str], key: str) -> str:
-    """Return a word that is one of few, or raise InputError with all of them: "must be water, air or oil"."""
+    """Check that a word is one of a few; the error lists all of them: "must be water, air or oil"."""
     words = list(words)
     if word not in words:
         fix = did_you_mean(str(word), words)
@@ -104,7 +104,7 @@ def check_choice(word: str, words: Iterable[str], key: str) -> str:
 
 
 def check_name(name: str, names: Iterable[str], key: str, kind: str, fix: str = "") -> str:
-    """Return a name that is one of `names`, or raise InputError with the nearest one: "must be a known frame"."""
+    """Check that a name is one of `names`; the error suggests the nearest one: "must be a known frame"."""
     names = list(names)
     if name not in names:
         fix = fix or did_you_mean(str(name), names)

@@ -36,7 +36,7 @@ class DecayRows(Rows):
     begin: Array  # (3,): initial twist per unit of the first value, whose sign is that of its `axis`
 
     def predict(self, at: Point) -> Prediction:
-        """Return the computed values and their Jacobian, in which the best first value changes with the coefficients."""
+        """Return the computed values and their Jacobian, which includes the change of the best first value."""
         along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
         joints, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
         sign, no_flag = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
