@@ -20,7 +20,7 @@ from hypertuna.arrays import Array
 from hypertuna.cli.main import app
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
-from hypertuna.simulation.image_body import KEPT, _knobs, with_factors
+from hypertuna.simulation.image_body import FIXED_COLUMNS, _knobs, with_factors
 from hypertuna.simulation.image_source import TOKEN, Source, checked_places, source_of
 from hypertuna.simulation.image_text import body_text, numbers_of_text
 from hypertuna.swimming.gait import Gait
@@ -49,7 +49,7 @@ def bodies(image: bytes, seed: int) -> list[dict[str, float]]:
 def different(ours: dict[str, Array], theirs: dict[str, Array]) -> list[str]:
     """Name the columns that differ, without those of what is on board."""
     assert ours.keys() == theirs.keys()
-    columns = [name for name in ours if not name.startswith(KEPT)]
+    columns = [name for name in ours if not name.startswith(FIXED_COLUMNS)]
     return [name for name in columns if not np.allclose(ours[name], theirs[name], rtol=SAME, atol=0.0, equal_nan=True)]
 
 

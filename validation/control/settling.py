@@ -21,7 +21,7 @@ from hypertuna.control.sensors import sensor_of
 from hypertuna.description.provenance import provenance
 from hypertuna.io.files import write_atomically
 from hypertuna.paper.ledger import published
-from hypertuna.simulation.posture import CLOSE, fitted_peaks, hold, peak_bends
+from hypertuna.simulation.posture import MAX_ERROR, fitted_peaks, hold, peak_bends
 
 STORED = Path(__file__).with_name("settling.json")
 ROBOT = "hypertuna"
@@ -57,7 +57,7 @@ def ideal_share(robot: ht.Robot, frequency: float, draws: int = 200) -> dict[str
         read = np.round(noisy / sensor.resolution) * sensor.resolution
         for name, meter in (("fit", fitted_peaks), ("readings", peak_bends)):
             end, peaks = meter(time, read, frequency)
-            seen[name] += bool(abs(peaks[end >= WITHIN] - ANGLE).max() < CLOSE)
+            seen[name] += bool(abs(peaks[end >= WITHIN] - ANGLE).max() < MAX_ERROR)
     return {name: count / draws for name, count in seen.items()}
 
 

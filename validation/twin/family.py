@@ -35,7 +35,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.paper.ledger import published, published_value
 from hypertuna.simulation.plant import controller_of
-from hypertuna.simulation.posture import CLOSE, fitted_peaks
+from hypertuna.simulation.posture import MAX_ERROR, fitted_peaks
 from hypertuna.simulation.run import TwinRun
 
 FILE = Path(__file__).resolve().parents[2] / "data" / "twin" / "family.json"
@@ -155,7 +155,7 @@ def measured(run: TwinRun) -> dict[str, float]:
         return {"power": run.electrical_power, "lowest": float(run.pressure_min.min())}
     joint = run.joints.index(POSTURE["joint"])
     end, peaks = fitted_peaks(run.time, run.data["angle_measured"][:, joint], run.gait.frequency)
-    late = np.flatnonzero(~(abs(peaks - math.radians(POSTURE["angle_deg"])).max(axis=1) < CLOSE))
+    late = np.flatnonzero(~(abs(peaks - math.radians(POSTURE["angle_deg"])).max(axis=1) < MAX_ERROR))
     first = late[-1] + 1 if late.size else 0
     return {"settled": math.inf if first == len(end) else float(end[first])}
 

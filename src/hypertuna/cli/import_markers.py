@@ -17,7 +17,7 @@ from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.ranges import FRACTION, POSITIVE
-from hypertuna.trials.marker_import import Wishes, fit_marker_run, write_marker_runs
+from hypertuna.trials.marker_import import MarkerChoices, fit_marker_run, write_marker_runs
 from hypertuna.trials.marker_places import places_text
 from hypertuna.trials.marker_run import MarkerRun
 from hypertuna.trials.tracks import LENGTHS
@@ -47,10 +47,12 @@ class PlaceOptions:
         """Return the value of each option, by the option's name."""
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
-    def wishes(self) -> Wishes:
-        """Return the options as the `Wishes` of a fit to markers."""
+    def choices(self) -> MarkerChoices:
+        """Return the options as choices for the fit to the markers."""
         joints = [_names(self.merge)] if self.merge else []
-        return Wishes(self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None)
+        return MarkerChoices(
+            self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None
+        )
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ def import_markers_command(
     Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, and plain columns: time_s,
     x1, y1, x2, y2, ... Files of several runs may be given; the picture is that of the first one to look at.
     """
-    fish, options, wishes = robot.load(), markers.arguments(), chosen.wishes()
+    fish, options, wishes = robot.load(), markers.arguments(), chosen.choices()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("is the name of two files", key=name, fix="rename one: files name their runs")

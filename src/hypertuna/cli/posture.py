@@ -14,7 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.io.quantity import ZERO_CELSIUS
 from hypertuna.simulation.cards import limit_sentences, posture_rows
-from hypertuna.simulation.posture import CLOSE, EASED, PostureTest, posture_test
+from hypertuna.simulation.posture import EASED, MAX_ERROR, PostureTest, posture_test
 
 ANGLE = math.radians(20)  # default peak bend [rad], the paper's
 FREQUENCIES: Any = "1:6:6"  # default of --frequency [Hz], as typed
@@ -87,7 +87,7 @@ def _record(result: PostureTest) -> dict[str, Any]:
         "medium": result.medium,
         "duration_s": result.duration,
         "seed": result.seed,
-        "within_deg": np.degrees(CLOSE),
+        "within_deg": np.degrees(MAX_ERROR),
         "temperature_c": result.temperature - ZERO_CELSIUS,
         "tests": posture_rows(result),
         "status_text": limit_sentences(result),

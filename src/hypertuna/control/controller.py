@@ -23,35 +23,37 @@ from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
-SETTLED = 4.7439  # rate times time at which a critically damped filter has made 95 % of a step: (1 + x) e^-x = 0.05
-SUCTION = 0.2  # fraction of the cavitation pressure down to which a pump draws taut units to hold a bend at rest
-FREE = 1e-6  # largest difference of the two sides' mean pressure from the fill, over it, where no limit acts
-REACH = 1.2  # largest bend that control may command over the joint's largest bend, to make up for losses
-NO_LIMIT = 1e9  # Pa of a servo without oil that stalls it, and rad/s of its joint
-MAP_TERMS, HOLD_TERMS = 6, 4  # of a pump map and of the pressure at rest, core controller_model.hpp and safety.hpp
-HAMMER_AT = 100e3  # Pa: pressure in a cylinder that hammer is reckoned at
-SMOOTH = 0.15  # hammer of the largest change of a servo's rate within a tick, over the room from fill to soft limit;
-RING = 3.0  # less where the line rings more slowly than within so many ticks,
-SHORT = 2.0  # ticks of a period of a line that pumps do not ring
-DRAWN = 1.5  # largest rate of a bend over the one whose hammer would empty the cylinder of the side that draws
-RUNG = 0.5  # and hammer counts for up to so much more: it adds to what rings already
-BEND_STEP = 2.0  # largest change of a working bend sensor within a tick over that of the fastest beat
+SETTLING_FACTOR = (
+    4.7439  # rate times time in which a critically damped filter makes 95 % of a step: (1 + x) e^-x = 0.05
+)
+MAX_SUCTION = 0.2  # lowest pressure that holds a bend at rest, as a fraction of the cavitation pressure (below 0)
+FILL_TOLERANCE = 1e-6  # relative difference of both sides' mean pressure from the fill, below which no limit acts
+REACH = 1.2  # largest bend that control may command, over the joint's largest bend; the excess makes up for losses
+NO_LIMIT = 1e9  # stands for no limit: stall pressure [Pa] and rates [rad/s] of a servo without oil
+MAP_TERMS, HOLD_TERMS = 6, 4  # terms of a pump map (controller_model.hpp) and of the pressure at rest (safety.hpp)
+HAMMER_PRESSURE = 100e3  # Pa: gauge pressure in a cylinder at which hammer is computed
+SMOOTH_HAMMER = 0.15  # hammer of a servo's largest change of rate within a tick, as a fraction of soft limit minus fill
+RING_TICKS = 3.0  # ringing period of a line above which that fraction is reduced
+SHORT_RING_TICKS = 2.0  # ringing period of a line below which pumps cannot make it ring
+MAX_DRAW = 1.5  # largest rate of a bend, over the rate at which hammer would make the drawing side's oil cavitate
+RING_GAIN = 0.5  # largest relative increase of hammer by ringing that has not yet died out
+BEND_STEP = 2.0  # largest change of a working bend sensor within a tick, over the change in the fastest beat
 # Choices of the posture control, which docs/control.md explains (core posture.hpp)
-MISSING = 0.25  # part of a beat's readings that may be missing
-LIMITED = 0.1  # part of a beat in which a limit may act before the corrections must not grow
-MOVING = 0.05  # smallest swing of a working bend sensor over the sent amplitude
+MAX_MISSING = 0.25  # fraction of a beat's readings that may be missing
+MAX_LIMITED = 0.1  # fraction of a beat in which a limit acts, above which corrections must not grow
+MIN_SWING = 0.05  # smallest swing of a working bend sensor, as a fraction of the sent amplitude
 AMPLITUDE_MIN = math.radians(3.0)  # smallest sent amplitude at which the bend sensor is judged
 
 
 @dataclass(frozen=True)
 class PumpMap:
-    """Servo angle of a circuit over the bend toward its side: three joined parabolas, and their residuals."""
+    """Fit of a circuit's servo angle as a function of the bend toward its side: three joined parabolas."""
 
-    low: float  # rad, ends of the middle one
+    low: float  # rad: bends at the ends of the middle parabola
     high: float
-    terms: Array  # (6,): by the bend and its square, in the middle, below and above it [rad per rad and rad^2]
-    residual_angle: float  # rad, largest over the range
-    residual_volume: float  # m^3 of displaced oil, largest over the range
+    terms: Array  # (6,): factors of bend and bend squared, of the middle, lower and upper parabola [rad/rad, rad/rad^2]
+    residual_angle: float  # rad: largest over the range
+    residual_volume: float  # m^3 of displaced oil: largest over the range
 
     def angle(self, bend: ArrayLike) -> Array:
         """Return servo angles [rad] at bends (n,) [rad]."""
@@ -61,7 +63,8 @@ class PumpMap:
 def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
     """Return the constants of a robot's controller, by their names in core controller_model.hpp.
 
-    One value per joint or circuit (2 joint + side) or one; at an oil temperature [K], the robot's own by default.
+    A column has one value, or one per joint, or one per circuit (index 2 joint + side). temperature: of the oil [K], by
+    default the robot's own.
     """
     control = require_controller(robot)
     hydraulics = circuits(robot, temperature)
@@ -81,7 +84,7 @@ def controller_columns(robot: Robot, temperature: float | None = None) -> dict[s
 
 
 def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
-    """Return the constants of a joint that a servo turns, which has no bounds of pressure and no bend sensor."""
+    """Return the constants of a joint that a servo turns: it has no pressure limits and no bend sensor."""
     bend = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
     zeros = dict.fromkeys(("bend_range", "bend_step", "safe_static", "safe_rate", "safe_square"), 0.0)
     unlimited = dict.fromkeys(("rate", "sent_rate"), NO_LIMIT)
@@ -89,7 +92,7 @@ def _axle(robot: Robot, group: JointGroup, servo: JointServo) -> dict[str, Any]:
 
 
 def _no_oil(servo: JointServo) -> dict[str, Any]:
-    """Return the constants of a circuit without oil."""
+    """Return the circuit constants of a joint without oil, whose servo has no pressure limits."""
     zeros = dict.fromkeys(
         ("fill", "map_low", "map_high", "compliance", "line", "hammer", "draw", "smooth", "spare"), 0.0
     )
@@ -103,22 +106,22 @@ def _no_oil(servo: JointServo) -> dict[str, Any]:
 
 
 def _circuit(robot: Robot, hydraulics: Circuits, thickest: Circuits, c: int) -> dict[str, Any]:
-    """Return the controller's constants of a circuit: pump map and supervisor."""
+    """Return the controller's constants of a circuit, for its pump map and its supervisor."""
     pump_fit = pump_map(robot, hydraulics, c)
     fill = _fill(robot, c // 2)
     constants = {"fill": fill, "map": pump_fit.terms, "map_low": pump_fit.low, "map_high": pump_fit.high}
-    flow, tick = _flow(thickest, c), 1 / require_controller(robot).rate
+    volume_per_bend, tick = _flow(thickest, c), 1 / require_controller(robot).rate
     pressure_rise = soft_limit(robot) - fill
     ticks_of_ring = _ring(hydraulics, c) / tick
-    slowdown = min(1.0, RING / ticks_of_ring)
-    flow["hammer"] *= 1.0 + RUNG * (1.0 - slowdown)
-    flow |= {"draw": NO_LIMIT, "smooth": NO_LIMIT, "spare": 0.0}
-    if ticks_of_ring > SHORT:
-        flow["draw"] = rounded_number(_suction(robot, hydraulics, c) / flow["hammer"])
-        flow["smooth"] = rounded_number(SMOOTH * slowdown * pressure_rise / flow["hammer"])
-    if ticks_of_ring > RING:
-        flow["spare"] = rounded_number(2.0 / flow["hammer"])
-    return constants | _supervisor(robot, hydraulics, c) | flow | {"hold": _hold(robot, hydraulics, c)}
+    slowdown = min(1.0, RING_TICKS / ticks_of_ring)
+    volume_per_bend["hammer"] *= 1.0 + RING_GAIN * (1.0 - slowdown)
+    volume_per_bend |= {"draw": NO_LIMIT, "smooth": NO_LIMIT, "spare": 0.0}
+    if ticks_of_ring > SHORT_RING_TICKS:
+        volume_per_bend["draw"] = rounded_number(_suction(robot, hydraulics, c) / volume_per_bend["hammer"])
+        volume_per_bend["smooth"] = rounded_number(SMOOTH_HAMMER * slowdown * pressure_rise / volume_per_bend["hammer"])
+    if ticks_of_ring > RING_TICKS:
+        volume_per_bend["spare"] = rounded_number(2.0 / volume_per_bend["hammer"])
+    return constants | _supervisor(robot, hydraulics, c) | volume_per_bend | {"hold": _hold(robot, hydraulics, c)}
 
 
 def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
@@ -127,18 +130,18 @@ def _suction(robot: Robot, hydraulics: Circuits, circuit: int) -> float:
 
 
 def _hold(robot: Robot, hydraulics: Circuits, circuit: int) -> Array:
-    """Return coefficients of a bend's powers 1 to 4 in the pressure above the fill that holds it [Pa/rad, Pa/rad^4]."""
+    """Fit the pressure above the fill that holds a bend: coefficients of its powers 1 to 4 [Pa/rad to Pa/rad^4]."""
     group, fill = robot.joints[circuit // 2], _fill(robot, circuit // 2)
     bend = np.linspace(-1, 1, 201) * _reach(robot, group)
     _, pressure, _ = _side_at_rest(robot, hydraulics, circuit, bend)
     powers = np.stack([bend**power for power in range(1, HOLD_TERMS + 1)], axis=1)
-    weight = np.where(abs(bend) <= (group.bend_max or 0.0), 1.0, 0.5)  # beyond, only corrections go
+    weight = np.where(abs(bend) <= (group.bend_max or 0.0), 1.0, 0.5)  # only corrections reach larger bends
     fit = np.linalg.lstsq(powers * weight[:, None], weight * (pressure - fill))[0]
     return fill * rounded_parts(np.asarray(fit, dtype=np.float64) / fill)
 
 
 def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
-    """Return a fit of a circuit's servo angle at rest to the bend, by least squares over the joint's reach."""
+    """Fit a circuit's servo angle at rest as a function of the bend, by least squares over the joint's reach."""
     group = robot.joints[circuit // 2]
     reach = _reach(robot, group)
     bend = np.linspace(-reach, reach, 201)
@@ -167,7 +170,7 @@ def pump_map(robot: Robot, hydraulics: Circuits, circuit: int) -> PumpMap:
 
 
 def _bend_powers(bend: Array, low: float, high: float) -> Array:
-    """Return the six functions of the bend (n, 6) whose sum is a pump map (core controller_model.hpp)."""
+    """Return the six functions of the bend (n, 6) whose weighted sum is a pump map (core controller_model.hpp)."""
     parts = (np.clip(bend, low, high), np.minimum(bend - low, 0), np.maximum(bend - high, 0))
     return np.stack([part**power for part in parts for power in (1, 2)], axis=1)
 
@@ -178,7 +181,7 @@ def _reach(robot: Robot, group: JointGroup) -> float:
 
 
 def _held_reach(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> float:
-    """Return the largest bend [rad] that a joint is sent to: its reach, as far as the working pressure holds it."""
+    """Return the largest bend [rad] that is commanded: the joint's reach, or less if the working pressure limits it."""
     bend = np.linspace(0, _reach(robot, robot.joints[j]), 201)[1:]
     _, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
     bends_held = bend[pressure <= (control.works_at or math.inf)]
@@ -186,17 +189,17 @@ def _held_reach(robot: Robot, control: Controller, hydraulics: Circuits, j: int)
 
 
 def _side_at_rest(robot: Robot, hydraulics: Circuits, circuit: int, bend: Array) -> tuple[Array, Array, Array]:
-    """Return volume gained [m^3], pressure [Pa], and whether both are near the fill, of a side bent toward itself (n,).
+    """Return a side's change of volume [m^3], its pressure [Pa], and whether no limit acts, (n,) each, at rest.
 
-    The moments balance with the two sides equally far above and below the fill pressure, where the third array is
-    true; elsewhere the lower pressure has stopped where the braid would go slack, or short of cavitation.
+    bend: (n,) toward the side [rad]. Without a limit, one side is as far above the fill pressure as the other is below.
+    Otherwise the lower pressure has stopped where the braid would go slack, or short of cavitation.
     """
     side, model = circuit % 2, joint_models(robot)[circuit // 2]
-    low = SUCTION * float(hydraulics.column("cavitation")[circuit])
+    low = MAX_SUCTION * float(hydraulics.column("cavitation")[circuit])
     state = model.hold(bend if side == 0 else -bend, low)
     volume = state["volume"][:, side] - model.at(0.0)["volume"][0, side]
     pressure = state["pressure"]
-    near_fill = abs(pressure.mean(axis=1) - model.fill) < FREE * model.fill
+    near_fill = abs(pressure.mean(axis=1) - model.fill) < FILL_TOLERANCE * model.fill
     return volume, pressure[:, side], near_fill
 
 
@@ -206,12 +209,12 @@ def _fill(robot: Robot, joint: int) -> float:
 
 
 def soft_limit(robot: Robot) -> float:
-    """Return the pressure to which the supervisor limits commands [Pa]."""
+    """Return the soft limit [Pa]: the pressure to which the supervisor limits commands."""
     return require(require_controller(robot).pressure_soft, "controller.pressure_soft_pa", robot)
 
 
 def given_constants(part: str, table: Part) -> dict[str, float]:
-    """Return the values of a table's keys that the core's part has under the same names, without lists."""
+    """Return the scalar values of a table whose keys are also fields of the core's struct named `part`."""
     fields = _core.onboard_fields(2, 2)
     lists = {name for _, name, index in fields if index > 0}
     names = {name for owner, name, _ in fields if owner == part} - lists
@@ -220,9 +223,9 @@ def given_constants(part: str, table: Part) -> dict[str, float]:
 
 
 def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
-    """Return the constants that the controller has once, by name."""
+    """Return the constants that do not depend on joint or circuit, by name."""
     tick = 1 / control.rate
-    rate = SETTLED / control.smoothing
+    rate = SETTLING_FACTOR / control.smoothing
     oil = has_oil(robot)
     pressure = sensor_range(robot, "pressure") if oil else (0.0, 0.0)
     current, voltage, rate_range, acceleration = (
@@ -238,9 +241,9 @@ def _constants(robot: Robot, control: Controller) -> dict[str, list[float]]:
         "couple": without_last_bit(math.exp(-control.coupling * tick)),
         "smoothing_rate": rate * tick,
         "smoothing_decay": without_last_bit(math.exp(-rate * tick)),
-        "missing": MISSING,
-        "limited": LIMITED,
-        "moving": MOVING,
+        "missing": MAX_MISSING,
+        "limited": MAX_LIMITED,
+        "moving": MIN_SWING,
         "amplitude_min": AMPLITUDE_MIN,
         "pressure_low": pressure[0],
         "pressure_high": pressure[1],
@@ -262,7 +265,7 @@ def has_sensor(robot: Robot, quantity: str) -> bool:
 
 
 def sensor_range(robot: Robot, quantity: str) -> tuple[float, float]:
-    """Return the range of the sensor of a quantity [SI]."""
+    """Return lowest and highest reading of the sensor of a quantity [SI]; raise an error if it is not stated."""
     for sensor in robot.sensors:
         if sensor.quantity == quantity and sensor.low is not None and sensor.high is not None:
             return sensor.low, sensor.high
@@ -274,29 +277,29 @@ def _joint(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> d
     """Return the controller's constants of a joint, by name."""
     group = robot.joints[j]
     bend_max = require(group.bend_max, f"{joint_key(robot, group.name)}.bend_max_deg", robot)
-    static, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
+    pressure_per_bend, rate, square = _pressure_of_beat(robot, control, hydraulics, j)
     return {
         "direct": 0.0,
         "reach": _held_reach(robot, control, hydraulics, j),
         "amplitude": bend_max,
         "bend_range": sensor_range(robot, "bend")[1],
         "bend_step": BEND_STEP * 2 * math.pi * control.frequency_max * bend_max / control.rate,
-        "safe_static": static,
+        "safe_static": pressure_per_bend,
         "safe_rate": rate,
         "safe_square": square,
     }
 
 
 def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j: int) -> tuple[float, float, float]:
-    """Return a beat's pressure rise per amplitude over the rise to the soft limit: terms of powers of the frequency.
+    """Return a beat's pressure rise per amplitude, as a fraction of soft limit minus fill: static, rate, square terms.
 
-    The pressures of the bend at rest, of the flow through the line and of the water's load on the tail add up, as if
-    their peaks came at once.
+    They are factors of frequency [Hz] to the powers 0, 1, 2: pressure of the bend at rest, drop along the line, water's
+    load on the tail. Their peaks are added as if they came at the same time.
     """
     amplitude, fill = float(robot.joints[j].bend_max or 0.0), _fill(robot, j)
     bend = np.linspace(0.1, 1.0, 10) * amplitude
     volume, pressure, _ = _side_at_rest(robot, hydraulics, 2 * j, bend)
-    static, flow = (pressure - fill) / bend, np.gradient(volume, bend)
+    pressure_per_bend, volume_per_bend = (pressure - fill) / bend, np.gradient(volume, bend)
     resistance = float(hydraulics.column("resistance")[2 * j])
     frequency = control.frequency_max
     model = joint_models(robot)[j]
@@ -306,14 +309,14 @@ def _pressure_of_beat(robot: Robot, control: Controller, hydraulics: Circuits, j
         load = _water_load(robot, frequency)[j] / float((slope[:, 0] - slope[:, 1]).min())
     pressure_rise = soft_limit(robot) - fill
     return (
-        rounded_number(float(static.max()) / pressure_rise),
-        rounded_number(2 * math.pi * resistance * float(flow.max()) / pressure_rise),
+        rounded_number(float(pressure_per_bend.max()) / pressure_rise),
+        rounded_number(2 * math.pi * resistance * float(volume_per_bend.max()) / pressure_rise),
         rounded_number(load / (amplitude * frequency**2) / pressure_rise),
     )
 
 
 def _water_load(robot: Robot, frequency: float) -> Array:
-    """Return the largest moment of the water on each joint group [N m] in a beat at its largest bends, head at rest."""
+    """Return the water's largest moment on each joint group [N m] in a beat with the largest bends, head at rest."""
     count = len(robot.joints)
     model = core_model(robot, {"joints.bandwidth": [math.inf] * count})
     amplitude = [float(group.bend_max or 0.0) for group in robot.joints]
@@ -326,14 +329,14 @@ def _water_load(robot: Robot, frequency: float) -> Array:
 
 
 def _slope(hydraulics: Circuits, circuit: int) -> float:
-    """Return the largest volume per angle that a circuit's servo displaces [m^3/rad]."""
+    """Return the largest volume that a circuit's pump displaces per servo angle [m^3/rad]."""
     return float(_core.displaced(hydraulics.values[circuit], np.linspace(-0.5, 0.5, 51))[:, 1].max())
 
 
 def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
-    """Return pressures per servo rate of a circuit [Pa s/rad]: of the thickest oil in the line, and of hammer.
+    """Return pressure per servo rate in a circuit [Pa s/rad]: drop of the thickest oil along the line, and hammer.
 
-    Hammer is sqrt(L / C) of the line's inertance and the compliance of the oil in the cylinder at `HAMMER_AT`.
+    Hammer: sqrt(L / C), with the line's inertance L and the compliance C of the cylinder's oil at `HAMMER_PRESSURE`.
     """
     numbers, slope = thickest.row(circuit), _slope(thickest, circuit)
     hammer = slope * math.sqrt(numbers["inertance"] / _cylinder_compliance(numbers))
@@ -341,31 +344,33 @@ def _flow(thickest: Circuits, circuit: int) -> dict[str, float]:
 
 
 def _cylinder_compliance(at: dict[str, float]) -> float:
-    """Return the compliance of the oil in a circuit's cylinder at `HAMMER_AT` [m^3/Pa]."""
-    pressure = _core.ATMOSPHERE + HAMMER_AT
+    """Return the compliance of the oil in a circuit's cylinder at `HAMMER_PRESSURE` [m^3/Pa]."""
+    pressure = _core.ATMOSPHERE + HAMMER_PRESSURE
     return at["oil_pump"] * (1 / at["bulk_modulus"] + at["air"] * _core.ATMOSPHERE / pressure**2)
 
 
 def _ring(hydraulics: Circuits, circuit: int) -> float:
-    """Return the period at which a circuit's line rings against its cylinder [s]."""
+    """Return the period [s] of the oscillation between a line's inertance and the oil in its cylinder."""
     numbers = hydraulics.row(circuit)
     return 2 * math.pi * math.sqrt(numbers["inertance"] * _cylinder_compliance(numbers))
 
 
 def _rates(robot: Robot, hydraulics: Circuits, c: int, circuit: dict[str, Any]) -> dict[str, float]:
-    """Return the largest rates of a joint's bend [rad/s]: its oil hammers up to the soft limit, or runs empty."""
+    """Return a joint's largest rates [rad/s], at which hammer reaches the soft limit or empties a cylinder."""
     hammer = circuit["hammer"] * circuit["map"][0]
     rate = (soft_limit(robot) - circuit["fill"]) / hammer
-    empty_rate = DRAWN * _suction(robot, hydraulics, c) / hammer
+    empty_rate = MAX_DRAW * _suction(robot, hydraulics, c) / hammer
     return {"rate": rounded_number(rate), "sent_rate": rounded_number(min(rate, empty_rate))}
 
 
 def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, list[float]]:
-    """Return constants of the servos' lag, and the oil's viscosities relative to that at its pour point."""
+    """Return the constants of the servos' lag, and the oil's viscosities relative to that at the pour point."""
     bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
     loop = _core.SERVO_LOOP_RATE * min(bandwidths) / control.rate
     lowest = present = 1.0
-    if robot.oil is not None and not math.isnan(hydraulics.temperature):  # its joints may all have servos
+    if robot.oil is not None and not math.isnan(
+        hydraulics.temperature
+    ):  # without oil in any joint, the temperature is NaN
         hottest, now, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
         lowest, present = hottest / thickest, now / thickest
     decay = without_last_bit(math.exp(-loop))
@@ -379,7 +384,7 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
 
 
 def _supervisor(robot: Robot, hydraulics: Circuits, circuit: int) -> dict[str, float]:
-    """Return the supervisor's constants of a circuit."""
+    """Return the supervisor's constants of a circuit: servo speed, stall pressure, and compliance [rad/Pa]."""
     row = hydraulics.row(circuit)
     slope = _slope(hydraulics, circuit)
     pressure = _core.ATMOSPHERE + soft_limit(robot)

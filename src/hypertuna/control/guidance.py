@@ -25,11 +25,11 @@ from hypertuna.swimming.gait import Gait, lags, named_gait
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import settled_speed, swim
 
-AIR_PRESSURE = (50e3, 108.5e3)  # Pa, from the highest lakes to the highest weather
+AIR_PRESSURE = (50e3, 108.5e3)  # Pa: range of air pressures, from the highest lakes to the strongest anticyclone
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
-FIELD_BAND = (0.5, 1.5)  # of the field's strength: a compass reading outside is a fault
-FIXED = 1.2  # position error at the surface that is good enough, over that after some ten fixes
-STEER = 0.5  # fraction of the largest tail bias at which the curvature of the path is computed
+FIELD_BAND = (0.5, 1.5)  # fractions of the field's strength between which a compass reading is no fault
+FIX_MARGIN = 1.2  # position error that suffices at the surface, over the error after some ten fixes
+STEER_FRACTION = 0.5  # of the largest tail bias, at which the curvature of the path is computed
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class GaitTable:
 
 
 def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] = ()) -> GaitTable:
-    """Return a robot's gait table: of given gaits, or of the named gaits of ``[guidance]``.
+    """Return a robot's gait table, from given gaits or from the named gaits in ``[guidance]``.
 
     Speeds [m/s] default to those of ``[guidance]``, then to the settled beats with the joints' bandwidth.
     """
@@ -72,7 +72,7 @@ def _check_table(table: GaitTable) -> None:
 
 
 def glide(robot: Robot) -> float:
-    """Return the distance [m] in which the straight body slows to 1/e: mass with added mass over quadratic drag."""
+    """Return the distance [m] in which the gliding body slows to 1/e: mass and added mass over drag / speed^2."""
     at_rest = np.zeros((1, len(robot.links.name), 3))
     motion = _core.dynamics(core_model(robot), at_rest, np.array([[-1.0, 0.0, 0.0]]))
     return rounded_number(1 / abs(float(motion["acceleration"][0, 0])))
@@ -81,18 +81,18 @@ def glide(robot: Robot) -> float:
 def curvature(robot: Robot, table: GaitTable, bias: Sequence[float]) -> float:
     """Return the path's curvature [1/m] in the middle gait with a tail bias [rad] of each joint group.
 
-    The rate of turn over speed at a fraction `STEER` of the bias, extrapolated.
+    It is extrapolated linearly from the rate of turn over speed at `STEER_FRACTION` of the bias.
     """
     gait = table.gaits[len(table.gaits) // 2]
-    turning = swim(robot, replace(gait, bias=tuple(STEER * value for value in bias)))
+    turning = swim(robot, replace(gait, bias=tuple(STEER_FRACTION * value for value in bias)))
     if not turning.settled:
         rule, fix = "must let the robot swim steadily", "choose a smaller bias"
         raise InputError(rule, key="guidance.bias_max_deg", value=turning.status_text, fix=fix)
-    return rounded_number(abs(turning.turn_rate / turning.speed) / STEER)
+    return rounded_number(abs(turning.turn_rate / turning.speed) / STEER_FRACTION)
 
 
 def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, list[float]]:
-    """Return the constants of a robot's pilot, by their names in core pilot.hpp, without its controller's."""
+    """Return the constants of a robot's pilot, without its controller's, by their names in core pilot.hpp."""
     pilot = require(robot.guidance, "guidance", robot)
     control = require_controller(robot)
     table = gait_table(robot) if table is None else table
@@ -124,14 +124,14 @@ def pilot_columns(robot: Robot, table: GaitTable | None = None) -> dict[str, lis
 
 
 def depth_tolerance(pilot: Guidance) -> float:
-    """Return the depth difference [m] within which a waypoint is reached."""
+    """Return the difference in depth [m] within which a waypoint counts as reached."""
     return 2 * pilot.surface_depth
 
 
 def error_of_fixes(robot: Robot) -> float:
-    """Return the error of the mean of several position fixes [m]: their common offset and their averaged noise."""
+    """Return the error [m] of the mean of several fixes: their common offset and their averaged noise."""
     position = sensor_of(robot, "position")
-    return FIXED * math.hypot(position.bias, position.noise / 3)
+    return FIX_MARGIN * math.hypot(position.bias, position.noise / 3)
 
 
 def _plain(pilot: Guidance) -> dict[str, float]:
@@ -149,7 +149,7 @@ def _plain(pilot: Guidance) -> dict[str, float]:
 def _sensed(robot: Robot) -> dict[str, float]:
     """Return ranges and errors of the pilot's sensors, by name."""
     position, depth = sensor_of(robot, "position"), sensor_range(robot, "depth")
-    # A depth sensor counts from the standard atmosphere; its range may leave out a part of what the air can be.
+    # Depth sensors are calibrated at the standard atmosphere, so at other air pressures the surface reads these depths.
     air_depths = [(pressure - STANDARD_AIR) / (robot.water.density * _core.GRAVITY) for pressure in AIR_PRESSURE]
     antenna = antenna_of(robot)
     return {
@@ -173,7 +173,7 @@ def _sensed(robot: Robot) -> dict[str, float]:
 
 
 def _battery(robot: Robot, pilot: Guidance, table: GaitTable) -> dict[str, float]:
-    """Return open-circuit voltages of the usable charge [V], their drop under load [V] and the endurance [s]."""
+    """Return open-circuit voltage at empty and its span [V], voltage drop under load [V], and endurance [s]."""
     row, usable = battery_columns(robot), require(robot.battery, "battery", robot).usable
     voltage_span = row["full"] - row["empty"]
     mean_voltage, load = row["empty"] + 0.5 * voltage_span, pilot.power + row["efficiency"] * row["electronics"]

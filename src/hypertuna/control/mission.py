@@ -9,7 +9,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 
-TIDE = 44712.0  # s: 12.42 h, the semidiurnal tide of the Moon
+TIDE = 44712.0  # s: 12.42 h, period of the Moon's semidiurnal tide
 Point = tuple[float, float]
 
 
@@ -20,7 +20,7 @@ class Waypoint(NamedTuple):
     y: float  # m, north of the origin
     depth: float  # m below the surface
     speed: float  # m/s through the water
-    radius: float  # m: reached within
+    radius: float  # m: distance within which it is reached
     hold: float = 0.0  # s to stay there
 
 
@@ -34,35 +34,35 @@ class Mission:
     waypoints: tuple[Waypoint, ...]  # in order; the legs are straight, the first one from the start
     start: tuple[float, float] = (0.0, 0.0)
     home: tuple[float, float] = (0.0, 0.0)
-    heading: float = 0.0  # rad at the start: from x (east) to the head's axis, nose to tail, counter-clockwise
+    heading: float = 0.0  # rad at the start: axis of the head from nose to tail, counter-clockwise from x (east)
     depth: float = 0.0  # m at the start
     battery: float = 1.0  # fraction of the charge at the start
-    home_radius: float = 3.0  # m: home within
+    home_radius: float = 3.0  # m: distance within which the robot is home
     home_speed: float = 0.3  # m/s through the water on the way home
     fence: tuple[tuple[float, float], ...] = field(default=())  # corners, either way round; none for no fence
     depth_max: float = 5.0  # m
     reserve: float = 0.1  # fraction of the usable charge to come home with
     duration: float = 0.0  # s after which the robot should be home, 0 for no limit
-    surface_every: float = 0.0  # s from a fix to surfacing for the next, 0 for only when the position is uncertain
+    surface_every: float = 0.0  # s after a fix until it surfaces for the next; 0: only when its position is uncertain
     stay: bool = False  # surface at the last waypoint instead of going home
-    silence_below: bool = False  # silence of the ground recalls the robot under water, too
-    declination: float = 0.0  # rad of magnetic from true north, east positive
+    silence_below: bool = False  # whether a silent ground station recalls the robot even under water
+    declination: float = 0.0  # rad: of magnetic north from true north, east positive
     bottom: float = 20.0  # m, depth of the ground
     current: tuple[float, float] = (0.0, 0.0)  # at the surface
     current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between
     gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
     air_pressure: float = 101325.0  # Pa, at the surface
     dip: float = math.radians(60)  # rad, of the magnetic field below the horizon
-    field_declination: float = 0.0  # rad, of the magnetic field east of north; the pilot does not see it
-    tide: tuple[float, float] = (0.0, 0.0)  # added current that swings as a sine, none at the start
+    field_declination: float = 0.0  # rad, true declination of the field, east positive; unknown to the pilot
+    tide: tuple[float, float] = (0.0, 0.0)  # amplitude of an added current, a sine in time from 0 at the start
     tide_period: float = TIDE  # s
     gust: tuple[float, float] = (0.0, 0.0)  # strongest current of the wind, at the surface
-    gust_depth: float = 1.0  # m, where nothing of it is left
-    gust_time: float = 10.0  # s from one strength of the wind to the next
+    gust_depth: float = 1.0  # m, at which the wind's current ends
+    gust_time: float = 10.0  # s between changes of the wind's strength
     cold: bool = False  # whether the satellite receiver is switched on without an almanac
-    jump: float = 0.0  # m, largest jump of the fixes by reflected signals
-    jump_every: float = 0.0  # s, mean time between two, 0 for none
-    jump_told: bool = True  # whether the receiver's accuracy has the jumps
+    jump: float = 0.0  # m, largest jump of the fixes due to reflected signals
+    jump_every: float = 0.0  # s, mean time between two jumps, 0 for no jumps
+    jump_told: bool = True  # whether the accuracy that the receiver reports includes the jumps
 
     @property
     def course(self) -> list[Point]:

@@ -1,4 +1,4 @@
-"""Sensor models of a robot for the core, and sensor faults as the command line spells them."""
+"""Sensor models of a robot for the core, and sensor faults parsed from the command line's spelling."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -13,10 +13,10 @@ from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float
 
-NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")
+NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")  # of a sensor's error model
 KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
 FOREVER = float("inf")
-STANDARD_AIR = 101325.0  # Pa, ISO 2533: at which depth sensors are calibrated
+STANDARD_AIR = 101325.0  # Pa (ISO 2533): air pressure at which depth sensors are calibrated
 SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 
@@ -31,20 +31,20 @@ class Fault(NamedTuple):
 
 
 def sensor_columns(robot: Robot) -> dict[str, list[float]]:
-    """Return the models of the controller's sensors, by the names of core sensors.hpp [SI]."""
+    """Return the error models of the controller's sensors, by their names in core sensors.hpp [SI]."""
     control = require_controller(robot)
     return {"joints": [float(len(robot.joints))], "tick": [1 / control.rate]} | _models(robot, pilot=False)
 
 
 def pilot_sensor_columns(robot: Robot) -> dict[str, list[float]]:
-    """Return the models of the controller's and the pilot's sensors [SI]."""
+    """Return the error models of the controller's and the pilot's sensors, by name [SI]."""
     columns = sensor_columns(robot) | _models(robot, pilot=True)
     period = require(sensor_of(robot, "position").period, "sensors.period_s", robot)
     return columns | {"fix_every": [float(max(1, round(period / columns["tick"][0])))]}
 
 
 def sensor_of(robot: Robot, quantity: str) -> Sensor:
-    """Return the sensor of a quantity."""
+    """Return the robot's sensor of a quantity; raise an error if there is none."""
     sensor = next((sensor for sensor in robot.sensors if sensor.quantity == quantity), None)
     return require(sensor, "sensors", robot, f"add [[sensors]] with quantity = {quantity!r}")
 
@@ -58,18 +58,18 @@ def _models(robot: Robot, *, pilot: bool) -> dict[str, list[float]]:
 
 
 def sensor_absent(robot: Robot, quantity: str) -> bool:
-    """Return whether a robot lacks a sensor that it does not need: no joint has oil, and the pilot does not read it.
+    """Return whether a robot lacks a sensor and does not need it, since no joint has oil and no pilot reads the sensor.
 
-    The range of its model is 0 to 0, so that it reads 0; the controller leaves it out.
+    The sensor's model then has the range 0 to 0 and reads 0; the controller ignores it.
     """
     present = any(sensor.quantity == quantity for sensor in robot.sensors)
     return not (has_oil(robot) or CHANNELS[quantity].pilot or present)
 
 
 def channels(robot: Robot, *, pilot: bool) -> dict[str, tuple[int, int]]:
-    """Return first and last channel of every sensor by name, ``bend-I`` or ``imu``; with `pilot` also the pilot's.
+    """Return the first and last channel of every sensor by name, such as ``bend-I`` or ``imu``.
 
-    A name without joint or side means all of them.
+    pilot: include the pilot's sensors. A name without joint or side covers all joints and sides.
     """
     sensors = {sensor.quantity for sensor in robot.sensors} if pilot else set()
     names: dict[str, tuple[int, int]] = {}
@@ -103,7 +103,7 @@ def fault_texts(spelled: str | Iterable[str]) -> tuple[str, ...]:
 def faults(
     spelled: str | Iterable[str], robot: Robot, duration: float = FOREVER, *, pilot: bool = False
 ) -> tuple[Fault, ...]:
-    """Return the faults that texts spell: ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END`` in s.
+    """Parse faults spelled ``CHANNEL:KIND@START`` or ``CHANNEL:KIND@START-END``, with times in s.
 
     ``bend-II:stuck@5`` is the bend sensor of joint II, stuck from 5 s on; `KINDS` has the kinds. Each must start within
     the duration of the run [s]. Sensors of the pilot can fail only where a pilot reads them.
@@ -113,7 +113,7 @@ def faults(
 
 
 def _fault(spelled: str, known: Mapping[str, tuple[int, int]], duration: float) -> Fault:
-    """Return the fault that a text spells; errors name the text."""
+    """Parse one fault; known: channels by name; errors quote the text."""
 
     def refusal(rule: str, fix: str) -> InputError:
         return InputError(rule, key="fault", value=shown(spelled), fix=fix)

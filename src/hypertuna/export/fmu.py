@@ -1,4 +1,4 @@
-"""A robot as an FMU for co-simulation: the core's twin, or its plant alone, in binaries without Python."""
+"""Export a robot as an FMU for co-simulation: its twin, or only its plant, as binaries that need no Python."""
 
 import hashlib
 import io
@@ -20,9 +20,9 @@ from hypertuna.io.files import shipped, version
 from hypertuna.mission.image import robot_image
 from hypertuna.ranges import check_choice
 
-BINARIES = "build/fmu"
+BINARIES = "build/fmu"  # folder of the built binaries
 SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
-# Folders of FMI 2.0; FMI 3.0 has the keys. FMI 2.0 names no folders for arm64.
+# Folders of binaries: the keys in FMI 3.0, the values in FMI 2.0, which defines none for arm64.
 PLATFORMS = {
     "x86_64-linux": "linux64",
     "aarch64-linux": "aarch64-linux",
@@ -30,7 +30,7 @@ PLATFORMS = {
     "x86_64-darwin": "darwin64",
     "aarch64-darwin": "aarch64-darwin",
 }
-# Units by the names of datasets: name in the FMU, and exponents of base units.
+# By unit as data sets write it: its name in the FMU, and the exponents of its base units.
 UNITS: Mapping[str, tuple[str, Mapping[str, int]]] = {
     "s": ("s", {"s": 1}),
     "Hz": ("Hz", {"s": -1}),
@@ -47,8 +47,8 @@ UNITS: Mapping[str, tuple[str, Mapping[str, int]]] = {
     "C": ("C", {"A": 1, "s": 1}),
     "V": ("V", {"kg": 1, "m": 2, "s": -3, "A": -1}),
 }
-DEGREE = "57.29577951308232"  # of a radian
-TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}  # of FMI 3.0
+DEGREE = "57.29577951308232"  # degrees per radian
+TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}  # names of types in FMI 2.0 and in FMI 3.0
 
 
 @checked
@@ -109,7 +109,7 @@ def fmu(robot: Robot | str | Path, *, kind: str = "twin", fmi: int = 2, sea: boo
 
 
 def fmu_binaries(fmi: int) -> dict[str, Path]:
-    """Return the paths of the binaries that were built, by platform."""
+    """Return the paths of the built binaries by platform; raise an error if there are none, or an outdated one."""
     try:
         folder = shipped(BINARIES)
     except StopIteration:
@@ -128,14 +128,14 @@ def fmu_binaries(fmi: int) -> dict[str, Path]:
 
 
 def _sources() -> Iterator[Path]:
-    """Yield the sources of the binaries, in a clone; a wheel has none."""
+    """Yield the source files of the binaries in a clone; a wheel has none."""
     root = Path(__file__).parents[3]
     for folder in ("core/include", "hosts"):
         yield from (root / folder).rglob("*.[ch]*")
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:
-    """Return an archive of files that depends on nothing but their content."""
+    """Return a ZIP archive whose bytes depend only on the files' names and content."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
@@ -172,7 +172,7 @@ def _description(facts: Mapping[str, Any], table: list[Variable], fmi: int) -> s
 
 
 def _units(root: Element, used: Iterable[str]) -> None:
-    """Add the units that are used, with degrees to show radians in."""
+    """Add the definitions of the used units, with degrees as display unit of radians."""
     parent = add(root, "UnitDefinitions")
     for name, exponents in (UNITS[unit] for unit in UNITS if unit in used):
         unit = add(parent, "Unit", name=name)
@@ -182,7 +182,7 @@ def _units(root: Element, used: Iterable[str]) -> None:
 
 
 def _variable(parent: Element, reference: int, variable: Variable, fmi: int) -> None:
-    """Add the element of a variable."""
+    """Add the XML element of a variable."""
     attributes: dict[str, Any] = {
         "name": variable.name,
         "valueReference": reference,
@@ -211,7 +211,7 @@ def _type_attributes(variable: Variable) -> Iterator[tuple[str, Any]]:
 
 
 def _structure(parent: Element, table: list[Variable], fmi: int) -> None:
-    """Add the outputs. None depends on an input at once: an input acts from the next control tick on."""
+    """Add the outputs without direct dependencies, since inputs act from the next control tick on."""
     outputs = [k for k, variable in enumerate(table) if variable.causality == "output"]
     if fmi == 2:
         declared, initial = add(parent, "Outputs"), add(parent, "InitialUnknowns")

@@ -1,4 +1,4 @@
-"""Variables of a robot's FMU: inputs, parameters and outputs, with units and start values."""
+"""Variables of a robot's FMU: its inputs, parameters and outputs, with units and start values."""
 
 import math
 from collections.abc import Iterator
@@ -14,13 +14,13 @@ from hypertuna.simulation.plant import controller_of
 from hypertuna.simulation.recorded import VARIABLES
 from hypertuna.simulation.sea_run import VARIABLES as SEA_VARIABLES
 
-# Names along the dimensions that do not depend on the robot.
+# Labels along dimensions whose length does not depend on the robot.
 LABELS = {"": ("",), "axis": ("x", "y", "z"), "quaternion": ("w", "x", "y", "z"), "side": ("port", "starboard")}
 POSITION = ("east", "north", "up")
-# Columns of the robot's controller and its readings, which the plant does not have.
-OF_CONTROLLER = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
-OF_CONTROLLER_AT_SEA = ("rate_measured", "acceleration_measured")
-MIRRORED = {"speed": "surge"}  # columns with the opposite sign in the core
+# Columns that the controller and its sensors record, which a plant alone does not have.
+CONTROLLER_COLUMNS = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
+CONTROLLER_COLUMNS_AT_SEA = ("rate_measured", "acceleration_measured")
+MIRRORED = {"speed": "surge"}  # by output: the core's column, which has the opposite sign
 
 
 @dataclass(frozen=True)
@@ -28,19 +28,19 @@ class Variable:
     """A variable of an FMU; `line` describes it in the file that the binary reads."""
 
     name: str
-    causality: str  # input, parameter, output, independent
+    causality: str  # "input", "parameter", "output" or "independent"
     unit: str
     description: str
     line: str
     variability: str = "continuous"
-    type: str = "Real"  # Real, Integer, Boolean
+    type: str = "Real"  # "Real", "Integer" or "Boolean"
     start: float | None = None
     low: float | None = None
     high: float | None = None
 
 
 def variables(robot: Robot, kind: str, *, sea: bool, pilot: bool) -> list[Variable]:
-    """Return the variables in the order of their value references; `pilot` is whether the image has a pilot."""
+    """Return the variables in the order of their value references; pilot: whether the image has a pilot."""
     time = Variable("time", "independent", "s", "simulation time", "r time")
     pilot = pilot and sea
     inputs = _command(robot, sea, pilot=pilot) if kind == "twin" else _pulses(robot, sea)
@@ -54,7 +54,7 @@ def _input(place: int, name: str, unit: str, description: str, start: float, low
 
 
 def _command(robot: Robot, sea: bool, *, pilot: bool) -> Iterator[Variable]:
-    """Yield the inputs of the twin: a gait, the fins, whether the tail is armed, and what a pilot holds."""
+    """Yield the inputs of the twin: a gait, the fins, whether the tail is armed, and the pilot's depth and heading."""
     limits, groups = controller_of(robot), [_word(group.name) for group in robot.joints]
     yield _input(0, "frequency", "Hz", "frequency of the beat", 0.0, 0.0, limits["frequency_max"][0])
     kinds = {"amplitude": "amplitude of the bend", "phase": "lag of the bend", "bias": "mean bend, counter-clockwise"}
@@ -91,7 +91,7 @@ def _pulses(robot: Robot, sea: bool) -> Iterator[Variable]:
 
 
 def _parameters(sea: bool) -> Iterator[Variable]:
-    """Yield the parameters: seed and start, which are fixed, and the current, which is tunable."""
+    """Yield the parameters: seed and initial state, which are fixed, and the current, which is tunable."""
     text = "seed of the sensors' errors"
     yield Variable("seed", "parameter", "1", text, "i fixed 0 0", "fixed", "Integer", 0.0, 0.0)
     at_start = [("start_speed", "m/s", "speed ahead at the start", 0.0)]
@@ -114,7 +114,7 @@ def _output(name: str, unit: str, description: str, column: str, place: int, fac
 
 
 def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
-    """Yield the outputs of the sensors: the controller's, and the pilot's where the image has one."""
+    """Yield the sensors' readings as outputs: the controller's, and the pilot's if the image has a pilot."""
     channels = [c for c in CHANNELS.values() if not sensor_absent(robot, c.name) and (pilot or not c.pilot)]
     for channel in channels:
         for index, label in enumerate(_channel_labels(robot, channel)):
@@ -127,7 +127,7 @@ def _readings(robot: Robot, *, pilot: bool) -> Iterator[Variable]:
 
 
 def _channel_labels(robot: Robot, channel: Channel) -> list[str | None]:
-    """Return the labels of a channel's sensors; None where the robot has none."""
+    """Return the labels of a channel's sensors; None in place of a sensor that the robot lacks."""
     if channel.per == "joint":
         return [group.name if group.drive.oil else None for group in robot.joints]
     if channel.per == "circuit":
@@ -137,8 +137,8 @@ def _channel_labels(robot: Robot, channel: Channel) -> list[str | None]:
 
 
 def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
-    """Yield the outputs that a twin records; without its controller's where the FMU is the plant alone."""
-    left_out = (*OF_CONTROLLER, *OF_CONTROLLER_AT_SEA) if kind == "plant" else ()
+    """Yield the quantities that a twin records as outputs, without the controller's if the FMU is only the plant."""
+    left_out = (*CONTROLLER_COLUMNS, *CONTROLLER_COLUMNS_AT_SEA) if kind == "plant" else ()
     drives, oil = drive_names(robot), [group.drive.oil for group in robot.joints]
     places: dict[str, Any] = LABELS | {
         "joint": [group.name for group in robot.joints],
@@ -154,7 +154,7 @@ def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
             if (dim and not label) or (name == "angle_measured" and not oil[index]):
                 continue
             column, factor = MIRRORED.get(name, name), -1.0 if name in MIRRORED else 1.0
-            if dim == "hinge":  # recorded behind the joint groups
+            if dim == "hinge":  # the core records hinges after the joint groups
                 column, index = name.removeprefix("hinge_"), index + len(robot.joints)
             yield _output(_joined(name, label), unit, _joined(text, label, ": "), column, index, factor)
     if sea:
@@ -172,10 +172,10 @@ ANGLES = {
 
 
 def _joined(name: str, label: str, by: str = "_") -> str:
-    """Return a name joined with the label of one of its values, if that has one."""
+    """Return a name joined with a label; the name alone without a label."""
     return f"{name}{by}{_word(label)}" if label else name
 
 
 def _word(name: str) -> str:
-    """Return a name as a word of letters, digits and underscores."""
+    """Return a name with underscores in place of characters other than letters and digits."""
     return "".join(letter if letter.isalnum() else "_" for letter in name)

@@ -1,12 +1,12 @@
-"""A robot as an MJCF file: it swims in MuJoCo, by MuJoCo's own fluid forces or by the engine plugin of this project.
+"""Export a robot as an MJCF file for MuJoCo, with MuJoCo's own fluid forces or with this project's engine plugin.
 
-MuJoCo drags a body by the box that has its inertia: half sizes r give a force 2 rho r_y r_z v |v| along x and
-2 rho r_x r_z v |v| across (y). Bodies at each link, all water, have the r that make these the link's own drag: a plate
-without thickness across, which is dragged across alone, and one that is dragged along alone. The taller the first (z),
-the less it resists rotation (rho/2 r_z r_x^4). They carry the isotropic part of the added mass.
+MuJoCo computes a body's drag from the box with the body's inertia: half sizes r give a force 2 rho r_y r_z v |v| along
+x and 2 rho r_x r_z v |v| across (y). So each link gets bodies of water whose boxes have the link's drag: a plate
+without thickness in y, which has drag only across, and one which has drag only along. The taller the first plate (z),
+the less it resists rotation (rho/2 r_z r_x^4). The plates also carry the isotropic part of the added mass.
 
-A thickness is a difference of moments of inertia. Those of the plates are whole multiples of a power of two, so that
-it is exactly zero in single precision, too; MuJoCo then computes the box of its smallest difference.
+A thickness follows from a difference of moments of inertia. The plates' moments are whole multiples of a power of two,
+so that the difference is exactly zero even in single precision; MuJoCo then uses its smallest thickness.
 """
 
 import math
@@ -29,26 +29,31 @@ from hypertuna.export.outlook import pieces
 from hypertuna.export.xml import Element, add, check_names, document, notes, written
 from hypertuna.io.files import version
 
-TIMESTEP = 5e-4  # s, of a fourth-order integrator
-START = 1.0  # m, depth of the nose at first, in space
-SERVO = 500.0  # rad/s: natural frequency of the position servos; all joints come 2 zeta / SERVO = 2.8 ms late
-DAMPING = math.sqrt(0.5)  # zeta: the flattest response
-OWN_WATER = (0.5, 0.2, 0.05, 0.01)  # of a link's mass that its water bodies take: the most that its turning admits
-ALONG = 0.25  # of the water's mass: that of plates that are dragged along
-ROD = 1e-9  # of a link's moment of inertia: that about its own axis, which turns in space alone
-THICK = 0.04  # of the body's length: r_x of plates that are dragged across, at most
-SMALLEST = 1e-15  # kg m^2: difference of moments of inertia below which MuJoCo makes no box (mjMINVAL)
-SMALLEST_MJX = 1e-12  # kg m^2: that of MJX
-NOTED = 1e-3  # of the drag along: a larger excess gets a note
-DIGITS = 22  # bits of moments of inertia: two of single precision remain for sums
-# Gauss-Legendre points on [-1, 1] and their weights, of drag along a link
+TIMESTEP = 5e-4  # s, for the fourth-order Runge-Kutta integrator
+START = 1.0  # m: initial depth of the nose, for motion in space
+SERVO = 500.0  # rad/s: natural frequency of the position servos, which delay all joints by 2 zeta / SERVO = 2.8 ms
+DAMPING = math.sqrt(0.5)  # damping ratio zeta of the servos, for a maximally flat response
+WATER_FRACTIONS = (
+    0.5,
+    0.2,
+    0.05,
+    0.01,
+)  # tried fractions of a link's mass given to its plates: the first that leaves the rod enough inertia
+ALONG_MASS = 0.25  # fraction of the plates' mass in those with drag along the link
+ROD = 1e-9  # moment of inertia of the rod about its own axis, as a fraction of that about the vertical
+MAX_HALF_LENGTH = 0.04  # largest r_x of plates with drag across, as a fraction of the body's length
+MIN_DIFFERENCE = 1e-15  # kg m^2: smallest difference of moments of inertia in MuJoCo's boxes (mjMINVAL)
+MIN_DIFFERENCE_MJX = 1e-12  # kg m^2: smallest difference of moments of inertia in MJX's boxes
+NOTED_EXCESS = 1e-3  # relative excess of the drag along the robot above which the file has a note
+INERTIA_BITS = 22  # bits of the moments of inertia; two more of single precision remain for sums
+# Gauss-Legendre points on [-1, 1] and their weights, at which the drag across a link acts
 POINTS = (-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526)
 WEIGHTS = (0.1739274225687269, 0.3260725774312731, 0.3260725774312731, 0.1739274225687269)
 
 
 @checked
 def mjcf(robot: Robot | str | Path, *, plugin: bool = False, free: bool = False) -> str:
-    """Write a robot as an MJCF model, for MuJoCo 3.3 or later.
+    """Return a robot as an MJCF model, for MuJoCo 3.3 or later.
 
     Without the plugin it moves in the plane, by MuJoCo's own fluid forces. The joints follow their commands
     against any load of the water, with ``joints = "bandwidth"`` in ``[model]`` after the description's first-order lag.
@@ -133,7 +138,7 @@ def _facts(robot: Robot, option: Mapping[str, Any], *, free: bool) -> list[str]:
 
 
 def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
-    """List the parts of the robot's model that the file lacks, in words."""
+    """List, in words, the parts of the robot's model that the file lacks."""
     law = robot.model.water
     lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
@@ -155,10 +160,10 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
     turning, along = excess(robot)
     detail = f"the boxes of water add {100 * turning:.2g} % to the drag of turning in place"
     lacking.append(f"rotation as free as in the water law: {detail}")
-    if along > NOTED:
+    if along > NOTED_EXCESS:
         detail = f"MuJoCo's smallest boxes add {100 * along:.2g} % to the drag along the robot"
         lacking.append(f"friction as low as in the water law: {detail}")
-    detail = f"its smallest boxes add {100 * (excess(robot, SMALLEST_MJX)[1] - along):.2g} % along the robot"
+    detail = f"its smallest boxes add {100 * (excess(robot, MIN_DIFFERENCE_MJX)[1] - along):.2g} % along the robot"
     lacking.append(f"the same drag in MJX: {detail}; MuJoCo Warp agrees with MuJoCo")
     if law == "lumped":
         return lacking
@@ -168,7 +173,7 @@ def losses(robot: Robot, *, plugin: bool, free: bool) -> list[str]:
 
 
 def _world(root: Element, robot: Robot, *, free: bool) -> Element:
-    """Add the world with a light and a floor to look at."""
+    """Add the world with a light and a visible floor, and return it."""
     world = add(root, "worldbody")
     floor = -robot.body.length - (START if free else 0)
     add(world, "light", pos=(0, 0, 4), dir=(0, 0, -1), castshadow=False)
@@ -177,7 +182,7 @@ def _world(root: Element, robot: Robot, *, free: bool) -> Element:
 
 
 def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
-    """Add the links, each as a body of the one ahead, with joints, masses and visible pieces."""
+    """Add the links, each as a child body of the link ahead, with joints, masses and visible pieces."""
     links, waters = robot.links, links_water(robot)
     driven = {link for group in robot.joints for link in group.links}
     hinges = {hinge.link: hinge for hinge in robot.hinges}
@@ -199,7 +204,7 @@ def _bodies(world: Element, robot: Robot, *, plugin: bool, free: bool) -> None:
     bodies = {body.get("name"): body for body in world.iter("body")}
     for piece in pieces(robot):
         geom = {"type": "mesh", "mesh": piece.name, "rgba": piece.color, "contype": 0, "conaffinity": 0}
-        if piece.name in bodies and piece.name not in links.name:  # a fin that turns
+        if piece.name in bodies and piece.name not in links.name:  # a pectoral fin that can turn
             add(bodies[piece.name], "geom", **geom)
         else:
             add(bodies[links.name[piece.link]], "geom", **geom, pos=piece.place)
@@ -214,7 +219,7 @@ def _hinge(body: Element, hinge: Hinge, name: str) -> None:
 
 
 def _head(head: Element, robot: Robot, *, free: bool) -> None:
-    """Add the joints that free the head, its sites and a camera."""
+    """Add the joints by which the head moves freely, its sites and a camera."""
     if free:
         add(head, "freejoint", name="head")
     else:
@@ -235,20 +240,20 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """A body of a link: place behind its front joint [m], mass [kg], moments of inertia [kg m^2]."""
+    """A rod or plate of a link: place behind the link's front joint [m], mass [kg], moments of inertia [kg m^2]."""
 
     at: float
     mass: float
     inertia: tuple[float, float, float]
 
     def half_sizes(self, smallest: float) -> Array:
-        """Return the half sizes (3,) of the box that MuJoCo makes of it [m]."""
+        """Return the half sizes (3,) [m] of the box that MuJoCo computes; smallest: its least difference of inertia."""
         x, y, z = self.inertia
         return np.sqrt(1.5 / self.mass * np.maximum(smallest, [y + z - x, x + z - y, x + y - z]))
 
 
 def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
-    """Add a link's own body, a thin rod that meets no drag, and the water bodies that are dragged."""
+    """Add a link's own body, a thin rod without drag, and its plates of water, which have the drag."""
     rod, *plates = _parts(robot, i, water)
     add(body, "inertial", pos=(rod.at, 0, 0), mass=rod.mass, diaginertia=rod.inertia)
     for k, plate in enumerate(plates):
@@ -257,10 +262,12 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
 
 
 def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
-    """Return the rod and the plates of a link; together they have its mass, first and second moment."""
-    isotropic = float(min(water.inertia[0, 0], water.inertia[1, 1]))  # with the added mass alike in all directions
+    """Return the rod and the plates of a link; together they have its mass and inertia, with isotropic added mass."""
+    isotropic = float(
+        min(water.inertia[0, 0], water.inertia[1, 1])
+    )  # link's mass plus the added mass that is equal in all directions
     com, turn = robot.links.com[i], float(water.inertia[2, 2])
-    for water_part in OWN_WATER:
+    for water_part in WATER_FRACTIONS:
         mass = (1 - water_part) * robot.links.mass[i]
         plates = [*_plates(robot, i, water, isotropic - mass)]
         place = (isotropic * com - sum(plate.mass * plate.at for plate in plates)) / mass
@@ -272,47 +279,49 @@ def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
 
 
 def _points(robot: Robot, i: int) -> list[tuple[float, float]]:
-    """Return where drag acts on a link: places behind its front joint [m], and their parts of the drag."""
+    """Return where drag acts on a link: places behind its front joint [m], and each one's fraction of the drag."""
     if robot.model.water == "lumped":
         return [(robot.links.com[i], 1.0)]
     return [(robot.links.length[i] / 2 * (1 + point), weight) for point, weight in zip(POINTS, WEIGHTS, strict=True)]
 
 
 def _plates(robot: Robot, i: int, water: LinkWater, wet: float) -> Iterator[_Part]:
-    """Yield the plates of a link whose water has a mass `wet` [kg]."""
+    """Yield the plates of a link, which have a mass `wet` [kg] together."""
     if not water.along or not water.across:
         rule, fix = "must drag each link along and across, since boxes of water do", "give drag to it, or add --plugin"
         value = f"0 {'across' if water.along else 'along'} link {robot.links.name[i]}"
         raise InputError(rule, file=robot.file or None, key=f"water.{robot.model.water}", value=value, fix=fix)
-    half_width = min(THICK * robot.body.length, math.sqrt(float(water.inertia[2, 2]) / wet))
+    half_width = min(MAX_HALF_LENGTH * robot.body.length, math.sqrt(float(water.inertia[2, 2]) / wet))
     for place, share in _points(robot, i):
         along, across = (share * drag / (2 * robot.water.density) for drag in (water.along, water.across))  # m^2
-        about_z, about_x, about_y = _plate_inertia((1 - ALONG) * share * wet, half_width, across)
-        plate = _Part(place, (1 - ALONG) * share * wet, (about_x, about_y, about_z))
+        about_z, about_x, about_y = _plate_inertia((1 - ALONG_MASS) * share * wet, half_width, across)
+        plate = _Part(place, (1 - ALONG_MASS) * share * wet, (about_x, about_y, about_z))
         yield plate
-        _, y, z = plate.half_sizes(SMALLEST)
+        _, y, z = plate.half_sizes(MIN_DIFFERENCE)
         if along > y * z:
-            about_z, about_y, about_x = _plate_inertia(ALONG * share * wet, math.sqrt(along - y * z), along - y * z)
-            yield _Part(place, ALONG * share * wet, (about_x, about_y, about_z))
+            about_z, about_y, about_x = _plate_inertia(
+                ALONG_MASS * share * wet, math.sqrt(along - y * z), along - y * z
+            )
+            yield _Part(place, ALONG_MASS * share * wet, (about_x, about_y, about_z))
 
 
 def _plate_inertia(mass: float, half: float, area: float) -> tuple[float, float, float]:
-    """Return moments of inertia of a plate, about its height, its width and its normal [kg m^2].
+    """Return a plate's moments of inertia about the axes along its height, its width and its normal [kg m^2].
 
-    Half width and half height have a product `area` [m^2]. Sums and differences are exact in single precision.
+    half: half width [m]; area: half width times half height [m^2]. Sums and differences are exact in single precision.
     """
     height = area / half
-    unit = 2.0 ** (math.frexp(mass / 3 * (half**2 + height**2))[1] - DIGITS)
+    unit = 2.0 ** (math.frexp(mass / 3 * (half**2 + height**2))[1] - INERTIA_BITS)
     about_height = unit * max(1, round(mass / 3 * half**2 / unit))
     height = area / math.sqrt(3 * about_height / mass)
     about_width = unit * max(1, round(mass / 3 * height**2 / unit))
     return about_height, about_width, about_height + about_width
 
 
-def excess(robot: Robot, smallest: float = SMALLEST) -> tuple[float, float]:
-    """Return the boxes' excess drag over the straight robot's, relative to it: in turning in place, and along.
+def excess(robot: Robot, smallest: float = MIN_DIFFERENCE) -> tuple[float, float]:
+    """Return the relative excess of the boxes' drag over the straight robot's: when turning in place, and along it.
 
-    The robot turns about its center of mass. `smallest` [kg m^2] is the engine's.
+    The robot turns about its center of mass. smallest: the engine's least difference of inertia [kg m^2].
     """
     links, turning, along, resisted, dragged = robot.links, 0.0, 0.0, 0.0, 0.0
     fronts = np.cumsum([0, *links.length[:-1]])
@@ -329,7 +338,7 @@ def excess(robot: Robot, smallest: float = SMALLEST) -> tuple[float, float]:
 
 
 def _look(root: Element, robot: Robot) -> None:
-    """Add light, colors and the pieces of the body."""
+    """Add light, colors and the meshes of the body's pieces."""
     visual = add(root, "visual")
     add(visual, "headlight", ambient=(0.4, 0.4, 0.4), diffuse=(0.5, 0.5, 0.5))
     add(visual, "global", offwidth=1280, offheight=720)
@@ -362,7 +371,7 @@ def _look(root: Element, robot: Robot) -> None:
 
 
 def _drives(root: Element, robot: Robot, *, free: bool) -> None:
-    """Add a position actuator for each joint group, over a tendon that is its bend, and couple its joints."""
+    """Add for each joint group a tendon with its bend, a position actuator on the tendon, and couplings of joints."""
     inertia = rotor(robot)
     equality, tendon, actuator = (add(root, tag) for tag in ("equality", "tendon", "actuator"))
     for group in robot.joints:
@@ -371,7 +380,9 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / squares)
-        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
+        lead, lead_share = max(
+            zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1])
+        )  # the joint with the largest share, since a share may be 0
         for joint, part in zip(joints, group.share, strict=True):
             if joint != lead:
                 add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))
@@ -389,7 +400,7 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
 
 
 def _sensors(root: Element, robot: Robot) -> None:
-    """Add the IMU, the place and attitude of the nose, and the bends."""
+    """Add sensors: the IMU, position and attitude of the nose, and the bends."""
     sensor = add(root, "sensor")
     add(sensor, "gyro", name="rate", site="imu")
     add(sensor, "accelerometer", name="acceleration", site="imu")

@@ -11,13 +11,13 @@ from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.model import model_columns
 
 NAME = "hypertuna.water"
-FIN_MASS = 1e-6  # of the head's: the core's fins have none
+FIN_MASS = 1e-6  # mass of a fin as a fraction of the head's; in the core, fins have no mass
 
 
 def add_plugin(root: Element, robot: Robot, *, free: bool) -> None:
-    """Add the plugin with the robot's columns, as hosts/mujoco_water.cpp reads them."""
+    """Add the plugin, with the robot's columns in the format that hosts/mujoco_water.cpp reads."""
     columns = dict(model_columns(robot, {})) | (space_columns(robot) if free else {})
-    columns["share"] = [0.0] * len(robot.links.name)  # MuJoCo has the joints
+    columns["share"] = [0.0] * len(robot.links.name)  # MuJoCo simulates the joints
     columns["excess"] = [balanced(moments(robot, i))[1] for i in range(len(robot.links.name))]
     texts = []
     for name, values in columns.items():
@@ -31,7 +31,7 @@ def add_plugin(root: Element, robot: Robot, *, free: bool) -> None:
 
 
 def add_link(body: Element, robot: Robot, i: int, *, free: bool) -> None:
-    """Add a link's own mass and, in space, the head's fins, which stand right behind it."""
+    """Add a link's own mass and, for the head in space, its fins as the first child bodies."""
     links = robot.links
     height = robot.spatial.com_height[i] if free and robot.spatial is not None else 0
     fin_share = 2 * FIN_MASS if free and i == 0 else 0

@@ -1,4 +1,4 @@
-"""Shape of an exported robot: convex pieces of each link, in its own axes."""
+"""Shape of an exported robot: convex pieces of each link, in the link's axes."""
 
 import math
 from collections.abc import Iterator
@@ -9,10 +9,10 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 
-AROUND = 24  # points of a section
-NOSE = 0.45  # of the head's length, rounded
-EDGE = 0.0015  # of the body's length: half thickness of fins
-SKIN, SOFT, FIN = "0.33 0.46 0.55 1", "0.86 0.55 0.30 1", "0.22 0.33 0.42 1"  # hull, soft joints, fins
+AROUND = 24  # points around a section
+NOSE = 0.45  # fraction of the head's length that is rounded
+EDGE = 0.0015  # half thickness of fins, as a fraction of the body's length
+SKIN, SOFT, FIN = "0.33 0.46 0.55 1", "0.86 0.55 0.30 1", "0.22 0.33 0.42 1"  # RGBA colors of hull, soft joints, fins
 
 
 class Piece(NamedTuple):
@@ -21,12 +21,12 @@ class Piece(NamedTuple):
     link: int
     name: str
     color: str
-    points: Array  # (n, 3) [m], from its place
+    points: Array  # (n, 3) [m], relative to `place`
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)  # in the link's axes [m]
 
 
 def sections(robot: Robot) -> tuple[Array, Array]:
-    """Return mean height and width (links,) [m] of the links' sections: of [spatial], or ellipses of neutral links."""
+    """Return height and width (links,) [m] of the links' sections; without [spatial], links are neutrally buoyant."""
     if robot.spatial is not None:
         return np.array(robot.spatial.height), np.array(robot.spatial.width)
     height = np.divide(robot.links.lateral_area, robot.links.length)
@@ -35,7 +35,7 @@ def sections(robot: Robot) -> tuple[Array, Array]:
 
 
 def pieces(robot: Robot) -> Iterator[Piece]:
-    """Yield the pieces of all links: sections that pass smoothly into each other, caudal and pectoral fins."""
+    """Yield the pieces of all links: bodies whose sections pass smoothly into each other, caudal and pectoral fins."""
     height, width = sections(robot)
     length, last = robot.links.length, len(robot.links.length) - 1
     soft = {link for group in robot.joints for link in group.links}
@@ -61,12 +61,12 @@ def pieces(robot: Robot) -> Iterator[Piece]:
 
 
 def edge_height(robot: Robot) -> float:
-    """Return the height of the trailing edge [m], 0 where it is not known."""
+    """Return the height of the tail fin's trailing edge [m]; 0 if it is not stated."""
     return 0.0 if robot.water.strip is None else robot.water.strip.edge_height
 
 
 def _loft(length: float, ends: Array, *, head: bool) -> Array:
-    """Return points of elliptic sections from front to rear, with a round cap in front: of a joint, or the nose."""
+    """Return points of elliptic sections from front to rear, with a round cap in front (at a joint or the nose)."""
     cap = np.linspace(0, math.pi / 2, 7)
     reach = NOSE * length if head else ends[0, 1] / 2
     x = [*(reach * (1 - np.cos(cap)) if head else -reach * np.cos(cap)), length]

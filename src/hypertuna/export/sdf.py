@@ -1,4 +1,4 @@
-"""A robot as an SDF model for Gazebo: links with their added mass, joints, buoyancy, and what of the drag maps."""
+"""Export a robot as an SDF model for Gazebo: links with added mass, joints, buoyancy, and drag as far as possible."""
 
 import math
 from pathlib import Path
@@ -14,14 +14,14 @@ from hypertuna.export.outlook import FIN, SKIN, SOFT, edge_height, sections
 from hypertuna.export.xml import Element, add, check_names, document, notes, written
 from hypertuna.io.files import version
 
-AXES = "xyzpqr"  # of <fluid_added_mass>
-FASTEST = 50.0  # rad/s: of the joints' position controllers
-FURTHEST = math.pi / 2  # rad: of each joint
+AXES = "xyzpqr"  # names of the axes in <fluid_added_mass>
+MAX_RATE = 50.0  # rad/s: limit of the joints' position controllers
+MAX_ANGLE = math.pi / 2  # rad: limit of each joint to both sides
 
 
 @checked
 def sdf(robot: Robot | str | Path) -> str:
-    """Write a robot as an SDF 1.10 model, for Gazebo Garden or later with the DART engine.
+    """Return a robot as an SDF 1.10 model, for Gazebo Garden or later with the DART engine.
 
     Parameters
     ----------
@@ -65,18 +65,18 @@ def sdf(robot: Robot | str | Path) -> str:
         add(plugin, "joint_name", f"joint-{robot.links.name[i]}")
         add(plugin, "topic", f"bend/{robot.links.name[i]}")
         add(plugin, "use_velocity_commands", True)
-        add(plugin, "cmd_max", FASTEST)
+        add(plugin, "cmd_max", MAX_RATE)
     return document(root)
 
 
 def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
-    """Return the added mass of a link (6, 6) about its center of mass, as `AXES` [kg, kg m, kg m^2]."""
+    """Return the added mass (6, 6) of a link about its center of mass, in the order of `AXES` [kg, kg m, kg m^2]."""
     matrix = np.zeros((6, 6))
     plane = water.inertia - np.diag([robot.links.mass[link]] * 2 + [robot.links.inertia[link]])
     matrix[np.ix_((0, 1, 5), (0, 1, 5))] = plane
     if robot.spatial is None:
         return matrix
-    # As the core: what acts in the plane acts at the height of the center of buoyancy; up and down, and in roll.
+    # As in the core, the planar part acts at the height of the center of buoyancy; heave, pitch and roll are added.
     spatial, length = robot.spatial, robot.links.length[link]
     matrix = _raised(matrix, spatial.buoyancy_height[link])
     width, height, arm = spatial.width[link], spatial.height[link], length / 2 - robot.links.com[link]
@@ -90,7 +90,7 @@ def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
 
 
 def _raised(matrix: Array, height: float) -> Array:
-    """Return the inertia (6, 6) about a point that lies `height` [m] below that of the inertia `matrix`."""
+    """Shift an inertia matrix (6, 6) to a reference point that is `height` [m] lower."""
     shift = np.eye(6)
     shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
     raised: Array = shift.T @ matrix @ shift
@@ -98,12 +98,12 @@ def _raised(matrix: Array, height: float) -> Array:
 
 
 def sdf_losses(robot: Robot) -> list[str]:
-    """List the parts of the robot's model that the file lacks, in words."""
-    degrees = math.degrees(FURTHEST)
+    """List, in words, the parts of the robot's model that the file lacks."""
+    degrees = math.degrees(MAX_ANGLE)
     lacking = [
         "drive units with their limits, pumps, oil, battery, controller, and the sensors' noise",
         "gaits: bend = bias + amplitude sin(2 pi frequency t - phase) of each joint group is for you to command",
-        f"joints beyond {FASTEST:g} rad/s and {degrees:g} deg: their position controllers and limits stop there",
+        f"joints beyond {MAX_RATE:g} rad/s and {degrees:g} deg: their position controllers and limits stop there",
         "surface, current, waves and bottom: they are the world's",
     ]
     for group in robot.joints:
@@ -148,7 +148,7 @@ def _com_heights(robot: Robot) -> tuple[float, ...]:
 
 
 def _link(model: Element, robot: Robot, i: int, place: tuple[float, float, float], water: LinkWater) -> None:
-    """Add a link at its center of mass."""
+    """Add a link, with its frame at its center of mass."""
     links = robot.links
     link = add(model, "link", name=links.name[i])
     add(link, "pose", (*place, 0, 0, 0))
@@ -170,7 +170,7 @@ def _link(model: Element, robot: Robot, i: int, place: tuple[float, float, float
 
 
 def _shape(link: Element, robot: Robot, i: int) -> None:
-    """Add a link's visual, and the collision box that displaces its water."""
+    """Add a link's visual, and a collision box whose volume gives its buoyancy."""
     (height, width), length = (column[i] for column in sections(robot)), robot.links.length[i]
     middle, z = length / 2 - robot.links.com[i], -_com_heights(robot)[i]
     soft = any(i in group.links for group in robot.joints)
@@ -204,7 +204,7 @@ def _color(visual: Element, color: str) -> None:
 
 
 def _joint(model: Element, robot: Robot, i: int, place: tuple[float, float, float], *, turns: bool) -> None:
-    """Add the joint of a link to the one ahead; a fixed one where no group turns it."""
+    """Add the joint between a link and the link ahead; it is fixed if no joint group turns it."""
     name, parent = robot.links.name[i], robot.links.name[i - 1]
     joint = add(model, "joint", name=f"joint-{name}", type="revolute" if turns else "fixed")
     add(joint, "pose", (*place, 0, 0, 0))
@@ -214,12 +214,12 @@ def _joint(model: Element, robot: Robot, i: int, place: tuple[float, float, floa
         axis = add(joint, "axis")
         add(axis, "xyz", (0, 0, 1))
         limit = add(axis, "limit")
-        add(limit, "lower", -FURTHEST)
-        add(limit, "upper", FURTHEST)
+        add(limit, "lower", -MAX_ANGLE)
+        add(limit, "upper", MAX_ANGLE)
 
 
 def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
-    """Add the drag along, across and up, at the center of mass; signs as Gazebo has them."""
+    """Add a link's drag along, across and vertical, at its center of mass, with Gazebo's signs."""
     plugin = _plugin(model, "hydrodynamics", "Hydrodynamics")
     add(plugin, "link_name", robot.links.name[i])
     add(plugin, "water_density", robot.water.density)
@@ -234,5 +234,5 @@ def _drag(model: Element, robot: Robot, i: int, water: LinkWater) -> None:
 
 
 def _plugin(model: Element, file: str, name: str) -> Element:
-    """Add a system of Gazebo."""
+    """Add a plugin element that loads a system of Gazebo."""
     return add(model, "plugin", filename=f"gz-sim-{file}-system", name=f"gz::sim::systems::{name}")

@@ -1,4 +1,4 @@
-"""XML elements of exported robots: numbers in full, comments in lines."""
+"""XML elements of exported robots: numbers in full precision, comments line by line."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -12,14 +12,14 @@ Element = ElementTree.Element
 
 
 def add(parent: Element, tag: str, content: Any = None, **attributes: Any) -> Element:
-    """Add an element to a parent, with attributes and maybe a text, and return it."""
+    """Add an element with attributes, and a text if given, to a parent; return the element."""
     element = ElementTree.SubElement(parent, tag, {name: written(value) for name, value in attributes.items()})
     element.text = None if content is None else written(content)
     return element
 
 
 def written(value: Any) -> str:
-    """Return a word, a truth value, a number or numbers as text."""
+    """Return a word, a truth value, a number or a sequence of numbers as text."""
     if isinstance(value, str):
         return value
     if isinstance(value, Iterable):
@@ -31,17 +31,17 @@ def written(value: Any) -> str:
 
 
 def comment(lines: Iterable[str]) -> Any:
-    """Return a comment of lines."""
+    """Return a comment element with these lines."""
     return ElementTree.Comment("\n" + "".join(f"    {line.replace('--', '- -')}\n" for line in lines) + "  ")
 
 
 def notes(facts: Iterable[str], lost: Iterable[str]) -> Any:
-    """Return the comment at the head of a file: the model, and what of the robot it lacks."""
+    """Return the comment at the head of a file: facts about the model, and the parts of the robot that it lacks."""
     return comment([*facts, "Not in this file:", *(f"- {sentence}" for sentence in lost)])
 
 
 def check_names(robot: Robot, parts: Iterable[Element], *, alike: bool) -> None:
-    """Check that no two parts have one name: of the same tag, or of any where `alike`; the world has one, too."""
+    """Check that no two parts with the same tag, or with any tag if `alike`, share a name; "world" is taken, too."""
     named = [("" if alike else part.tag, name) for part in parts if (name := part.get("name"))]
     counts = Counter([*named, ("" if alike else "body", "world")])
     for (_, name), times in counts.items():

@@ -1,4 +1,4 @@
-"""The camera from pictures: its lens from a checkerboard, its place from four corners of the tank and its height."""
+"""Calibrate a camera: its lens from a film of a checkerboard, its pose from its height and corners of the tank."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from hypertuna.io.extras import need
 from hypertuna.ranges import CELL
 
 COLUMNS = ("u_px", "v_px", "x_m", "y_m")
-BOARDS = 20  # frames in which the board is sought until as many are found
-LEAST_BOARDS = 5
-CORNERS = 4
+MAX_BOARDS = 20  # views of the board that are used; the search stops there
+MIN_BOARDS = 5
+MIN_CORNERS = 4
 
 
 def calibrate(
@@ -36,12 +36,12 @@ def calibrate(
     lens_k1: float = 0.0,
     refractive_index: float = 1.333,
 ) -> tuple[Camera, dict[str, Any]]:
-    """Return a camera, and a record of its calibration: views of the board, corners, and their rms residuals [px].
+    """Return a camera and a report: number of views of the board, number of corners, and rms residuals [px].
 
-    size: of the picture, where no board is filmed. board: film of a checkerboard in air; squares: its inner corners.
-    corners: CSV file of four points of the tank or more, in pixels and m, at `corner_depth` [m]; height: of the camera
-    over the water [m]. focal, lens_k1: of the lens, where no board is filmed; without corners the camera looks straight
-    down.
+    board: film of a checkerboard in air; squares: number of its inner corners along both sides. Without a board, size
+    is that of the picture [px], and focal [px] and lens_k1 describe the lens. corners: CSV file with the pixels and
+    places [m] of at least four points of the tank at `corner_depth` [m]; without them the camera looks straight down.
+    height: of the camera over the water [m].
     """
     report: dict[str, Any] = {}
     if board is not None:
@@ -60,7 +60,7 @@ def calibrate(
             raise InputError("must be given without board and corners", key="--focal", fix=fix)
         return _camera(values | {"focal_px": focal, "place_m": (0.0, 0.0, height)}), report
     pixels, places = read_corners(corners)
-    camera, residual = _placed(values, pixels, places, corner_depth, height, focal, str(corners))
+    camera, residual = _posed(values, pixels, places, corner_depth, height, focal, str(corners))
     rms = float(np.sqrt((residual**2).sum(axis=1).mean()))
     return camera, report | {"corners": len(pixels), "corner_rms_px": rms}
 
@@ -68,27 +68,27 @@ def calibrate(
 def read_corners(path: str | Path) -> tuple[Array, Array]:
     """Read points of the tank from a CSV file: pixels (n, 2) and places (n, 2) [m]."""
     rows = read_rows(path, COLUMNS, CELL, "give pixels and meters of each point")
-    if len(rows) < CORNERS:
-        rule, fix = f"must have {CORNERS} points of the tank at least", "add the other corners"
+    if len(rows) < MIN_CORNERS:
+        rule, fix = f"must have {MIN_CORNERS} points of the tank at least", "add the other corners"
         raise InputError(rule, file=str(path), value=f"{len(rows)}", fix=fix)
     return rows[:, :2], rows[:, 2:]
 
 
 def _camera(values: dict[str, Any]) -> Camera:
-    """Return the camera of the values of a camera file, after its checks."""
+    """Check the values of a camera file and return the camera."""
     try:
         return Camera.model_validate(values)
     except ValidationError as error:
         raise translate(error, values, Camera, "the camera") from None
 
 
-def _placed(
+def _posed(
     values: dict[str, Any], pixels: Array, places: Array, depth: float, height: float, focal: float | None, file: str
 ) -> tuple[Camera, Array]:
-    """Return the camera that sees points of the tank at their pixels, and the residuals [px]."""
+    """Fit the camera's pose so that it sees points of the tank at their pixels; return it and the residuals [px]."""
     middle, spread = places.mean(axis=0), pixels - pixels.mean(axis=0)
     centered = places - middle
-    # a turn and a scale from pixels (y down) to places begin the search
+    # the search starts from the rotation and scale that best map pixels (y down) to places
     image = (spread[:, 0] - 1j * spread[:, 1])[:, np.newaxis]
     factor = complex(np.linalg.lstsq(image, centered[:, 0] + 1j * centered[:, 1], rcond=None)[0][0])
     if abs(factor) == 0 or np.linalg.matrix_rank(centered, tol=1e-6) < 2:
@@ -119,14 +119,14 @@ def _placed(
 
 
 def _combined(tilt: Array, turn: Array) -> Array:
-    """Return the rotation vector of a turn after a tilt."""
+    """Return the rotation vector of `turn` applied after `tilt`, both rotation vectors [rad]."""
     from scipy.spatial.transform import Rotation
 
     return np.asarray((Rotation.from_rotvec(turn) * Rotation.from_rotvec(tilt)).as_rotvec())
 
 
 def _lens(film: Film, squares: tuple[int, int]) -> tuple[float, tuple[float, float], float, dict[str, Any]]:
-    """Return focal length [px], center [px], k1 and a record of the fit, from a film of a checkerboard."""
+    """Return focal length [px], center [px], k1 and a report of the fit, from a film of a checkerboard."""
     need("film", "cv2", by="calibration")
     import cv2
 
@@ -138,10 +138,10 @@ def _lens(film: Film, squares: tuple[int, int]) -> tuple[float, tuple[float, flo
         found, points = cv2.findChessboardCornersSB(sample, squares)
         if found:
             seen.append(points.astype(np.float32))
-        if len(seen) == BOARDS:
+        if len(seen) == MAX_BOARDS:
             break
-    if len(seen) < LEAST_BOARDS:
-        rule = f"must show the board of {squares[0]} x {squares[1]} inner corners in {LEAST_BOARDS} of its frames"
+    if len(seen) < MIN_BOARDS:
+        rule = f"must show the board of {squares[0]} x {squares[1]} inner corners in {MIN_BOARDS} of its frames"
         fix = "film it whole, tilted in several ways, and give its inner corners by --squares"
         raise InputError(rule, file=film.file, value=f"seen in {len(seen)} of {len(samples)}", fix=fix)
     flags = cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO

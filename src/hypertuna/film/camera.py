@@ -1,4 +1,4 @@
-"""The camera over a tank: which place at the fish's depth a pixel sees, through lens and water surface."""
+"""The camera over a tank: maps pixels to places at the fish's depth, through lens and water surface."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from hypertuna.io.files import write_atomically
 from hypertuna.ranges import Range
 from hypertuna.trials.importers import manifest_text
 
-ROUNDS = 12  # of inverting the lens
+LENS_ITERATIONS = 12  # fixed-point iterations that invert the lens distortion
 Pixels = Annotated[int, number(Range(min=16, max=20_000))]
 Index = Annotated[float, number(Range(min=1, max=2))]
 Lens = Annotated[float, number(Range(min=-1, max=1))]
 
 
 class Camera(Part):
-    """A camera over a tank. x and y are in the water's surface, z is up; without tilt, x is to the right, y up."""
+    """A camera over a tank. x and y lie in the water's surface, z is up; in an untilted picture x is right and y up."""
 
     format: Literal[1] = entry("version of this format, 1", default=1)
     width: Pixels = entry("width of the picture", "", key="width_px")
@@ -55,7 +55,7 @@ class Camera(Part):
 
     @property
     def axes(self) -> Array:
-        """Rotation (3, 3) from the axes of the picture (right, down, ahead) to those of the tank."""
+        """Rotation matrix (3, 3) from picture axes (right, down, along the line of sight) to tank axes."""
         vector = np.array(self.tilt)
         angle = float(np.linalg.norm(vector))
         x, y, z = vector / angle if angle > 0 else vector
@@ -64,46 +64,46 @@ class Camera(Part):
         return np.asarray(rotation @ np.diag([1.0, -1.0, -1.0]))
 
     def sight(self, pixels: ArrayLike, depth: float) -> tuple[Array, Array]:
-        """Return the places (..., 2) [m] at a depth [m] that pixels (..., 2) see, and the lean of their sight (..., 2).
+        """Return the places (..., 2) [m] that pixels (..., 2) see at a depth [m], and the lean (..., 2) of each ray.
 
-        The lean is the horizontal way of the line of sight per height, under water.
+        The lean is the horizontal distance that the line of sight covers under water per unit of height.
         """
         distorted = (np.asarray(pixels, dtype=float) - self.center) / self.focal
         undistorted = distorted.copy()
-        for _ in range(ROUNDS):
+        for _ in range(LENS_ITERATIONS):
             undistorted = distorted / (1 + self.lens_k1 * (undistorted**2).sum(axis=-1, keepdims=True))
         axes, (x, y, height) = self.axes, self.place
         ray = undistorted @ axes[:, :2].T + axes[:, 2]
-        slope = ray[..., :2] / -ray[..., 2:]  # in air, per way down
+        slope = ray[..., :2] / -ray[..., 2:]  # in air: horizontal distance per unit of descent
         tangent = np.linalg.norm(slope, axis=-1, keepdims=True)
         sine = tangent / np.hypot(1.0, tangent) / self.refractive_index
-        bent = slope * np.divide(
+        slope_in_water = slope * np.divide(
             sine / np.sqrt(1 - sine**2),
             tangent,
             out=np.full_like(tangent, 1 / self.refractive_index),
             where=tangent > 0,
         )
-        return np.array([x, y]) + height * slope + depth * bent, -bent
+        return np.array([x, y]) + height * slope + depth * slope_in_water, -slope_in_water
 
     def pixel_size(self, pixel: ArrayLike, depth: float) -> float:
-        """Return the length [m] that a pixel sees at a depth: the root of its area."""
+        """Return the size [m] of a pixel's footprint at a depth [m]: the square root of its area."""
         u, v = np.asarray(pixel, dtype=float)
         corners, _ = self.sight([[u - 0.5, v], [u + 0.5, v], [u, v - 0.5], [u, v + 0.5]], depth)
         a, b = corners[1] - corners[0], corners[3] - corners[2]
         return float(np.sqrt(abs(a[0] * b[1] - a[1] * b[0])))
 
     def pixels(self, places: ArrayLike, depth: float, within: float = 1e-6) -> Array:
-        """Return the pixels (..., 2) that see places (..., 2) [m] at a depth [m]: Newton's method on `sight`.
+        """Return the pixels (..., 2) that see places (..., 2) [m] at a depth [m], by Newton's method on `sight`.
 
-        within: the last step [px].
+        within: step [px] below which the iteration ends.
         """
         places = np.asarray(places, dtype=float)
         pixel = np.broadcast_to(np.array(self.center), places.shape).copy()
         for _ in range(20):
             neighbors = np.stack([pixel, pixel + np.array([1.0, 0.0]), pixel + np.array([0.0, 1.0])])
-            here, right, below = self.sight(neighbors, depth)[0]
-            jacobian = np.stack([right - here, below - here], axis=-1)
-            step = np.linalg.solve(jacobian, (places - here)[..., np.newaxis])[..., 0]
+            center, right, below = self.sight(neighbors, depth)[0]
+            jacobian = np.stack([right - center, below - center], axis=-1)
+            step = np.linalg.solve(jacobian, (places - center)[..., np.newaxis])[..., 0]
             pixel += step
             if np.abs(step).max(initial=0.0) < within:
                 break

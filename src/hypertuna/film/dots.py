@@ -1,4 +1,4 @@
-"""Colored dots on a robot: their centers in a frame, in their order along the body, and frame by frame."""
+"""Colored dots on a robot: find their centers in a frame, order them along the body, follow them between frames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.film.source import Film, Gray, background_of
 
-# Hues by name, as red, green, blue.
+# Named colors of dots as #rrggbb; only the hue is used.
 COLORS = {
     "red": "#ff0000",
     "orange": "#ff8000",
@@ -23,23 +23,23 @@ COLORS = {
     "blue": "#0000ff",
     "magenta": "#ff00ff",
 }
-LEAST_COLOR = 15.0  # of CIE Lab, from the color of the empty tank
-LEAST_AREA = 5  # px
-LARGE, SMALL = 1.45, 0.3  # times the usual area: two dots that touch; no whole dot
-GATE = 0.5  # of the least distance between neighbors: how far a dot may be from where it is expected
-GAP = 0.2  # s after which dots are sought anew
-LEAST_DOTS = 3
-RIM = 2  # px around the pixels of a dot that its center counts, too
+MIN_COLOR = 15.0  # smallest distance in a and b of CIE Lab from the color of the empty tank
+MIN_AREA = 5  # px
+LARGE, SMALL = 1.45, 0.3  # times the usual area: above LARGE two dots touch, below SMALL it is no whole dot
+GATE = 0.5  # largest distance of a dot from its expected place, over the least distance between neighbors
+MAX_LOST = 0.2  # s without dots, after which the search starts anew
+MIN_DOTS = 3
+RIM = 2  # px around a dot whose pixels also count toward its center
 Blobs = tuple[Array, Array]  # centers (n, 2) [px] and areas (n,) [px]
 
 
 @dataclass(frozen=True)
 class Palette:
-    """The color of dots: in which direction it differs from that of the empty tank, and how far."""
+    """The color of dots: the direction and the distance by which it differs from the color of the empty tank."""
 
     tank: NDArray[np.float32]  # (height, width, 2): a and b of CIE Lab
-    hue: Array | None  # (2,) unit vector; None for all
-    level: float = LEAST_COLOR
+    hue: Array | None  # (2,): unit vector in the plane of a and b; None for any color
+    level: float = MIN_COLOR  # peak strength of a dot's color, as `__call__` returns it
 
     def __call__(self, frame: Gray) -> Array:
         """Return how strongly each pixel (height, width) has the color of a dot."""
@@ -58,7 +58,7 @@ class Palette:
         centers, areas = [], []
         for k in range(1, len(stats)):
             left, top, wide, high, area = stats[k]
-            if area < LEAST_AREA:
+            if area < MIN_AREA:
                 continue
             box = (slice(max(top - RIM, 0), top + high + RIM), slice(max(left - RIM, 0), left + wide + RIM))
             weight = np.where((label[box] == k) | (label[box] == 0), np.maximum(strong[box] - 0.15 * self.level, 0), 0)
@@ -89,7 +89,7 @@ def hue_of(color: str) -> Array:
         cv2.cvtColor(np.array([[[blue, green, red]]], np.uint8), cv2.COLOR_BGR2LAB)[0, 0, 1:].astype(np.float32) - 128
     )
     size = float(np.hypot(*chroma))
-    if size < LEAST_COLOR:
+    if size < MIN_COLOR:
         fix = "paint the dots in a strong color"
         raise InputError("must be a color, not a gray", key="--dot-color", value=shown(color), fix=fix)
     return np.asarray(chroma / size)
@@ -98,14 +98,14 @@ def hue_of(color: str) -> Array:
 def palette_of(film: Film, color: str | None) -> tuple[Palette, int, float]:
     """Return the palette of a film's dots, their number in most of its samples, and their usual area [px]."""
     samples = film.sample(colors=True)
-    # of colors, not of their red, green and blue: where fish, dots and tank are seen, these would make another color
+    # the median of a and b: medians of red, green and blue alone could mix fish, dots and tank to a color of none
     tank = background_of(np.stack([_chroma(sample) for sample in samples])).astype(np.float32)
     palette = Palette(tank, None if color is None else hue_of(color))
     import cv2
 
     level = float(np.median([cv2.blur(palette(sample), (3, 3)).max() for sample in samples]))
-    if level < LEAST_COLOR:
-        rule = f"must show dots whose color differs from the tank's by {LEAST_COLOR:g} of CIE Lab"
+    if level < MIN_COLOR:
+        rule = f"must show dots whose color differs from the tank's by {MIN_COLOR:g} of CIE Lab"
         fix = "paint strong colors, film in white light, and let the robot swim: what stays belongs to the tank"
         raise InputError(rule, file=film.file, key="the dots", value=f"{level:.1f}", fix=fix)
     palette = Palette(tank, palette.hue, level)
@@ -116,7 +116,7 @@ def palette_of(film: Film, color: str | None) -> tuple[Palette, int, float]:
 
 
 def along_body(points: Array) -> Array:
-    """Return the order (n,) of points (n, 2) on the shortest path through all, each the next neighbor of the last."""
+    """Return the order (n,) of points (n, 2) along the body: of all nearest-neighbor paths, the shortest."""
     distance = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
     paths = []
     for first in range(len(points)):
@@ -130,21 +130,21 @@ def along_body(points: Array) -> Array:
 
 @dataclass
 class Follower:
-    """Dots followed from frame to frame. `place` (count, 2) [px] is where they are, seen or not."""
+    """Follows dots from frame to frame. `place` (count, 2) [px] estimates all dots, also those not seen now."""
 
     count: int
-    usual: float  # px, area of a dot
+    usual: float  # px: usual area of a dot
     rate: float  # Hz
     place: Array | None = None
-    step: Array = field(default_factory=lambda: np.zeros(2))
+    step: Array = field(default_factory=lambda: np.zeros(2))  # px per frame: mean motion of the dots
     lost: int = 0  # frames since dots were seen
-    begun: list[int] = field(default_factory=list)  # frames at which dots were sought anew
-    touching: int = 0  # frames in which two dots are one
+    begun: list[int] = field(default_factory=list)  # frames at which the search started anew
+    touching: int = 0  # number of frames in which dots touch, and so look like one
 
     def next(self, number: int, blobs: Blobs) -> Array:
-        """Return the dots (count, 2) of the next frame, NaN where one is missing."""
+        """Return the dots (count, 2) [px] in the next frame, NaN where a dot is missing."""
         centers, areas = blobs[0][blobs[1] > SMALL * self.usual], blobs[1][blobs[1] > SMALL * self.usual]
-        if self.place is None or self.lost > GAP * self.rate:
+        if self.place is None or self.lost > MAX_LOST * self.rate:
             return self._anew(number, centers, areas)
         expected = self.place + self.step
         gate = GATE * float(np.linalg.norm(np.diff(self.place, axis=0), axis=1).min()) + np.linalg.norm(self.step)
@@ -170,7 +170,7 @@ class Follower:
         return dots
 
     def _anew(self, number: int, centers: Array, areas: Array) -> Array:
-        """Return the dots (count, 2) [px] without use of earlier frames; NaN unless exactly `count` are seen."""
+        """Find the dots (count, 2) [px] without earlier frames; return NaN unless exactly `count` dots are seen."""
         if len(centers) != self.count or (areas > LARGE * self.usual).any():
             self.lost += 1
             return np.full((self.count, 2), np.nan)
@@ -180,26 +180,26 @@ class Follower:
 
 
 def _carried(before: Array, after: Array, points: Array) -> Array:
-    """Return points (n, 2) [px] moved by the shift and rotation that best take `before` to `after` (m, 2)."""
+    """Move points (n, 2) [px] by the translation and rotation that best map `before` to `after` (m, 2) [px]."""
     old, new = (before - before.mean(axis=0)) @ [1, 1j], (after - after.mean(axis=0)) @ [1, 1j]
     turn = np.exp(1j * np.angle((new * old.conj()).sum()))
-    turned = ((points - before.mean(axis=0)) @ [1, 1j]) * turn
-    return np.asarray(np.stack([turned.real, turned.imag], axis=1) + after.mean(axis=0))
+    rotated = ((points - before.mean(axis=0)) @ [1, 1j]) * turn
+    return np.asarray(np.stack([rotated.real, rotated.imag], axis=1) + after.mean(axis=0))
 
 
 def follow_dots(
     film: Film, color: str | None, count: int | None, progress: Callable[[int, int], None]
 ) -> tuple[Array, list[int], list[str]]:
-    """Return dots (frames, dots, 2) [px] in order along the body, the frames of fresh starts, and notes for the user.
+    """Return dots (frames, dots, 2) [px] in order along the body, the frames at which a search began, and notes.
 
-    count: of the dots, if it is known. At a fresh start dots are sought without earlier frames: the end from which they
-    are counted may change there.
+    count: number of dots, if it is known. A new search does not use earlier frames, so it may count the dots from the
+    other end of the body.
     """
     palette, seen_count, usual_area = palette_of(film, color)
     count = seen_count if count is None else count
-    if count < LEAST_DOTS:
+    if count < MIN_DOTS:
         fix = "paint a dot on each link at least, and give their color by --dot-color"
-        raise InputError(f"must show {LEAST_DOTS} colored dots at least", file=film.file, value=f"{count}", fix=fix)
+        raise InputError(f"must show {MIN_DOTS} colored dots at least", file=film.file, value=f"{count}", fix=fix)
     follower, dots = Follower(count, usual_area, film.rate), np.full((len(film.time), count, 2), np.nan)
     for number, blobs in _blobs(film, palette):
         dots[number] = follower.next(number, blobs)

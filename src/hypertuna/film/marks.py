@@ -1,4 +1,4 @@
-"""Dots or tags of a film as tracked points on the swimming plane, which are judged as those of any file."""
+"""Dots or tags in a film, as tracked points on the swimming plane like those read from a file."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from hypertuna.trials.marker_places import Places, read_places
 from hypertuna.trials.marker_run import MarkerRun
 from hypertuna.trials.points import Points, Rows
 
-FORWARD = 0.1  # lengths through which dots must go to tell nose from tail
-UNEQUAL = 2.0  # times smaller misfit of the distances between dots, by which they tell it
+MIN_FORWARD = 0.1  # body lengths that dots must swim for the motion to tell nose from tail
+MISFIT_RATIO = 2.0  # ratio of the misfits of both orders, above which the gaps between dots tell nose from tail
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,20 @@ class Marks:
     kind: str  # "dots" or "tags"
     color: str | None = None  # of dots
     dictionary: str = "4x4_50"  # of tags
-    places: str | Path | None = None  # CSV file of places
+    places: str | Path | None = None  # CSV file of the marks' places on the robot
 
 
 def points_of(
     robot: Robot, film: Film, camera: Camera, depth: float, marks: Marks, progress: Callable[[int, int], None]
 ) -> Points:
-    """Return the marks of a film, which are at a depth [m]: from nose to tail, or in the order of their numbers."""
+    """Find the marks in a film, at a depth [m]; return dots from nose to tail, or tags in order of their numbers."""
     if (film.width, film.height) != (camera.width, camera.height):
         rule = f"must have the size of the camera's picture, {camera.width} x {camera.height}"
         value, fix = f"{film.width} x {film.height} pixels", "film and calibrate in the same mode"
         raise InputError(rule, file=film.file, value=value, fix=fix)
     places = _places(marks.places, robot) if marks.places is not None else None
     if marks.kind == "tags":
-        wanted = [_number(name, str(marks.places)) for name in places.names] if places is not None else None
+        wanted = [_tag_number(name, str(marks.places)) for name in places.names] if places is not None else None
         pixels, tags, notes = find_tags(film, marks.dictionary, wanted, progress)
         names = [str(tag) for tag in tags] if places is None else [*places.names]
     else:
@@ -79,7 +79,7 @@ def points_of(
 
 
 def judged(run: MarkerRun, robot: Robot, rate: float) -> tuple[MarkerRun, tuple[Array, float] | None]:
-    """Return a film's run with notes on doubts about its beat, and the noise of ripples; rate: frames per second [Hz].
+    """Return the run with warnings about its beat added, and the noise of ripples; rate: frames per second [Hz].
 
     The noise: standard deviations (groups,) [rad] of the joint angles and their memory [s]; None without a steady beat.
     """
@@ -93,7 +93,7 @@ def judged(run: MarkerRun, robot: Robot, rate: float) -> tuple[MarkerRun, tuple[
 
 
 def _places(path: str | Path, robot: Robot) -> Places:
-    """Return the places of marks on the robot from a file, in the order from nose to tail."""
+    """Read the places of marks on the robot from a file, and sort them from nose to tail."""
     table = read_table(path, RUNS)
     names = table.parse(lambda _, cells: cells.get("marker", ""))
     places = read_places(path, robot, names)
@@ -107,7 +107,7 @@ def _from_nose(places: Places, robot: Robot) -> Array:
     return np.asarray((np.cumsum(length) - length)[list(places.link)] + places.along)
 
 
-def _number(name: str, file: str) -> int:
+def _tag_number(name: str, file: str) -> int:
     """Return the number of a tag from its name, such as 7 from "tag 7"."""
     text = name.lower().removeprefix("tag").strip()
     if not text.isdecimal():
@@ -117,10 +117,10 @@ def _number(name: str, file: str) -> int:
 
 
 def _nose_first(place: Array, begun: list[int], from_nose: Array | None, file: str) -> Array:
-    """Return dots (frames, dots, 2) [m] ordered from the nose, which the gaps between dots or the motion tell.
+    """Order dots (frames, dots, 2) [m] from nose to tail, told apart by the gaps between dots or by the motion.
 
-    begun: frames at which the end from which they are counted may change; frames between two of them that do not tell
-    the nose are left out.
+    begun: frames at which the search for dots began, each of which may have counted from the other end. Dots are NaN
+    up to the next of these frames where neither gaps nor motion tell the nose.
     """
     ends, place, decided = [*begun[1:], len(place)], place.copy(), 0
     for first, end in zip(begun, ends, strict=True):
@@ -131,14 +131,14 @@ def _nose_first(place: Array, begun: list[int], from_nose: Array | None, file: s
             place[first:end] = place[first:end, ::-1]
         decided += direction != 0
     if not decided:
-        rule = f"must tell the nose from the tail: by {FORWARD:g} lengths that the robot swims head first"
+        rule = f"must tell the nose from the tail: by {MIN_FORWARD:g} lengths that the robot swims head first"
         fix = "film a longer way, or give the places of dots at unequal distances by --places"
         raise InputError(rule, file=file, key="the dots", fix=fix)
     return place
 
 
 def _forward(place: Array, from_nose: Array | None) -> int:
-    """Return 1 for dots (frames, dots, 2) that are counted from the nose, -1 from the tail, 0 where nothing tells."""
+    """Return 1 if dots (frames, dots, 2) are counted from the nose, -1 if from the tail, 0 if that is not known."""
     gaps = np.linalg.norm(np.diff(place, axis=1), axis=2)
     complete = np.isfinite(gaps).all(axis=1)
     if not complete.any():
@@ -146,11 +146,11 @@ def _forward(place: Array, from_nose: Array | None) -> int:
     if from_nose is not None:
         gap, given = np.median(gaps[complete], axis=0), np.diff(from_nose)
         misfit, misfit_reversed = (float(np.abs(gap - one).sum()) for one in (given, given[::-1]))
-        if max(misfit, misfit_reversed) > UNEQUAL * min(misfit, misfit_reversed):
+        if max(misfit, misfit_reversed) > MISFIT_RATIO * min(misfit, misfit_reversed):
             return 1 if misfit < misfit_reversed else -1
     centered = place[complete]
     middle, facing = centered.mean(axis=1), centered[:, 0] - centered[:, -1]
     length = float(np.median(gaps[complete].sum(axis=1)))
     facing = facing / np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
     forward = float((np.diff(middle, axis=0) * facing[:-1]).sum())
-    return 0 if abs(forward) < FORWARD * length else 1 if forward > 0 else -1
+    return 0 if abs(forward) < MIN_FORWARD * length else 1 if forward > 0 else -1

@@ -1,4 +1,4 @@
-"""The film with the outline over it, for people to look at."""
+"""Draw the tracked outline over the film, for people to check."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from hypertuna.film.states import OK
 from hypertuna.io.files import replaced
 from hypertuna.trials.marker_run import MarkerRun
 
-LARGEST = 960  # px of the overlay's width
-MOST = 3600  # frames: of longer films every second one, or fewer
-GOOD, BAD = (90, 220, 90), (60, 60, 240)  # blue, green, red
-BITS = 4_000_000  # per second
+MAX_WIDTH = 960  # px
+MAX_FRAMES = 3600  # of longer films, only every second frame or fewer are written
+GOOD, BAD = (90, 220, 90), (60, 60, 240)  # colors as (blue, green, red)
+BIT_RATE = 4_000_000  # bits per second
 
 
 def drawn(run: FilmRun, number: int, frame: Gray, thickness: int = 1) -> Any:
@@ -68,13 +68,13 @@ def write_overlay(
     import av
     import cv2
 
-    every = -(-len(film.time) // MOST)
-    factor = min(1.0, LARGEST / film.width)
+    every = -(-len(film.time) // MAX_FRAMES)
+    factor = min(1.0, MAX_WIDTH / film.width)
     size = (2 * round(film.width * factor / 2), 2 * round(film.height * factor / 2))
     with replaced(path) as file, av.open(str(file), "w", format="mp4") as out:
         stream: Any = out.add_stream("mpeg4", rate=max(round(film.rate / every), 1))
         stream.width, stream.height = size
-        stream.pix_fmt, stream.bit_rate = "yuv420p", BITS
+        stream.pix_fmt, stream.bit_rate = "yuv420p", BIT_RATE
         for number, frame in film.frames():
             if number % every:
                 continue

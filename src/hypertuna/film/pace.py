@@ -1,10 +1,10 @@
-"""Whether a film runs at the pace at which it was filmed: slow motion shows a beat that the robot does not make."""
+"""Detect slow motion: it shows a beat outside the robot's range."""
 
 from hypertuna.description.robot import Robot
 
 
 def pace_doubts(robot: Robot, beat: float | None, rate: float) -> list[str]:
-    """Return a warning of a beat [Hz], in a film of a frame rate [Hz], outside the bounds of the robot's gaits."""
+    """Return a warning if the beat [Hz] is outside the bounds of the robot's gaits; rate: frames per second [Hz]."""
     bounds = robot.gait_bounds
     if beat is None or bounds is None:
         return []

@@ -1,4 +1,4 @@
-"""Figure to check a tracked film: the frames whose edges are farthest off, the path, joint angles and their beat."""
+"""Figure to check a tracked film: the frames that fit worst, the path, the joint angles and the fitted beat."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from hypertuna.film.run import FilmRun
 from hypertuna.film.source import Gray
 from hypertuna.film.states import STATES
 
-WORST = 4  # frames
+WORST = 4  # number of frames shown, those that fit worst
 
 
 @styled
 def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
-    """Plot the frames whose edges are farthest off, the head's path, and the joint angles; width [inch]."""
+    """Plot the frames whose edges fit worst, the head's path, and the joint angles; width [inch]."""
     figure = Figure(figsize=(width, 1.25 * width), layout="constrained")
     rows = figure.subplots(3, 1, height_ratios=(1.2, 0.8, 1.0))
     grid = rows[0].get_subplotspec().subgridspec(2, WORST // 2)
@@ -50,11 +50,11 @@ def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
 
 
 def _worst(offset: Array) -> list[int]:
-    """Return the numbers of the frames whose edges are farthest off, in the order of time."""
+    """Return the numbers of the frames whose edges are farthest off, in order of time; offset: (frames,) [px]."""
     measured = np.flatnonzero(np.isfinite(offset))
     return sorted(measured[np.argsort(-offset[measured])][:WORST].tolist())
 
 
 def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Gray]]:
-    """Return the number and the gray levels (height, width) of some frames of the film, chosen by their numbers."""
+    """Read the frames of these numbers; return each number with its gray levels (height, width)."""
     return [next(iter(run.view.film.frames(number))) for number in numbers]

@@ -1,4 +1,4 @@
-"""A live camera, a network camera or a pipe, written to a film as it comes, with the times of its frames."""
+"""Record a live camera, a network camera or a pipe to a film file, with the times of its frames."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from hypertuna.io.files import replaced
 
 CAMERA = "camera:"
 NETWORK = ("rtsp://", "http://", "https://", "udp://", "tcp://")
-PROTOCOLS = "rtsp,rtp,udp,tcp,http,https,tls"  # a playlist from elsewhere names no files here
+PROTOCOLS = "rtsp,rtp,udp,tcp,http,https,tls"  # without "file": a remote playlist must not open local files
 PIPE = "-"
-# by system: the input device of FFmpeg, and the name of a camera by its number
+# per operating system: FFmpeg's input device, and how it names a camera of a given number
 DEVICES = {"linux": ("v4l2", "/dev/video{}"), "darwin": ("avfoundation", "{}"), "win32": ("dshow", "video={}")}
-KEPT = ("h264", "hevc", "mjpeg", "vp8", "vp9", "av1", "mpeg4")  # codecs that are written as they come
-REORDERED = 0.5  # s by which a frame may come before one that is shown earlier
-WAIT = 10.0  # s without a frame
-QUALITY = 2  # of MPEG-4, 1 (best) to 31, where a camera gives raw pictures
+COPIED_CODECS = ("h264", "hevc", "mjpeg", "vp8", "vp9", "av1", "mpeg4")  # written without encoding again
+MAX_REORDER = 0.5  # s: a packet may arrive this much before one with an earlier time
+TIMEOUT = 10.0  # s without a frame
+QUALITY = 2  # of MPEG-4, 1 (best) to 31; for cameras that send raw pictures
 
 
 def is_live(name: str) -> bool:
-    """Whether a name is that of a camera, an address or the pipe, not of a file."""
+    """Return whether a name is a camera, a network address or the pipe, not a file."""
     return name == PIPE or name.lower().startswith((CAMERA, *NETWORK))
 
 
@@ -42,7 +42,7 @@ def record(
 ) -> int:
     """Record a source for a duration [s] into a film (Matroska); return the number of frames.
 
-    Frames keep the times that the source gives them. size [px], rate [Hz]: asked of a camera.
+    Frames keep the times that the source gives them. size [px], rate [Hz]: requested from a camera.
     """
     need("film", "av", "cv2", by="cameras")
     import av
@@ -53,7 +53,7 @@ def record(
             with av.open(str(file), "w", format="matroska") as out:
                 for time_, write in _written(container, out):
                     first = time_ if first is None else first
-                    if time_ - first > duration + REORDERED:
+                    if time_ - first > duration + MAX_REORDER:
                         break
                     if time_ - first > duration:
                         continue
@@ -70,7 +70,7 @@ def record(
 
 
 def _nothing(source: str, value: str) -> InputError:
-    """Return the error to raise for a source that gives no frames; value: what it gave instead."""
+    """Return the error for a source that gives no frames; value: what the source gave instead."""
     fixes = {
         CAMERA: "connect it, check its number and whether another program uses it, or give its address",
         PIPE: "pipe a film into the command: it must be MP4, Matroska or MPEG-TS, and begin with its head",
@@ -87,7 +87,7 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
     settings = {"video_size": f"{size[0]}x{size[1]}"} if size is not None else {}
     settings |= {"framerate": f"{rate:g}"} if rate is not None else {}
     if source == PIPE:
-        stream = av.open(sys.stdin.buffer, options={"protocol_whitelist": "pipe"}, timeout=WAIT)
+        stream = av.open(sys.stdin.buffer, options={"protocol_whitelist": "pipe"}, timeout=TIMEOUT)
     elif source.lower().startswith(CAMERA):
         number = source[len(CAMERA) :]
         if not number.isdecimal():
@@ -97,9 +97,9 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
         if device not in {one for names in av.formats_available for one in names.split(",")}:
             fix = "record by its own program, and track the file"
             raise InputError("cannot be opened by this PyAV", key=source, value=f"without {device}", fix=fix)
-        stream = av.open(name.format(number), format=device, options=settings, timeout=WAIT)
+        stream = av.open(name.format(number), format=device, options=settings, timeout=TIMEOUT)
     elif source.lower().startswith(NETWORK):
-        stream = av.open(source, options={"protocol_whitelist": PROTOCOLS}, timeout=WAIT)
+        stream = av.open(source, options={"protocol_whitelist": PROTOCOLS}, timeout=TIMEOUT)
     else:
         fix = f"give {CAMERA}0, an address ({', '.join(NETWORK)}) or {PIPE} for a pipe; films are tracked as they are"
         raise InputError("must be a camera", key=shown(source), fix=fix)
@@ -112,7 +112,7 @@ def _source(source: str, size: tuple[int, int] | None, rate: float | None) -> It
 def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], None]]]:
     """Yield the time [s] of each frame and a function that writes it: packets unchanged, raw pictures as MPEG-4."""
     stream, begin = container.streams.video[0], time.monotonic()
-    if stream.codec_context.name in KEPT:
+    if stream.codec_context.name in COPIED_CODECS:
         copied = out.add_stream_from_template(stream)
         started = False
         for packet in container.demux(stream):
@@ -133,5 +133,5 @@ def _written(container: Any, out: Any) -> Iterator[tuple[float, Callable[[], Non
 
 
 def _encode(out: Any, stream: Any, frame: Any) -> None:
-    """Compress a raw picture by a stream of the output file, and write it there."""
+    """Encode a raw picture with an output stream, and write it to the output file."""
     out.mux(stream.encode(frame.reformat(format="yuv420p")))

@@ -1,4 +1,4 @@
-"""A film into a trial: joint angles and head poses with their errors, and the files of a manifest."""
+"""Turn a film into a trial: joint angles and head poses with their errors, written as files with a manifest."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_import import stretches_of, write_recording
 from hypertuna.trials.marker_run import Frames
 
-LEAST_OK = 0.5  # part of the frames
-MAX_OFF = 0.10  # relative: the fish's length by the camera over that of the robot
-WARN_OFF = 0.02  # relative: the same, beyond which it is reported
-WARN_GIRTH = 5.0  # percent: the same of widths
-SECTION = 5  # stations between those of a file
-BACKWARD = 0.2  # body lengths: a fish that goes tail first for longer is taken the other way round
+MIN_OK = 0.5  # smallest fraction of frames that must be tracked well
+MAX_SIZE_ERROR = 0.10  # largest relative difference of the length that the camera sees from the robot's
+WARN_SIZE_ERROR = 0.02  # relative difference of length beyond which the user is warned
+WARN_GIRTH = 5.0  # percent: difference of width beyond which the user is warned
+STATION_STEP = 5  # every fifth station of the body is written to the file of learned widths
+BACKWARD = 0.2  # body lengths swum tail first, beyond which the fish is tracked again with its ends swapped
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class FilmRun:
     tuning: Tuning
     tracked: Tracked
     beat: Beat | None
-    head_noise: Array  # (3,) [m, m, rad] of the head's pose
-    scale: str  # by which lengths are measured: "fish" or "camera"
+    head_noise: Array  # (3,) [m, m, rad]: standard deviations of the head's pose
+    scale: str  # what sets the scale of lengths: "fish" or "camera"
     stretches: tuple[Frames, ...]  # frames in use, without long gaps
 
     @property
     def size(self) -> float:
-        """Length of the fish as the camera sees it, over that of the robot [1]."""
+        """Ratio of the length that the camera sees to the robot's length [1]."""
         return math.exp(self.tuning.size)
 
     @property
@@ -61,7 +61,7 @@ class FilmRun:
 
     @property
     def noise(self) -> Array:
-        """Standard deviations of the joint angles (groups,) [rad], of ripples and pixels."""
+        """Standard deviations (groups,) [rad] of the joint angles: the larger of ripples' and pixels' noise."""
         pixels = np.median(_sd(self.tracked)[self.tracked.state == OK, 3:], axis=0)
         return np.asarray(pixels if self.beat is None else np.maximum(self.beat.noise, pixels))
 
@@ -79,13 +79,13 @@ class FilmRun:
     def head_sd(self) -> Array:
         """Standard deviations (frames, 3) of the head poses [m, m, rad]."""
         sd = np.maximum(_sd(self.tracked)[:, :3], self.head_noise)
-        if self.scale == "fish":  # a wrong size stretches all places away from below the camera
+        if self.scale == "fish":  # a wrong size scales all places about the point below the camera
             away = self.tracked.unknowns[:, :2] - self.view.camera.place[:2]
             sd[:, :2] = np.hypot(sd[:, :2], self.tuning.size_sd * away)
         return np.asarray(sd)
 
     def record(self) -> dict[str, Any]:
-        """Return the results as JSON has them, units in the names."""
+        """Return the results for JSON, with units in the names."""
         state, groups = self.tracked.state, self.body.groups
         seen = self.tracked.seen[np.isfinite(self.tracked.offset)] >= MIN_SEEN
         return {
@@ -119,14 +119,14 @@ class FilmRun:
 
     @property
     def memory(self) -> float:
-        """Time [s] over which the noise of the joint angles is correlated."""
+        """Correlation time [s] of the noise of the joint angles."""
         return 1 / self.view.film.rate if self.beat is None else self.beat.memory
 
     @property
     def warnings(self) -> list[str]:
         """Sentences that advise the user on doubtful results."""
         told = []
-        if abs(self.size - 1) > WARN_OFF:
+        if abs(self.size - 1) > WARN_SIZE_ERROR:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
             measure = "the fish's own length" if self.scale == "fish" else "the camera"
             told.append(
@@ -174,18 +174,18 @@ def track_film(
 ) -> FilmRun:
     """Track a robot through a film.
 
-    depth: of the fish [m]; sections: CSV file of widths and heights; scale: "fish", by its length, or "camera";
-    frame_rate: of filming, where the film has another [Hz].
+    depth: of the fish [m]; sections: CSV file of widths and heights; scale: lengths follow from that of the "fish" or
+    from the "camera"; frame_rate: at which it was filmed [Hz], if the file has another one.
     """
     film = open_film(path, frame_rate)
     body = body_of(robot, sections)
     view, samples = view_of(film, camera, depth, body)
     body, tuning = tune(view, body, body_of(robot), samples)
     del samples
-    if abs(math.exp(tuning.size) - 1) > MAX_OFF:
+    if abs(math.exp(tuning.size) - 1) > MAX_SIZE_ERROR:
         percent = 100 * (math.exp(tuning.size) - 1)
         rule, fix = (
-            f"must look as long as the robot, within {100 * MAX_OFF:g} %",
+            f"must look as long as the robot, within {100 * MAX_SIZE_ERROR:g} %",
             ("check the robot's length, the camera's height and focal length, and the depth of the fish"),
         )
         raise InputError(rule, file=film.file, key="the fish", value=f"{percent:+.1f} % longer", fix=fix)
@@ -216,10 +216,10 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
         recordings.append(entry)
         files += written
     if run.body.learned:
-        place = "film-sections" if run.body.file_off else "sections"  # the file that was given stays as it is
+        place = "film-sections" if run.body.file_off else "sections"  # never overwrite the sections file of the user
         path = folder / f"{run.name}-{place}.csv"
-        half_sizes = np.sqrt(run.body.section[::SECTION]) * [math.exp(run.tuning.girth), 1.0]
-        columns = (run.body.stations[::SECTION], *(2 * half_sizes).T)
+        half_sizes = np.sqrt(run.body.section[::STATION_STEP]) * [math.exp(run.tuning.girth), 1.0]
+        columns = (run.body.stations[::STATION_STEP], *(2 * half_sizes).T)
         columns_csv({}, dict(zip(COLUMNS, columns, strict=True))).write(path)
         files.append(str(path))
     document = {"format": 1, "robot": robot.name, "recordings": recordings}
@@ -228,14 +228,14 @@ def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str)
 
 
 def _sd(tracked: Tracked) -> Array:
-    """Return standard deviations (frames, 3 + groups) [m, rad] of pose and joint angles, from the noise of pixels."""
+    """Return standard deviations (frames, 3 + groups) [m, rad] of pose and joint angles due to the noise of pixels."""
     return np.asarray(np.sqrt(np.einsum("fii->fi", tracked.covariance)))
 
 
 def _head(tracked: Tracked, body: Body, camera: Camera, size: float, scale: str) -> Array:
     """Return poses (frames, 3) of the center of the head link: x, y [m] and the direction faced [rad].
 
-    A wrong depth or height stretches all places away from below the camera: there the fish's length changes nothing.
+    A wrong depth or height scales all places about the point below the camera; scale "fish" divides that out by `size`.
     """
     x, y, heading = tracked.unknowns[:, :3].T
     half = body.length[0] / 2 * size
@@ -245,15 +245,15 @@ def _head(tracked: Tracked, body: Body, camera: Camera, size: float, scale: str)
 
 
 def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
-    """Return the frames in use, one array per stretch; refuse a film with too few frames that show the fish."""
+    """Return the frames in use, an array per stretch; raise an error if too few frames show the fish."""
     state, count = tracked.state, len(tracked.state)
     check_seen(body, tracked.seen[np.isfinite(tracked.offset)], file)
     tracked_frames = stretches_of(tracked.time, np.flatnonzero(state == OK))
     stretches = split_takes(tracked_frames, tracked.unknowns[:, :2], float(body.length.sum()))
     used = sum(map(len, stretches))
-    if used < LEAST_OK * count:
+    if used < MIN_OK * count:
         worst = max(FIXES, key=lambda k: int((state == k).sum()))
         value = f"so in {used} of {count}; in {(state == worst).sum()} it is {STATES[worst]}"
-        rule = f"must show one fish, whole, in {100 * LEAST_OK:g} % of its frames"
+        rule = f"must show one fish, whole, in {100 * MIN_OK:g} % of its frames"
         raise InputError(rule, file=file, value=value, fix=FIXES[worst])
     return stretches

@@ -1,4 +1,4 @@
-"""The silhouette of a robot: its links, and half widths and half heights of its sections from nose to tail tip."""
+"""The silhouette of a robot: its links, and the half widths and half heights of its sections from nose to tail."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from hypertuna.errors import InputError
 from hypertuna.film.numbers import read_rows
 from hypertuna.ranges import Range
 
-STATIONS = 201
+STATIONS = 201  # places from nose to tail tip at which sections are stored
 COLUMNS = ("from_nose_m", "width_m", "height_m")
 SIZE = Range(min=0, max=10, unit="m")
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A silhouette that is fitted to the pixels of a frame."""
+    """The result of fitting a silhouette to the pixels of a frame."""
 
     unknowns: Array
-    information: Array  # (unknowns, unknowns): of the pixels alone, times the squared noise of one
+    information: Array  # (unknowns, unknowns): Fisher information of the pixels, times the squared noise of a pixel
     seen: Array  # (links,): 1 where the pixels show all of a link's rear half
-    noise: float  # gray levels, of a pixel
-    offset: float  # m between drawn and seen edges
+    noise: float  # gray levels: standard deviation of a pixel
+    offset: float  # m: distance between drawn and seen edges
 
 
 @dataclass(frozen=True)
 class Body:
     """A chain of links with elliptical sections.
 
-    Unknowns: x, y, heading of the nose, joint angles, logs of size and girth, contrast. Size multiplies all lengths and
-    sections, girth the widths alone.
+    Unknowns: x, y and heading of the nose, joint angles, logs of size and girth, contrast. Size multiplies all lengths
+    and sections, girth the widths alone.
     """
 
     length: Array  # (links,) [m]
@@ -47,7 +47,7 @@ class Body:
     groups: tuple[str, ...]
     measured: bool = False  # whether the sections are from a file
     learned: bool = False  # whether the widths are from the film
-    file_off: float = 0.0  # part of the area by which the widths of a file differed, where the film's took their place
+    file_off: float = 0.0  # fraction of the area by which a sections file was off, if the film's widths replaced it
 
     @property
     def unknowns(self) -> int:
@@ -96,11 +96,11 @@ class Body:
         return np.concatenate([middle + side, (middle - side)[::-1]])
 
 
-ITERATIONS = 15  # of Levenberg and Marquardt, in one stage
+ITERATIONS = 15  # of Levenberg-Marquardt per stage of a fit
 
 
 def body_of(robot: Robot, file: str | Path | None = None) -> Body:
-    """Return the silhouette of a robot, its sections from a CSV file, or estimated from its lengths, areas and mass."""
+    """Return the silhouette of a robot: sections from a CSV file, or else estimated from lengths, areas and mass."""
     length = np.array(robot.links.length)
     share = np.cumsum(group_shares(robot), axis=0)
     stations = np.linspace(0.0, float(length.sum()), STATIONS)
@@ -109,7 +109,7 @@ def body_of(robot: Robot, file: str | Path | None = None) -> Body:
 
 
 def _estimated(robot: Robot, stations: Array) -> Array:
-    """Return half widths and half heights (stations, 2) [m] of a slender fish whose heights match its lateral areas."""
+    """Estimate half widths and half heights (stations, 2) [m]: a slender fish with the lateral areas of the links."""
     shape = Shape.of(robot.body.length, robot.body.mass)
     station, height, width = shape.sections(0.0, shape.length)
     ends = np.append(0.0, np.cumsum(robot.links.length)) / float(np.sum(robot.links.length)) * shape.length

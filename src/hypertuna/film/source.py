@@ -19,15 +19,15 @@ from hypertuna.io.extras import need
 
 Gray = NDArray[np.uint8]
 
-SAMPLES = 41  # frames of the median, all over the film
-ROOM = 150_000_000  # bytes of these
-LARGEST = 9_000_000  # pixels of a frame: 4K
-RATES = (5.0, 2000.0)  # Hz
-UNEVEN = 0.1  # of the interval: how far a time may lie from a multiple of it
-LOST = 0.5  # of the intervals, by frames that are missing
+MAX_SAMPLES = 41  # frames spread over the film, from which the empty tank is found
+SAMPLE_BYTES = 150_000_000  # memory for these frames [bytes]
+MAX_PIXELS = 9_000_000  # of a frame: 4K
+RATES = (5.0, 2000.0)  # Hz: slowest and fastest frame rate
+MAX_UNEVEN = 0.1  # largest deviation of a time step from a whole number of frame intervals [intervals]
+MAX_LOST = 0.5  # largest fraction of time steps in which frames are missing
 FILMED_AT = "com.android.capture.fps"  # where phones write the rate of slow motion
-LEAST, MOST = 24, 2_000_000  # frames
-# The forms of films that are read, by the name of FFmpeg and their first bytes: others may name further files.
+MIN_FRAMES, MAX_FRAMES = 24, 2_000_000
+# Formats that are read, by FFmpeg's name, with a test of the first bytes. Other formats may refer to further files.
 FORMS: dict[str, Callable[[bytes], bool]] = {
     "mov": lambda head: head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"),
     "matroska": lambda head: head[:4] == b"\x1a\x45\xdf\xa3",
@@ -43,26 +43,26 @@ class Film:
     width: int
     height: int
     time: Array  # (frames,) [s] from the first
-    begin: float = 0.0  # s of the first frame, by the file
-    pace: float = 1.0  # s of the tank in one of the file: below 1 for slow motion
-    turn: int = 0  # quarter turns, counter-clockwise, in which pictures are shown
+    begin: float = 0.0  # s: time of the first frame by the file's clock
+    pace: float = 1.0  # real seconds per second of the file: below 1 for slow motion
+    turn: int = 0  # quarter turns, counter-clockwise, that bring the stored pictures upright
 
     @property
     def rate(self) -> float:
-        """Frames per second [Hz] over the whole film, lost ones counted: single times may be whole milliseconds."""
+        """Frame rate [Hz] over the whole film, counting lost frames; single times may be rounded to milliseconds."""
         interval = np.diff(self.time)
         return float(np.rint(interval / np.median(interval)).sum() / (self.time[-1] - self.time[0]))
 
     def frames(self, first: int = 0) -> Iterator[tuple[int, Gray]]:
-        """Yield number and gray levels (height, width) of frames in order, from a number on."""
+        """Yield the number and gray levels (height, width) of each frame, in order from frame `first`."""
         return self._decoded(first, self._gray)
 
     def colors(self, first: int = 0) -> Iterator[tuple[int, Gray]]:
-        """Yield number and blue, green, red (height, width, 3) of frames in order, from a number on."""
+        """Yield the number and blue, green, red (height, width, 3) of each frame, in order from frame `first`."""
         return self._decoded(first, self._color)
 
     def _decoded(self, first: int, picture: Callable[[Any], Gray]) -> Iterator[tuple[int, Gray]]:
-        """Yield number and picture of frames in order, from a number on."""
+        """Yield the number and picture of each frame, in order from frame `first`."""
         half_interval = 0.5 / self.rate
         with _decoder(self.file) as (container, stream):
             if first > 0:
@@ -78,13 +78,13 @@ class Film:
         """Return the time [s] of a frame in the file's own clock, by its number."""
         return self.begin + float(self.time[number]) / self.pace
 
-    def sample(self, count: int = SAMPLES, *, colors: bool = False) -> Gray:
-        """Return gray levels (samples, height, width), or colors (..., 3), of frames all over the film.
+    def sample(self, count: int = MAX_SAMPLES, *, colors: bool = False) -> Gray:
+        """Return gray levels (samples, height, width), or colors (..., 3), of frames spread over the film.
 
-        They are its key frames, by seeking. A film that has too few of them is short, and read from begin to end.
+        They are key frames, found by seeking. If the film has too few key frames, it is read from begin to end.
         """
         pixels = self.width * self.height * (3 if colors else 1)
-        count = max(5, min(count, ROOM // pixels, len(self.time)))
+        count = max(5, min(count, SAMPLE_BYTES // pixels, len(self.time)))
         numbers = np.linspace(0, len(self.time) - 1, count).round().astype(int)
         pictures: dict[float, Gray] = {}
         picture = self._color if colors else self._gray
@@ -111,7 +111,7 @@ class Film:
         return self._shown(frame.to_ndarray(format="bgr24"))
 
     def _shown(self, picture: Gray) -> Gray:
-        """Return a copy of a picture turned upright: phones store portraits lying."""
+        """Return a copy of a picture turned upright: phones store upright films on their side."""
         turned = np.rot90(picture, self.turn)
         if turned.shape[:2] != (self.height, self.width):
             raise InputError("must have frames of one size", file=self.file, fix="film each run by itself")
@@ -121,23 +121,23 @@ class Film:
 def open_film(path: str | Path, frame_rate: float | None = None) -> Film:
     """Read the times of a film, without its pictures, and check that its rate is constant.
 
-    frame_rate: at which it was filmed [Hz], where the file has another one: slow motion.
+    frame_rate: at which it was filmed [Hz], if the file has another one (slow motion).
     """
     need("film", "av", "cv2", by="films")
     name = str(path)
     with _decoder(name) as (container, stream):
         width, height = stream.codec_context.width, stream.codec_context.height
-        if not 0 < width * height <= LARGEST:
+        if not 0 < width * height <= MAX_PIXELS:
             value, fix = f"{width} x {height} pixels", "film or convert it at 1920 x 1080"
             raise InputError(
-                f"must have frames of at most {LARGEST / 1e6:g} million pixels", file=name, value=value, fix=fix
+                f"must have frames of at most {MAX_PIXELS / 1e6:g} million pixels", file=name, value=value, fix=fix
             )
         stamps = []
         for packet in _read(container.demux(stream), name):
             if packet.pts is not None and packet.size and not packet.is_discard:
                 stamps.append(float(packet.pts * packet.time_base))
-            if len(stamps) > MOST:
-                raise InputError(f"must have {MOST} frames at most", file=name, value="longer", fix="cut it")
+            if len(stamps) > MAX_FRAMES:
+                raise InputError(f"must have {MAX_FRAMES} frames at most", file=name, value="longer", fix="cut it")
         filmed_rate = frame_rate or _filmed_at(container)
     stored = np.sort(np.array(stamps))
     pace = 1.0
@@ -158,7 +158,7 @@ def _filmed_at(container: Any) -> float | None:
 
 
 def _turn(name: str) -> int:
-    """Return the quarter turns by which a film's pictures are turned for display; refuse interlaced pictures."""
+    """Return the quarter turns that bring a film's pictures upright; raise an error if pictures are interlaced."""
     with _decoder(name) as (container, stream):
         frame = next(_read(container.decode(stream), name), None)
     if frame is None:
@@ -170,10 +170,12 @@ def _turn(name: str) -> int:
 
 
 def _checked(time: Array, name: str) -> Array:
-    """Return times [s] of frames after checks: enough of them, at a usual rate, evenly spaced but for lost frames."""
-    if len(time) < LEAST:
+    """Check that frames are enough, at a usual rate and evenly spaced except for lost ones; return their times [s]."""
+    if len(time) < MIN_FRAMES:
         value, fix = f"{len(time)}", "film six beats"
-        raise InputError(f"must have {LEAST} frames with times at least", file=name, key="frames", value=value, fix=fix)
+        raise InputError(
+            f"must have {MIN_FRAMES} frames with times at least", file=name, key="frames", value=value, fix=fix
+        )
     interval = np.diff(time)
     usual = float(np.median(interval))
     fix = "film at a constant rate, or give the rate at which it was filmed by converting it: ffmpeg -vf fps=60"
@@ -183,8 +185,8 @@ def _checked(time: Array, name: str) -> Array:
         raise InputError(rule, file=name, key="times of frames", value=value, fix=fix)
     multiple = interval / usual
     steps = np.maximum(np.rint(multiple), 1)
-    uneven = np.abs(multiple - steps) > UNEVEN + 0.0015 / usual  # times of some formats are whole milliseconds
-    if uneven.any() or (steps > 1).mean() > LOST:
+    uneven = np.abs(multiple - steps) > MAX_UNEVEN + 0.0015 / usual  # times of some formats are whole milliseconds
+    if uneven.any() or (steps > 1).mean() > MAX_LOST:
         worst = int(np.argmax(np.abs(multiple - steps)))
         value = f"variable: {1e3 * interval[worst]:.3g} ms after frame {worst}, {1e3 * usual:.3g} ms in general"
         raise InputError("must have a constant rate", file=name, key="times of frames", value=value, fix=fix)
@@ -192,7 +194,7 @@ def _checked(time: Array, name: str) -> Array:
 
 
 def background_of(samples: Gray) -> Gray:
-    """Return the median picture (height, width) of frames (samples, height, width), computed a stripe at a time."""
+    """Return the median picture (height, width) of frames (samples, height, width), in stripes to save memory."""
     stripes = np.array_split(np.arange(samples.shape[1]), 16)
     parts = [np.median(samples[:, rows], axis=0) for rows in stripes if len(rows)]
     return np.concatenate(parts).astype(np.uint8)
@@ -200,7 +202,7 @@ def background_of(samples: Gray) -> Gray:
 
 @contextmanager
 def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
-    """Open the first video of a file, and yield its PyAV container and stream."""
+    """Open the first video stream of a file, and yield its PyAV container and stream."""
     import av
 
     with opened(name, "film") as stream:
@@ -227,7 +229,7 @@ def _decoder(name: str) -> Iterator[tuple[Any, Any]]:
 
 
 def _read(parts: Iterator[Any], name: str) -> Iterator[Any]:
-    """Yield the packets or frames of a decoder; raise an InputError of the file where it is damaged."""
+    """Yield the packets or frames of a decoder; raise an InputError if the file is damaged."""
     import av
 
     try:
@@ -250,7 +252,7 @@ def _seek(container: Any, stream: Any, time: float, name: str) -> None:
 
 
 def _unreadable(name: str, error: Exception) -> InputError:
-    """Return the error to raise for a file that is damaged or no film."""
+    """Return the error for a file that is damaged or no film."""
     text = type(error).__name__
     return InputError(
         "must be a whole film", file=name, value=f"not ({text})", fix="copy it anew, or convert it to MP4"

@@ -1,4 +1,4 @@
-"""States of a tracked frame, and the advice where a state occurs too often."""
+"""States of a tracked frame, and advice to the user when a bad state occurs too often."""
 
 OK, LOST, BORDER, MISFIT, UNSEEN = range(5)
 STATES = ("ok", "not found", "not whole in the picture", "not fitted by the silhouette", "without a part")

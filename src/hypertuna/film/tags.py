@@ -11,8 +11,8 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.film.source import Film, Gray
 
-LEAST_SEEN = 0.1  # of the frames: a tag that is seen in fewer is a mistake
-LEAST_TAGS = 3
+MIN_SEEN = 0.1  # fraction of the frames: a tag seen in fewer is a false detection
+MIN_TAGS = 3
 
 
 def dictionaries() -> list[str]:
@@ -50,7 +50,7 @@ def found_tags(detector: Any, frame: Gray) -> tuple[dict[int, Array], set[int]]:
 
 
 def _middle(corner: Array) -> Array:
-    """Return where the diagonals of corners (4, 2) cross: the middle of a square that is seen obliquely, too."""
+    """Return where the diagonals of corners (4, 2) cross: the tag's center, even if the tag is seen obliquely."""
     a, b = corner[2] - corner[0], corner[3] - corner[1]
     side = corner[1] - corner[0]
     part = (side[0] * b[1] - side[1] * b[0]) / (a[0] * b[1] - a[1] * b[0])
@@ -72,8 +72,8 @@ def find_tags(
         seen_twice |= doubled
         progress(number + 1, count)
     frame_counts = {tag: sum(tag in one for one in found) for one in found for tag in one}
-    tags = wanted or sorted(tag for tag, times in frame_counts.items() if times >= LEAST_SEEN * count)
-    if sum(frame_counts.get(tag, 0) > 0 for tag in tags) < LEAST_TAGS:
+    tags = wanted or sorted(tag for tag, times in frame_counts.items() if times >= MIN_SEEN * count)
+    if sum(frame_counts.get(tag, 0) > 0 for tag in tags) < MIN_TAGS:
         _refuse(film, detector, dictionary, wanted, frame_counts)
     notes = [f"tags {', '.join(map(str, tags))} are followed"]
     for tag in sorted(seen_twice & set(tags)):
@@ -84,9 +84,9 @@ def find_tags(
 
 
 def _refuse(film: Film, detector: Any, dictionary: str, wanted: list[int] | None, frame_counts: dict[int, int]) -> None:
-    """Raise the error of a film that shows too few tags: of another dictionary, or mirrored."""
+    """Raise an error for too few tags, with advice: the film may be mirrored, or the tags of another dictionary."""
     samples = film.sample()
-    rule = f"must show {LEAST_TAGS} tags of the dictionary {dictionary} at least"
+    rule = f"must show {MIN_TAGS} tags of the dictionary {dictionary} at least"
     value = f"only {', '.join(map(str, sorted(frame_counts)))}" if frame_counts else "none"
     fix = "make them 24 px wide with a white border of one cell, and check --places"
     if sum(len(found_tags(detector, sample[:, ::-1].copy())[0]) for sample in samples) > len(samples):

@@ -1,4 +1,4 @@
-"""The silhouette fitted to every frame of a film, from the frames before, or anew where these do not help."""
+"""Fit the silhouette to every frame of a film, starting from the frames before or, if that fails, without a start."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from hypertuna.film.view import View
 from hypertuna.film.widths import learned, shape_off
 from hypertuna.io.checkpoint import Journal
 
-EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the edge that are tried
-COARSE = ((4.0, 14.0), (1.8, 8.0))  # px: blur and band of the first stages, where nothing is known
-NEAR = ((1.8, 8.0),)  # px: where the frames before tell the pose to a few pixels
-BAND = 6.0  # px, of the last stage
-FREE_ANGLE = 1.0  # rad: standard deviation of angles without pixels
-SIZE_SD, GIRTH_SD, ESTIMATED_GIRTH_SD = 0.15, 0.05, 0.2  # logs, before the film is seen
-LOSS = 0.3  # of the contrast: larger residuals count little
-MAX_OFFSET = 1.5  # px between drawn and seen edges
-MAX_BEND = 1.6  # rad between two links
-MIN_SEEN = 0.5  # part of a link that must be seen
-WAY = 1.5  # lengths of the fish
-FIXED = 1e12  # precision of an unknown that is known
-TINY = 1e-6  # of the information on an unknown that no pixel tells
-ANOTHER_SHAPE = 0.08  # of the area: widths of a file that differ by more are not those of the fish; right ones 0.04
-BLOCK = 60  # frames of a record of the journal
-GAP = 0.25  # s: after longer ones the frames before tell nothing
-LESSONS, END = 2, 1.0  # rounds of learning the widths; px: of the length that is learned with them
+EDGES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)  # px: blurs of the silhouette's edge that are tried
+COARSE = ((4.0, 14.0), (1.8, 8.0))  # px: blur and band of the first stages, without a known pose
+NEAR = ((1.8, 8.0),)  # px: blur and band of the first stage, if earlier frames predict the pose to a few pixels
+BAND = 6.0  # px: width of the band around the edge whose pixels are fitted in the last stage
+ANGLE_SD = 1.0  # rad: prior standard deviation of the joint angles
+SIZE_SD, GIRTH_SD, ESTIMATED_GIRTH_SD = 0.15, 0.05, 0.2  # prior standard deviations of log size and log girth
+LOSS_SCALE = 0.3  # fraction of the contrast: larger residuals weigh little in the robust loss
+MAX_OFFSET = 1.5  # px: largest distance between drawn and seen edges of a good fit
+MAX_BEND = 1.6  # rad: larger angles between two links are a misfit of the hind one
+MIN_SEEN = 0.5  # smallest fraction of a link that must be seen
+MIN_PATH = 1.5  # body lengths that the fish must swim, so that the film shows the tank behind it
+FIXED_PRECISION = 1e12  # prior precision that holds an unknown at its mean
+TINY = 1e-6  # least information on an unknown, in case no pixel depends on it
+ANOTHER_SHAPE = 0.08  # fraction of the area: a sections file that differs by more is of another fish (right ones: 0.04)
+BLOCK_FRAMES = 60  # frames per record of the journal
+MAX_GAP = 0.25  # s: older frames do not predict the pose
+WIDTH_ROUNDS, END_ERROR = 2, 1.0  # rounds of learning the widths; px: error of the length learned with them
 NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 
@@ -45,7 +45,7 @@ class Tuning:
 
     size: float  # log of the size
     girth: float  # log of the girth
-    edge: float  # px
+    edge: float  # px: blur of the silhouette's edge
     size_sd: float  # standard deviation of `size`
 
 
@@ -68,11 +68,11 @@ class Tracked:
     """Pose, joint angles and their errors in every frame of a film."""
 
     time: Array  # (frames,) [s]
-    state: Array  # (frames,): OK, ...
+    state: Array  # (frames,): OK or another state of `states`
     unknowns: Array  # (frames, 3 + groups): nose x, y [m], heading [rad], joint angles [rad]
-    covariance: Array  # (frames, 3 + groups, 3 + groups) by the noise of pixels
-    seen: Array  # (frames, links)
-    offset: Array  # (frames,) [px]
+    covariance: Array  # (frames, 3 + groups, 3 + groups) due to the noise of pixels
+    seen: Array  # (frames, links): fraction of each link that is seen
+    offset: Array  # (frames,) [px] between drawn and seen edges
 
 
 class Tracker:
@@ -85,7 +85,7 @@ class Tracker:
         """Return prior mean and precision (unknowns,) of a fit's unknowns, the precision times the squared noise."""
         groups, noise = len(self.body.groups), self.view.noise
         mean, sd = np.zeros(self.body.unknowns), np.full(self.body.unknowns, np.inf)
-        sd[3 : 3 + groups] = FREE_ANGLE
+        sd[3 : 3 + groups] = ANGLE_SD
         sd[3 + groups : 5 + groups] = (
             SIZE_SD,
             GIRTH_SD if self.body.measured or self.body.learned else ESTIMATED_GIRTH_SD,
@@ -93,7 +93,7 @@ class Tracker:
         precision = (noise / sd) ** 2
         if self.tuning is not None:
             mean[3 + groups : 5 + groups] = self.tuning.size, self.tuning.girth
-            precision[3 + groups : 5 + groups] = FIXED
+            precision[3 + groups : 5 + groups] = FIXED_PRECISION
         return mean, precision
 
     def fit(self, frame: Gray, start: Array, stages: tuple[tuple[float, float], ...], edge: float) -> Outcome:
@@ -107,11 +107,11 @@ class Tracker:
         if len(pixels) < 50:
             return Outcome(LOST)
         scaled = view.pixel * np.array([*stages, (edge, BAND)])
-        found = body.fit(pixels, start, self._prior(), scaled, LOSS * view.contrast)
+        found = body.fit(pixels, start, self._prior(), scaled, LOSS_SCALE * view.contrast)
         if not np.isfinite(found.unknowns).all():
             return Outcome(LOST)
         bend = np.diff(body.share, axis=0) @ found.unknowns[3 : 3 + len(body.groups)]
-        found.seen[1:] *= np.abs(bend) < MAX_BEND  # a part folded over the body is fitted to it, not seen
+        found.seen[1:] *= np.abs(bend) < MAX_BEND  # a link folded over the body fits the body's pixels
         offset = found.offset / view.pixel
         _, inside = view.box(body, found.unknowns)
         if not inside:
@@ -123,7 +123,7 @@ class Tracker:
         return Outcome(state, offset, found)
 
     def anew(self, frame: Gray, edge: float, near: Array | None = None) -> Outcome:
-        """Fit the silhouette without a start: to a frame's largest parts, headed as in `near` or either way."""
+        """Fit the silhouette to a frame's largest parts; near: unknowns of a close frame, whose heading is kept."""
         best = Outcome(LOST)
         expected = self.body.area / self.view.pixel**2
         for fish_pixels in self.view.parts(frame)[:3]:
@@ -139,23 +139,23 @@ class Tracker:
     def follow(
         self, frames: Iterator[tuple[int, Gray]], before: list[tuple[int, Array]], turn: bool
     ) -> Iterator[tuple[int, Outcome]]:
-        """Yield number and outcome of frames; before: unknowns of up to two earlier frames; turn: start tail first."""
+        """Yield the number and outcome of each frame; before: unknowns of up to two earlier ones; turn: tail first."""
         edge = self.tuning.edge if self.tuning is not None else EDGES[2]
-        lapse = max(int(GAP * self.view.film.rate), 2)
+        lapse = max(int(MAX_GAP * self.view.film.rate), 2)
         for number, frame in frames:
             before = [past for past in before if number - past[0] <= lapse][-2:]
             found = self.fit(frame, _ahead(before, number), NEAR, edge) if before else Outcome(LOST)
             if found.state in (LOST, MISFIT):
                 fresh_fit = self.anew(frame, edge, before[-1][1] if before else None)
                 if turn and not before and fresh_fit.state == OK:
-                    fresh_fit = self._turned(frame, fresh_fit, edge)
+                    fresh_fit = self._fit_swapped(frame, fresh_fit, edge)
                 found = min(found, fresh_fit, key=lambda outcome: outcome.rank)
             if found.state in (OK, UNSEEN):
                 before.append((number, found.fit.unknowns))
             yield number, found
 
-    def _turned(self, frame: Gray, found: Outcome, edge: float) -> Outcome:
-        """Fit the silhouette to a frame again, with nose and tail of an earlier fit swapped."""
+    def _fit_swapped(self, frame: Gray, found: Outcome, edge: float) -> Outcome:
+        """Fit the silhouette to a frame again, with nose and tail swapped."""
         unknowns = found.fit.unknowns
         joints, _ = self.body.joints(unknowns)
         start = np.concatenate([joints[-1], [unknowns[2] + np.pi], np.zeros(len(self.body.groups)), unknowns[-3:]])
@@ -173,9 +173,9 @@ def _ahead(before: list[tuple[int, Array]], number: int) -> Array:
 
 
 def tune(view: View, body: Body, estimate: Body, samples: Gray) -> tuple[Body, Tuning]:
-    """Find size, girth and blur of the edge from samples of a film, and the widths of a body without measured sections.
+    """Find size, girth and edge blur from samples of a film, and the widths if the body's sections are not measured.
 
-    Where the sections of a file are those of another fish, the estimate takes their place.
+    estimate: body with estimated sections; it replaces sections from a file that do not fit the fish in the film.
     """
     tracker, first = Tracker(view, body), 3 + len(body.groups)
     fits = _whole(tracker, samples)
@@ -183,7 +183,7 @@ def tune(view: View, body: Body, estimate: Body, samples: Gray) -> tuple[Body, T
         tracker.body = body = replace(estimate, file_off=shape_error)
         fits = _whole(tracker, samples)
     if not body.measured:
-        for _ in range(LESSONS):
+        for _ in range(WIDTH_ROUNDS):
             tracker.body = body = learned(view, body, fits)
             fits = [(frame, tracker.fit(frame, start, NEAR, EDGES[2]).fit.unknowns) for frame, start in fits]
     blur, least_noise = EDGES[0], np.inf
@@ -194,12 +194,12 @@ def tune(view: View, body: Body, estimate: Body, samples: Gray) -> tuple[Body, T
         blur, least_noise = trial, noise
     logs = [tracker.fit(frame, start, (), blur).fit.unknowns[first : first + 2] for frame, start in fits]
     (size, girth), (sd, _) = mean_of(np.array(logs))
-    ends_sd = 0.0 if body.measured else END * view.pixel / float(body.length.sum())
+    ends_sd = 0.0 if body.measured else END_ERROR * view.pixel / float(body.length.sum())
     return body, Tuning(float(size), float(girth), blur, float(np.hypot(sd, ends_sd)))
 
 
 def mean_of(values: Array) -> tuple[Array, Array]:
-    """Return means and standard errors (n,) of columns (samples, n) in order of time, outliers left out."""
+    """Return means and standard errors (n,) of values (samples, n) in order of time, without outliers."""
     middle = np.median(values, axis=0)
     spread = 1.4826 * np.median(np.abs(values - middle), axis=0)
     inliers = np.where(np.abs(values - middle) <= 3 * spread, values, np.nan)
@@ -210,9 +210,9 @@ def mean_of(values: Array) -> tuple[Array, Array]:
 
 
 def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
-    """Return the samples that show the whole fish, each with its unknowns; refuse a film that has too few of them."""
+    """Return the samples that show the whole fish, each with its unknowns; raise an error if they are too few."""
     view, body = tracker.view, tracker.body
-    dense = view.film.time[-1] < GAP * len(samples)  # the heading of a sample then tells that of the next
+    dense = view.film.time[-1] < MAX_GAP * len(samples)  # then a sample's heading predicts the next one's
     outcomes, near = [], None
     for frame in samples:
         one = tracker.anew(frame, EDGES[2], near)
@@ -230,15 +230,17 @@ def _whole(tracker: Tracker, samples: Gray) -> list[tuple[Gray, Array]]:
         raise InputError(rule, file=view.film.file, value=value, fix=FIXES[common])
     places = np.array([unknowns[:2] for _, unknowns in fitted])
     path, length = float(np.linalg.norm(np.ptp(places, axis=0))), float(body.length.sum())
-    if path < WAY * length:
-        rule = f"must swim through {WAY:g} of its lengths at least, for the tank behind it is seen where it is gone"
+    if path < MIN_PATH * length:
+        rule = (
+            f"must swim through {MIN_PATH:g} of its lengths at least, for the tank behind it is seen where it is gone"
+        )
         fix = "film a longer way, or go on filming the empty tank for longer than the fish was in it"
         raise InputError(rule, file=view.film.file, key="the fish", value=f"in {path / length:.2g} of them", fix=fix)
     return fitted
 
 
 def links_of(body: Body) -> list[int]:
-    """Return the index of the first link that each joint group turns."""
+    """Return for each joint group the index of the first link that it turns."""
     return [int(np.flatnonzero(column)[0]) for column in body.share.T]
 
 
@@ -252,7 +254,7 @@ def check_seen(body: Body, seen: Array, file: str) -> None:
 
 
 def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], None], *, turn: bool = False) -> Tracked:
-    """Track the fish through the film, block by block, except for the blocks that the journal already holds."""
+    """Track the fish through the film, block by block; the journal gives blocks that it already holds."""
     film, groups = tracker.view.film, len(tracker.body.groups)
     count, n = len(film.time), 3 + groups
     state, offset = np.full(count, LOST), np.full(count, np.nan)
@@ -274,11 +276,11 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
                 matrix = _covariance(outcome.fit, n)
                 rounded = (float(f"{x:.6g}") for x in (*outcome.fit.seen, *matrix[upper]))
                 rows.append([number, outcome.state, outcome.offset, *outcome.fit.unknowns.tolist(), *rounded])
-            if number % BLOCK == BLOCK - 1:
+            if number % BLOCK_FRAMES == BLOCK_FRAMES - 1:
                 break
         return rows
 
-    for first in range(0, count, BLOCK):
+    for first in range(0, count, BLOCK_FRAMES):
         for row in journal.answer([first, turn], partial(work, first)):
             number = int(row[0])
             state[number] = int(row[1])
@@ -290,12 +292,12 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
                 covariance[number].T[upper] = values[n + 3 + seen.shape[1] :]
                 if state[number] in (OK, UNSEEN):
                     before = [*before[-1:], (number, fitted)]
-        progress(min(first + BLOCK, count), count)
+        progress(min(first + BLOCK_FRAMES, count), count)
     return Tracked(film.time, state, unknowns, covariance, seen, offset)
 
 
 def _covariance(found: Fit, n: int) -> Array:
-    """Return the covariance (n, n) of pose and joint angles from the noise of pixels, for known size and girth."""
+    """Return the covariance (n, n) of pose and joint angles due to the noise of pixels, for known size and girth."""
     matrix = found.information
     unknown_places = [*range(n), matrix.shape[0] - 1]
     submatrix = matrix[np.ix_(unknown_places, unknown_places)]
@@ -306,7 +308,7 @@ def _covariance(found: Fit, n: int) -> Array:
 
 
 def forward(tracked: Tracked) -> float:
-    """Return the distance [m] that the fish swam head first over all frames; negative where the tail led."""
+    """Return the distance [m] that the fish swam head first over all frames; negative if it swam tail first."""
     frames = np.flatnonzero(tracked.state == OK)
     poses = tracked.unknowns[frames]
     step = np.diff(poses[:, :2], axis=0)

@@ -1,4 +1,4 @@
-"""Pixels of a film as the fit of the fish takes them: contrast to the empty tank, and places at the fish's depth."""
+"""Prepare the pixels of a film for the fit: contrast to the empty tank, and places at the fish's depth."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from hypertuna.film.camera import Camera
 from hypertuna.film.sections import Body
 from hypertuna.film.source import Film, Gray, background_of
 
-THRESHOLD = 0.45  # of the fish's contrast
-LEAST_CONTRAST = 15.0  # gray levels
-NOISES = 4.0  # least contrast over the noise
+THRESHOLD = 0.45  # fraction of the fish's contrast above which a pixel may be of the fish
+MIN_CONTRAST = 15.0  # gray levels
+MIN_CONTRAST_TO_NOISE = 4.0
 MARGIN = 14  # px around the fish
 Box = tuple[slice, slice]
 
@@ -32,15 +32,15 @@ class View:
     dark: bool  # whether the fish is darker than the tank
     contrast: float  # gray levels, of the fish
     noise: float  # gray levels, of a pixel of the empty tank
-    grid: NDArray[np.float32]  # (height, width, 4): place at the depth [m], lean of the sight
-    pixel: float  # m at the fish's depth, in the middle of the picture
+    grid: NDArray[np.float32]  # (height, width, 4): place at the depth [m] and lean of the ray, by `Camera.sight`
+    pixel: float  # m: size of a pixel at the fish's depth, in the middle of the picture
 
     def difference(self, frame: Gray) -> Gray:
         """Return gray levels (height, width) by which a frame is darker than the tank, or brighter if not `dark`."""
         return np.asarray(_difference(self.background, frame, self.dark))
 
     def pixels(self, frame: Gray, box: Box) -> Array:
-        """Return the pixels in a box as rows (n, 5): place [m], lean of the sight, gray levels of contrast."""
+        """Return the pixels in a box as rows (n, 5): place [m], lean of the ray, contrast [gray levels]."""
         value = self.background[box].astype(float) - frame[box]
         value = value if self.dark else -value
         return np.concatenate([self.grid[box].reshape(-1, 4), value.reshape(-1, 1)], axis=1)
@@ -73,7 +73,7 @@ class View:
 
 
 def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View, Gray]:
-    """Return the view of a film, and samples of its frames from which tank, contrast and noise are measured."""
+    """Return the view of a film, and the sampled frames from which tank, contrast and noise were measured."""
     if (film.width, film.height) != (camera.width, camera.height):
         rule = f"must have the size of the camera's picture, {camera.width} x {camera.height}"
         value, fix = f"{film.width} x {film.height} pixels", "film and calibrate in the same mode"
@@ -91,8 +91,8 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
     dark, contrast = levels[0] >= levels[1], max(levels)
     differences = samples[:, ::4, ::4].astype(np.int16) - background[::4, ::4]
     noise = max(1.4826 * float(np.median(np.abs(differences))), 0.5)
-    if contrast < max(LEAST_CONTRAST, NOISES * noise):
-        rule = f"must show a fish that is darker or brighter than the tank by {LEAST_CONTRAST:g} gray levels"
+    if contrast < max(MIN_CONTRAST, MIN_CONTRAST_TO_NOISE * noise):
+        rule = f"must show a fish that is darker or brighter than the tank by {MIN_CONTRAST:g} gray levels"
         fix = "check that a fish swims through the picture, use a white floor and a dark fish, and let the waves settle"
         raise InputError(rule, file=film.file, key="contrast", value=f"{contrast:.1f}", fix=fix)
     return View(film, camera, depth, background, dark, contrast, noise, grid, pixel), samples
@@ -106,12 +106,12 @@ def _difference(background: Gray, frame: Gray, dark: bool) -> Any:
 
 
 def _contrast(background: Gray, samples: Gray, dark: bool, size: float) -> float:
-    """Return the median contrast [gray levels] of a fish of an area [px] that is darker, or brighter, than the tank."""
+    """Return the median contrast [gray levels] of a fish darker, or else brighter, than the tank; size: area [px]."""
     import cv2
 
     levels = []
     for sample in samples:
         blurred = cv2.blur(_difference(background, sample, dark), (5, 5))
-        areas = np.cumsum(np.bincount(blurred.ravel(), minlength=256)[::-1])[::-1]  # px of this level and above
+        areas = np.cumsum(np.bincount(blurred.ravel(), minlength=256)[::-1])[::-1]  # px at or above each level
         levels.append(float(np.flatnonzero(areas >= min(size / 3, areas[0]))[-1]))
     return float(np.median(levels))

@@ -1,4 +1,4 @@
-"""Errors of measured joint angles in the fitted coefficients: angles drawn anew, smoothed and replayed."""
+"""How errors of measured joint angles affect the fitted coefficients: add noise, smooth and replay again."""
 
 from dataclasses import replace
 
@@ -9,15 +9,15 @@ from hypertuna.identification.coefficients import bounds_of, prior_rows
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.prediction import Prediction, predict, weighted
 
-DRAWS = 24  # of all joint angles
-SEED = 0  # of the draws: the same fit has the same intervals
+DRAWS = 24  # random draws of the noise of all joint angles
+SEED = 0  # of the draws, fixed so that the same fit gives the same intervals
 
 
 def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels: dict[str, float]) -> Array:
-    """Return the mean square (n, n) of the errors that errors of joint angles cause in the scaled coefficients.
+    """Return the covariance (n, n) of the scaled coefficients that is due to errors of the joint angles.
 
-    The smoothed angles get white noise of the estimated size, and are smoothed again. What the coefficients would
-    change to meet the same tracks follows from the linearized fit, with the bounds as a weak prior.
+    Noise of the estimated size is added to the smoothed angles, which are smoothed again. The change of the
+    coefficients that would fit the same tracks follows from the linearized fit, with the bounds as a weak prior.
     """
     n = len(data.free)
     if not any(rows.uncertain for rows in data.groups):

@@ -22,7 +22,7 @@ def fit_card(fit: Fit) -> Card:
 
 
 def sampled_card(fit: Fit, sampled: Posterior | None, seconds: float) -> Card:
-    """Show a fit with the intervals of its posterior, and how long both took [s]."""
+    """Show a fit with the intervals of its posterior, if given; seconds: time that both took [s]."""
     fitted, held_out = (len(trials.runs) for trials in fit.trials)
     heads, rows = coefficient_table(fit, sampled)
     cells = [(str(row[0]), *map(str, row[1:-1]), (str(row[-1]), "yellow")) for row in rows]
@@ -44,7 +44,7 @@ def digits_table(heads: list[str], rows: list[list[Any]]) -> Table:
 
 
 def _runs_svg(fit: Fit) -> str:
-    """Draw the computed over the measured numbers of runs as SVG, else the errors of tracked runs."""
+    """Draw computed over measured numbers of runs as SVG, or the errors of tracked runs if there are no numbers."""
     runs = [run for part in fit.parts.values() for run in part.runs]
     for kind, quantity in ((owner, quantity) for owner in KINDS for quantity in owner.quantities):
         measured, computed = (key_of(f"{quantity.name}_{of}", quantity.unit) for of in ("measured", "computed"))
@@ -75,7 +75,7 @@ def posterior_card(sampled: Posterior) -> Card:
 
 
 def _ranges_svg(sampled: Posterior) -> str:
-    """Draw each coefficient's interval about its median, relative to the median; of an offset, relative to its unit."""
+    """Draw each coefficient's interval relative to its median; an offset's is relative to its `ABSOLUTE_UNITS`."""
     medians = np.median(sampled.samples, axis=0)
     sizes = [ABSOLUTE_UNITS.get(free.column, abs(value)) for free, value in zip(sampled.free, medians, strict=True)]
     low, high = (100 * (ends - medians) / sizes for ends in (sampled.low, sampled.high))

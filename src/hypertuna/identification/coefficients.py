@@ -17,25 +17,24 @@ from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.ranges import NOT_NEGATIVE, Range
 from hypertuna.swimming.model import parameter_names
 
-ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s and rad: coefficients without a relative error
-MAX_BOUND = 1e12  # SI
+ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s, rad: units of errors that are not relative
+MAX_BOUND = 1e12  # largest magnitude of a bound [SI]
 ABOVE_ONE = Range(above=1)
-LOG_DECADES = 4  # below the upper bound: a default lower bound of 0 in log scale
+LOG_DECADES = 4  # decades below the upper bound, for the lower bound in log scale if the default is 0
 
 
 @dataclass(frozen=True)
 class Free:
-    """A free coefficient: one value, of one parameter of the robot or of several that are tied."""
+    """A free coefficient: one value for one parameter of the robot, or for several tied parameters."""
 
-    name: (
-        str  # water.lumped.drag[1-6]: the column as `parameter_names` writes it, and the indices that share the value;
-    )
-    # with =common the value is a factor on the present ones
+    # Such as water.lumped.drag[1-6]: a column of `parameter_names`, and the indices that share the value. With =common
+    # at the end, the value is a factor on the present values.
+    name: str
     lower: float  # bounds [SI]
     upper: float
-    start: float  # of the first search [SI]
-    scale: Literal["natural", "log"] = "natural"  # of the search, and of the normal error
-    prior: tuple[float, float] | None = None  # value known without the trials [SI], and the factor that it may be off
+    start: float  # value at which the first search starts [SI]
+    scale: Literal["natural", "log"] = "natural"  # in which the search works and the error is normal
+    prior: tuple[float, float] | None = None  # value known without the trials [SI], and factor by which it may be off
 
     @property
     def column(self) -> str:
@@ -44,7 +43,7 @@ class Free:
 
     @property
     def index(self) -> str:
-        """Indices as the name has them in its brackets; empty without."""
+        """Text between the name's brackets; empty without brackets."""
         return self.name.removesuffix(COMMON).partition("[")[2].removesuffix("]")
 
     @property
@@ -54,7 +53,7 @@ class Free:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Indices that share the value; 0 for a column of one value."""
+        """Indices in the column that share the value; (0,) for a column of one value."""
         return Place(self.column, self.index).members
 
     @property
@@ -83,7 +82,7 @@ def free(
     prior: Mapping[str, float] | None = None,
     recordings: Mapping[str, float] | None = None,
 ) -> tuple[Free, ...]:
-    """Return free coefficients.
+    """Return the free coefficients that names select, with bounds, scales, starts and priors.
 
     Names are those of `parameter_names`, `water.drag` being short for the law in use. Without brackets all values of a
     column share one value; `[0]` is one of them, `[1-6]` and `[1+4]` tie several, `[0,1-6,7]` are three and `[*]` one
@@ -121,34 +120,34 @@ def free(
 
 
 def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
-    """Return the index among `frees` of a recording's `time_offset`, or of `cost_factor`; None if it is not free."""
+    """Return the index in `frees` of a recording's `time_offset` or of `cost_factor`; None if it is not free."""
     return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
 
 
 def to_scale(frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Return values (n,) [SI] in the scales of their coefficients: themselves, or their natural logarithms."""
+    """Scale values (n,) [SI] of coefficients: natural logarithm for those in log scale, unchanged for others."""
     return np.array([math.log(v) if f.scale == "log" else v for f, v in zip(frees, values, strict=True)], dtype=float)
 
 
 def from_scale(frees: Sequence[Free], scaled: Sequence[float] | Array) -> Array:
-    """Return the values (n,) [SI] of scaled coefficients: the inverse of `to_scale`."""
+    """Return the values (n,) [SI] of scaled coefficients; inverse of `to_scale`."""
     return np.array([math.exp(x) if f.scale == "log" else x for f, x in zip(frees, scaled, strict=True)], dtype=float)
 
 
 def bounds_of(frees: Sequence[Free]) -> tuple[Array, Array]:
-    """Return lower and upper bounds (n,), each in the scale of its coefficient."""
+    """Return lower and upper bounds (n,) in the scales of the coefficients."""
     return to_scale(frees, [f.lower for f in frees]), to_scale(frees, [f.upper for f in frees])
 
 
 def prior_rows(frees: Sequence[Free], x: Array) -> tuple[Array, Array]:
-    """Return residuals (k,) of the k coefficients with a prior at scaled values x (n,), and their Jacobian (k, n)."""
+    """Return residuals (k,) of the k priors at scaled coefficients x (n,), and their Jacobian (k, n)."""
     with_prior = [k for k, f in enumerate(frees) if f.prior is not None]
     mean, sd = np.log([f.prior for f in frees if f.prior is not None]).reshape(-1, 2).T
     return (x[with_prior] - mean) / sd, np.eye(len(frees))[with_prior] / sd[:, np.newaxis]
 
 
 def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> dict[str, list[float]]:
-    """Return the columns that coefficients of values (n,) [SI] change, as for `core_model`; rods turn by m l^2/12."""
+    """Return the columns for `core_model` that values (n,) [SI] of coefficients change; links are rods, m l^2/12."""
     changed: dict[str, list[float]] = {}
     for f, value in zip(frees, values, strict=True):
         if f.column not in NUISANCES:
@@ -161,7 +160,7 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
 
 
 def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Return derivatives (parameters, n) of the parameters, as `parameter_names`, by the scaled coefficients."""
+    """Return derivatives (parameters, n) of the model's parameters with respect to the scaled coefficients."""
     row_of = {name: k for k, name in enumerate(parameter_names(robot))}
     matrix = np.zeros((len(row_of), len(frees)))
     for k, (f, value) in enumerate(zip(frees, values, strict=True)):
@@ -173,13 +172,13 @@ def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[flo
     if _inertia_follows(robot, {f.column for f in frees}):
         changed = columns(robot, frees, values)
         for i, (mass, length) in enumerate(_mass_and_length(robot, changed)):
-            by_mass, by_length = matrix[row_of[f"links.mass[{i}]"]], matrix[row_of[f"links.length[{i}]"]]
-            matrix[row_of[f"links.inertia[{i}]"]] = length * length / 12 * by_mass + mass * length / 6 * by_length
+            mass_row, length_row = matrix[row_of[f"links.mass[{i}]"]], matrix[row_of[f"links.length[{i}]"]]
+            matrix[row_of[f"links.inertia[{i}]"]] = length * length / 12 * mass_row + mass * length / 6 * length_row
     return matrix
 
 
 def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Robot:
-    """Return the robot with values (n,) [SI] of its coefficients; longer, heavier links make the body grow."""
+    """Return the robot with values (n,) [SI] of coefficients; its length and mass grow with those of its links."""
     changed = columns(robot, frees, values)
     if not robot.model_fields_set & {"fit"} and not changed:
         return robot
@@ -217,7 +216,7 @@ def with_fit(
     origin = f"identified from {trials}, see [fit]"
     for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
         key = written(column_key(column)[0])
-        document.get("uncertainty", {}).pop(key, None)  # of an estimate
+        document.get("uncertainty", {}).pop(key, None)  # the value is no estimate any more
         column_frees = [f for f in frees if f.column == column]
         fitted = {i for f in column_frees for i in f.indices}
         other_source = robot.source(key)
@@ -245,7 +244,7 @@ def with_fit(
 
 
 def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
-    """Sample robots from the normal distribution of the table [fit], truncated at the bounds."""
+    """Sample robots from the normal distribution in the table [fit], truncated at the bounds."""
     fit = robot.fit
     if fit is None:
         fix = "give a file that `hypertuna identify -o` wrote"
@@ -264,14 +263,14 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
 
 
 def _make_free(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
-    """Return a free coefficient with its bounds and its start."""
+    """Return a free coefficient with its bounds and start, given or default."""
     column, name = place.column, place.name
     table = _factor_bounds(robot, place) if place.common else default_bounds()["coefficient"].get(column, {})
     value = table.get("start", 0.0)
     if column not in NUISANCES and not place.common:
         present = column_of(robot, column)
         tied = [present[i] for i in place.members if present[i] is not None]
-        if tied:  # the mean, and exactly the value where all are equal
+        if tied:  # the mean, written so that equal values give exactly this value
             value = tied[0] + math.fsum(x - tied[0] for x in tied) / len(tied)
     factor = default_bounds()["factor"]["links"]
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
@@ -294,7 +293,7 @@ def _make_free(robot: Robot, place: Place, bounds: tuple[float, float] | None, s
 
 
 def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | None) -> Free:
-    """Return a coefficient with a prior about the robot's value, which may be off by a factor."""
+    """Add a prior about the robot's value to a coefficient; width: factor by which the value may be off."""
     if width is None:
         return coefficient
     key = f"prior {coefficient.name}"
@@ -312,7 +311,7 @@ def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | No
 
 
 def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
-    """Return bounds and start of a factor on the present values: no value leaves the default bounds of its column."""
+    """Return bounds and start of a common factor, such that no value leaves the default bounds of its column."""
     present = [float(column_of(robot, place.column)[i]) for i in place.members]
     if not any(present):
         fix = f"write {place.name.removesuffix(COMMON)}: one value for all"
@@ -329,7 +328,7 @@ def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
 
 @cache
 def column_key(column: str) -> tuple[tuple[str, ...], str]:
-    """Return the keys of a column such as water.lumped.drag in a robot's file, outermost first, and its unit there."""
+    """Return a column's keys in a robot's file, outermost first, and its unit there; column: as water.lumped.drag."""
     model: Any = Robot
     keys, unit = [], ""
     for attribute in column.split("."):
@@ -367,12 +366,12 @@ def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> N
 
 
 def _mass_and_length(robot: Robot, changed: Mapping[str, Sequence[float]]) -> Iterator[tuple[float, float]]:
-    """Yield mass [kg] and length [m] of each link."""
+    """Yield mass [kg] and length [m] of each link, with changed columns."""
     mass, length = (changed.get(f"links.{name}", getattr(robot.links, name)) for name in ("mass", "length"))
     return zip(mass, length, strict=True)
 
 
 def _inertia_follows(robot: Robot, changed: Collection[str]) -> bool:
-    """Return whether moments of inertia follow from masses and lengths that change."""
+    """Return whether moments of inertia change, since they follow from masses or lengths that change."""
     follows = "inertia" not in robot.links.model_fields_set and "links.inertia" not in changed
     return follows and bool({"links.mass", "links.length"} & set(changed))

@@ -1,4 +1,4 @@
-"""The estimator of tank and bench: residuals and priors in; fit, noise levels, covariance and directions out."""
+"""The estimator used for tank and bench: fits residuals and priors; gives noise levels, covariance and directions."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,18 +12,18 @@ from hypertuna.arrays import Array
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.profile import ProfileProblem, profile_sd
 
-CONFIDENCE = 0.95
-ROUNDS = 12  # of estimating noise levels and coefficients in turn
-SAME_NOISE = 1e-2  # relative change of a noise level that ends these rounds
-ON_BOUND = 1e-3  # of the allowed range: a value closer than this to a bound is on it, as searches end up to 2e-4 short
-MIN_SINGULAR = 1e-12  # of the largest singular value: smaller ones count as zero
+CONFIDENCE = 0.95  # of all intervals
+ROUNDS = 12  # of estimating noise levels and coefficients in turns
+NOISE_TOLERANCE = 1e-2  # relative change of noise levels below which these rounds end
+ON_BOUND = 1e-3  # fraction of the range: a closer value is on the bound, since searches end up to 2e-4 before it
+MIN_SINGULAR = 1e-12  # singular values below this fraction of the largest count as zero
 
 
 @dataclass(frozen=True)
 class LeastSquares:
     """A bounded nonlinear least-squares problem with a robust loss, in n scaled coefficients x.
 
-    Residuals are those of the measured elements, each over its noise, then those of the priors, whose loss is linear.
+    Residuals: of the measured elements, each over its noise; then of the priors, whose loss is always linear.
     """
 
     residual: Callable[[Array], Array]  # x (n,) to residuals (elements + priors,)
@@ -31,18 +31,18 @@ class LeastSquares:
     lower: Array  # (n,)
     upper: Array  # (n,)
     loss: str  # of `loss_terms`
-    sample: NDArray[np.intp]  # (elements,), the independent sample that an element belongs to
-    count: NDArray[np.intp]  # (samples,), elements of each sample
+    sample: NDArray[np.intp]  # (elements,), index of the independent sample to which each element belongs
+    count: NDArray[np.intp]  # (samples,), number of elements of each sample
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction in the space of the coefficients, each in its unit, uncorrelated with the others."""
+    """A direction in the space of the coefficients, each in its unit, that is uncorrelated with other directions."""
 
     vector: Array  # (n,), unit vector
-    singular_value: float  # of the Jacobian over the noise: inverse linear standard deviation without priors
-    sd: float  # standard deviation along it, priors and curvature of the profile likelihood included
-    constrained: bool  # whether its 95 % interval is short, if the model is right
+    singular_value: float  # of the Jacobian over the noise: inverse of the linear standard deviation without priors
+    sd: float  # standard deviation along it, including priors and the profile likelihood's curvature
+    constrained: bool  # whether its 95 % interval is short, on the assumption that the model is right
     sentence: str = ""
 
 
@@ -50,7 +50,7 @@ class Direction:
 class Estimate:
     """Covariance and directions of a fit, in the scaled coefficients x."""
 
-    singular: Array  # (n,), descending singular values of the Jacobian over the noise, in units
+    singular: Array  # (n,), descending singular values of the Jacobian over the noise, for coefficients in their units
     vectors: Array  # (n, n), directions in units of the coefficients
     direction_sd: Array  # (n,), standard deviations along the directions
     covariance: Array  # (n, n), of x
@@ -60,17 +60,17 @@ class Estimate:
 
     @property
     def unidentifiable(self) -> NDArray[np.bool_]:
-        """Whether no residual changes along each direction, shape (n,)."""
+        """Whether residuals do not change along each direction (n,)."""
         return np.asarray(self.singular <= MIN_SINGULAR * max(float(self.singular[0]), 1.0))
 
     def directions(self, constrained: Callable[[float, float], bool]) -> list[Direction]:
-        """Return the directions; `constrained` judges a singular value and the standard deviation along it."""
+        """Return the directions; constrained: decides from a singular value and a standard deviation."""
         columns = (self.vectors, self.singular.tolist(), self.direction_sd.tolist())
         return [Direction(vector, s, sd, bool(constrained(s, sd))) for vector, s, sd in zip(*columns, strict=True)]
 
 
 def start_points(first: Sequence[Array], lower: Array, upper: Array, count: int, seed: int) -> list[Array]:
-    """Return the given start points (n,), then Sobol points within the bounds: `count` in total."""
+    """Return `count` start points: the given ones (n,), then Sobol points within the bounds."""
     points = list(first[:count])
     if (missing := count - len(points)) > 0:
         from scipy.stats import qmc
@@ -90,13 +90,13 @@ def minimize(
     gtol: float,
     max_evaluations: int,
 ) -> dict[str, Any]:
-    """Search from one start by SciPy's trust-region method; return `x`, `cost` and more of its result."""
+    """Search from one start with SciPy's trust-region method; return `x`, `cost` and other parts of its result."""
     from scipy.optimize import least_squares  # imported here: slow to import
 
     total, count = len(problem.sample), problem.count
 
     def loss(square: Array) -> Array:
-        # all elements of a sample share its loss; the curvature is kept where it is diagonal
+        # all elements of a sample share its loss; the second derivative is used only for samples of one element
         rho = loss_terms(problem.loss, np.bincount(problem.sample, square[:total], minlength=len(count)).astype(float))
         rho[0] /= count
         rho[2][count > 1] = 0.0
@@ -126,16 +126,16 @@ def fit(
     search: Callable[[Array, dict[str, float], int], dict[str, Any]],
     estimate_levels: Callable[[Array, dict[str, float]], dict[str, float]],
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, float]]:
-    """Search roughly from every start; refine from the best, estimating noise levels in turn with the coefficients.
+    """Search roughly from every start; refine the best result, estimating noise levels and coefficients in turns.
 
-    `search` takes a start, noise levels by kind and the stage: the index of the start, or their number when refining.
-    Return its rough results, with `x` and `cost`, the refined ones (the last is the fit), and the noise levels.
+    search: takes a start, noise levels by kind, and the stage (index of the start, or number of starts when refining).
+    Return the rough results, with `x` and `cost`, the refined results (the last one is the fit), and the noise levels.
     """
     rough_results = [search(start, levels, k) for k, start in enumerate(starts)]
     refined_results = [min(rough_results, key=lambda result: float(result["cost"]))]
     for k in range(ROUNDS):
         new_levels = estimate_levels(np.array(refined_results[-1]["x"]), levels)
-        if k and all(abs(new_levels[kind] / level - 1) < SAME_NOISE for kind, level in levels.items()):
+        if k and all(abs(new_levels[kind] / level - 1) < NOISE_TOLERANCE for kind, level in levels.items()):
             break
         levels = new_levels
         refined_results.append(search(np.array(refined_results[-1]["x"]), levels, len(starts)))
@@ -152,15 +152,17 @@ def estimate(
     quantile: float,
     prior: float = 0.0,
     profile: tuple[Callable[[Array], Array], Array] | None = None,
-    more: Array | None = None,
+    extra_covariance: Array | None = None,
 ) -> Estimate:
-    """Compute covariance, directions and 95 % intervals of a fit x (n,) from the Jacobian (elements, n), by x / unit.
+    """Compute covariance, directions and 95 % intervals of a fit x (n,).
 
-    prior: inverse variance of each coefficient that is known without the residuals, in its unit. profile: residuals
-    as a function of x, and their Jacobian by x / unit, to widen intervals by the profile likelihood. more: mean square
-    (n, n) of errors of x from other sources.
+    jacobian: (elements, n), with respect to x / unit. prior: inverse variance of each coefficient that is known without
+    the residuals, in its unit. profile: residuals as a function of x, and their Jacobian with respect to x / unit, to
+    widen intervals by the profile likelihood. extra_covariance: (n, n), of errors of x from other sources.
     """
-    short = len(jacobian) < len(x)  # then directions that no residual determines follow, with singular values of 0
+    short = len(jacobian) < len(
+        x
+    )  # then the SVD must add directions that no residual determines, with singular values of 0
     _, singular, vectors = np.linalg.svd(jacobian, full_matrices=short)
     singular = np.append(singular, np.zeros(len(x) - len(singular)))
     floor = MIN_SINGULAR * max(float(singular[0]), 1.0)
@@ -174,23 +176,25 @@ def estimate(
 
         direction_sd = profile_sd(ProfileProblem(residuals, profile_jacobian, *box, vectors, direction_sd, quantile))
     covariance = np.outer(unit, unit) * (vectors.T * direction_sd**2 @ vectors)
-    if more is not None:
-        covariance = covariance + more
-        direction_sd = np.sqrt(direction_sd**2 + np.einsum("di,ij,dj->d", vectors / unit, more, vectors / unit))
+    if extra_covariance is not None:
+        covariance = covariance + extra_covariance
+        direction_sd = np.sqrt(
+            direction_sd**2 + np.einsum("di,ij,dj->d", vectors / unit, extra_covariance, vectors / unit)
+        )
     sd = np.sqrt(np.diag(covariance))
     low, high = (np.clip(x + side * quantile * sd, lower, upper) for side in (-1, 1))
     return Estimate(singular, vectors, direction_sd, covariance, sd, low, high)
 
 
 def t_quantile(freedom: float) -> float:
-    """Return the two-sided 95 % quantile of Student's t."""
+    """Return the two-sided 95 % quantile of Student's t; freedom: degrees of freedom."""
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, 0.5 + CONFIDENCE / 2))
 
 
 def on_bound(x: Array, lower: Array, upper: Array) -> tuple[str | None, ...]:
-    """Return "lower" or "upper" for each value on a bound, else None."""
+    """Return for each value "lower" or "upper" if it is on that bound, else None."""
     tolerance = ON_BOUND * (upper - lower)
     return tuple(
         "lower" if value - low < margin else "upper" if high - value < margin else None

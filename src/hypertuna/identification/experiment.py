@@ -1,4 +1,4 @@
-"""Trials laid out for a fit: measured elements, the independent samples that they form, and the noise of each."""
+"""Arrange trials for a fit: measured elements, the independent samples that they form, and each sample's noise."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from hypertuna.trials.trials import Trials
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-NAMES = tuple(QUANTITIES)
-LARGE_ERROR = 0.15  # relative, of speeds, and of tracks over their distance from the start: no noise is larger
+NAMES = tuple(QUANTITIES)  # of the measured quantities
+LARGE_ERROR = 0.15  # relative error of numbers, or of tracks over their distance from the start; noise is smaller
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Trials laid out for a fit: elements are single numbers, a sample is one independent measurement.
+    """Trials arranged for a fit: elements are single numbers, a sample is one independent measurement.
 
     All frames of a tracked run along one axis are one sample, because their errors are correlated from frame to frame.
     """
@@ -34,14 +34,14 @@ class Experiment:
     robot: Robot
     trials: Trials
     free: tuple[Free, ...]
-    measured: Array  # (elements,) [SI]; poses are from the start of their run
-    sample: Indices  # (elements,), the sample of each element
-    kind: Indices  # (samples,), index into NAMES
-    run: Indices  # (samples,), index into trials.runs
-    sd: Array  # (samples,), standard deviation [SI]; where unknown, the factor on the noise level
+    measured: Array  # (elements,) [SI]; poses are relative to the start of their run
+    sample: Indices  # (elements,), index of each element's sample
+    kind: Indices  # (samples,), index of the quantity in NAMES
+    run: Indices  # (samples,), index of the run in trials.runs
+    sd: Array  # (samples,), standard deviation [SI]; if not known, a factor on the noise level
     known: Flags  # (samples,), whether `sd` is known
-    count: Indices  # (samples,), elements of each sample
-    groups: tuple[Rows, ...]  # elements, samples and runs are those of one after the other
+    count: Indices  # (samples,), number of elements of each sample
+    groups: tuple[Rows, ...]  # their elements, samples and runs follow each other in the arrays above
     loss: str = "linear"  # of `loss_terms`
     steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
     threads: int = 1
@@ -53,14 +53,14 @@ class Experiment:
 
     @property
     def without_intervals(self) -> bool:
-        """Whether there are too few measurements to estimate intervals: no more than coefficients."""
+        """Whether there are too few measurements to estimate intervals: no more than free coefficients."""
         without_prior = sum(f.prior is None for f in self.free)
         samples = len(self.kind)
         return samples <= len(self.free) and (samples <= without_prior or bool(self.unknown_kinds))
 
     @property
     def sizes(self) -> dict[str, float]:
-        """Scale of errors by quantity: 1 for relative errors, else the rms of the measured values [m or rad]."""
+        """Scale of errors by quantity: 1 for relative errors, otherwise the rms of the measured values [m or rad]."""
         kinds, rms = self.kind[self.sample], {}
         for k, (name, q) in enumerate(QUANTITIES.items()):
             alike = [j for j, other in enumerate(QUANTITIES.values()) if j == k or (q.path and other.path == q.path)]
@@ -71,19 +71,19 @@ class Experiment:
 
     @property
     def level_caps(self) -> dict[str, float]:
-        """Largest noise levels of the quantities: beyond them the model is wrong, not the measurement."""
+        """Largest noise level of each quantity; larger residuals mean that the model is wrong, not the measurement."""
         return {name: max(LARGE_ERROR * size, QUANTITIES[name].level) for name, size in self.sizes.items()}
 
     def noise(self, levels: Mapping[str, float]) -> Array:
-        """Return the standard deviation (samples,) [SI]; levels: of the quantities whose noise is unknown."""
+        """Return the standard deviations (samples,) [SI]; levels: of quantities whose noise is unknown."""
         level = np.array([levels.get(name, 1.0) for name in NAMES])[self.kind]
         return np.where(self.known, 1.0, level) * self.sd
 
 
 def experiment(robot: Robot, trials: Trials, frees: Sequence[Free] = (), **options: Any) -> Experiment:
-    """Return trials laid out for a fit; options: loss, steps and threads of the `Experiment`.
+    """Arrange trials for a fit; options: loss, steps and threads of the `Experiment`.
 
-    Where the time offset of a recording is free, only frames are used that the replay spans for all its values.
+    If a recording's time offset is free, only the frames that the replay spans for all allowed offsets are used.
     """
     if not trials.runs:
         raise InputError("must have at least one run", key="trials", fix="give measured runs")

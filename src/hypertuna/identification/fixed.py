@@ -1,4 +1,4 @@
-"""Coefficients of the water law that are not free, and how their errors change the residuals."""
+"""Coefficients of the water law that are not free, and the effect of their errors on the residuals."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from hypertuna.identification.prediction import predict, weighted
 
 
 def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
-    """Return a coefficient for what is not free in each column of the water law: a factor, or a value if all are 0."""
+    """Return a coefficient for the fixed values of each water-law column: a common factor, or a value if all are 0."""
     law, free_places = robot.model.water, {(f.column, i) for f in free for i in f.indices}
     frees = []
     for column, count in Names(robot).known.items():
@@ -37,7 +37,7 @@ def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
 def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> Array:
     """Return the changes (elements, k) of residuals if each of k fixed coefficients is off by one standard deviation.
 
-    These are the columns that handbooks give; a standard deviation is the factor in data/published/bounds.toml.
+    These are coefficients with values from handbooks; their standard deviations are in data/published/bounds.toml.
     """
     fixed = fixed_coefficients(data.robot, data.free)
     factors = [(f, prior_factor(data.robot, f.column)) for f in fixed if f.common]
@@ -51,9 +51,9 @@ def model_errors(data: Experiment, values: Array, levels: dict[str, float]) -> A
 
 
 def whitened(jacobian: Array, errors: Array) -> Array:
-    """Return (1 + E E^T)^(-1/2) J of a Jacobian J (elements, n) over the noise and errors E (elements, k) over it.
+    """Return (1 + E E^T)^(-1/2) J, for a Jacobian J (elements, n) and model errors E (elements, k) over the noise.
 
-    Its coefficients are as uncertain as if what makes the errors were free, each with its standard deviation.
+    With it, coefficients are as uncertain as if the k fixed coefficients were free, with their priors.
     """
     left, singular, _ = np.linalg.svd(errors, full_matrices=False)
     return np.asarray(jacobian + left * (1 / np.sqrt(1 + singular**2) - 1) @ (left.T @ jacobian))

@@ -1,4 +1,4 @@
-"""Identify: fit free coefficients to trials and compute their uncertainty."""
+"""Identify: fit free coefficients to trials, and compute their uncertainty."""
 
 import math
 import os
@@ -38,9 +38,9 @@ from hypertuna.trials.trials import Trials, digest, implausible, read_trials, sp
 
 Paths = str | Path | Sequence[str | Path]
 
-FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)
-VALIDATE, ENOUGH = 0.2, 6  # part of the runs kept for validation by default, and runs below which none are
-SNAP = 1e-6  # of the allowed range: a value closer than this to a bound is set on it
+FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # of `validate` and `starts`
+VALIDATE, MIN_RUNS = 0.2, 6  # default fraction of runs kept for validation, and number of runs below which none are
+SNAP = 1e-6  # fraction of the allowed range: a value closer to a bound is set to the bound
 
 
 @dataclass(frozen=True)
@@ -48,26 +48,26 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     """A fit of free coefficients to trials."""
 
     robot: Robot  # with the fitted values, and a table [fit]
-    described: Robot  # before the fit
+    described: Robot  # the robot before the fit
     free: tuple[Free, ...]
     values: Array  # (n,) [SI]
     uncertainty: Uncertainty
-    noise: dict[str, float]  # estimated, of the kinds of measurement without stated noise: relative, m or rad
+    noise: dict[str, float]  # estimated noise levels of quantities without stated noise: relative, m or rad
     train: Errors
     validation: Errors | None  # of runs that the fit has not seen
-    criteria: dict[str, Any]  # of `hypertuna.identification.residuals.criteria`
+    criteria: dict[str, Any]  # information criteria, from `hypertuna.identification.residuals.criteria`
     stop: str  # why the search ended
     converged: bool
     path: Array  # (iterations, n) [SI], values after each iteration of the best search
-    costs: tuple[float, ...]  # of each start: half the sum of the loss
-    evaluations: int  # predictions of all runs, from all starts
+    costs: tuple[float, ...]  # of each start: half of the summed loss
+    evaluations: int  # number of predictions of all runs, over all starts
     seconds: float
     warnings: tuple[str, ...]
-    trends: tuple[Trend, ...]  # of the errors of the speed
+    trends: tuple[Trend, ...]  # of the speed's errors with frequency, amplitude or speed
     seed: int
     loss: str
     steps: int  # Runge-Kutta steps per beat
-    trials: tuple[Trials, Trials]  # for training, and for validation
+    trials: tuple[Trials, Trials]  # training and validation runs
 
     @property
     def parts(self) -> dict[str, Errors]:
@@ -76,13 +76,17 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
     @property
     def criterion(self) -> float:
-        """Criterion that compares water laws, less is better: Akaike's, or with too few runs the Bayesian one."""
-        values = (self.criteria["aicc"], self.criteria["bic"], 0.0)  # a loss that is no likelihood has neither
+        """Criterion that compares water laws (lower is better): Akaike's, or the Bayesian one if there are few runs."""
+        values = (
+            self.criteria["aicc"],
+            self.criteria["bic"],
+            0.0,
+        )  # 0 for a loss that is no likelihood, which has neither
         return next(float(value) for value in values if value is not None)
 
     @property
     def quantities(self) -> list[str]:
-        """Quantities of the errors, keys of `hypertuna.identification.residuals.LABELS`."""
+        """Names of the quantities that have errors, as keys of `hypertuna.identification.residuals.LABELS`."""
         return [key for key in LABELS if any(key in part.rms for part in self.parts.values())]
 
     @property
@@ -102,7 +106,7 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
 
     @property
     def record(self) -> dict[str, Any]:
-        """Record of the fit, for JSON; its robot is the described one."""
+        """Record of the fit for JSON; its provenance is of the robot before the fit."""
         search = ("stop", "converged", "seconds", "evaluations", "costs", "loss", "seed")
         return {name: getattr(self, name) for name in (*search, "noise", "criteria", "warnings")} | {
             "parameters": self.parameters,
@@ -176,7 +180,7 @@ def identify(
     robot = robot_of(robot)
     begun = time.monotonic()
     trials = _trials(robot, trials)
-    validate = (VALIDATE if len(trials.runs) >= ENOUGH else 0.0) if validate is None else validate
+    validate = (VALIDATE if len(trials.runs) >= MIN_RUNS else 0.0) if validate is None else validate
     FRACTION_LEFT.check(validate, "validate", "give a fraction such as 0.2, or 0 for none")
     NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
     check_name(loss, LOSSES, "loss", "loss")
@@ -197,7 +201,9 @@ def identify(
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
         if free is None and (drag := linear_drag(fit.trends)):
-            begin = {drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]}  # a search leaves no bound
+            begin = {
+                drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]
+            }  # a search does not leave a bound
             frees = _frees(robot, trials, [*names, drag], choices | {"start": dict(start or {}) | begin})
             fit = _with_linear_drag(fit, _fit(robot, runs, frees, settings, starts, seed, journal))
     return replace(fit, seconds=time.monotonic() - begun, warnings=(*remarks, *fit.warnings))
@@ -224,7 +230,7 @@ def _fit(
     journal: Journal,
     progress: Callable[[int, int], None] | None = None,
 ) -> Fit:
-    """Return the fit to the first of two parts of the runs; the second validates it."""
+    """Fit the coefficients to training runs, and validate the fit with the others; runs: (training, validation)."""
     training, held_out = runs
     data, rough_data = (experiment(robot, t, frees, **settings) for t in (training, subset(training, len(frees))))
     result, levels = search(data, rough_data, start_points(frees, starts, seed), journal, progress)
@@ -232,7 +238,7 @@ def _fit(
 
 
 def _with_linear_drag(fit: Fit, with_drag: Fit) -> Fit:
-    """Return the fit with linear drag, warning why that is free; or `fit`, without it, if that drag comes out as 0."""
+    """Return the fit with linear drag, and a warning why it is free; or `fit`, without it, if the fitted drag is 0."""
     if with_drag.uncertainty.bound[-1] == "lower":
         return fit
     errors = [100 * each.train.rms["speed_relative"] for each in (fit, with_drag) if "speed_relative" in each.train.rms]
@@ -247,9 +253,9 @@ def _with_linear_drag(fit: Fit, with_drag: Fit) -> Fit:
 def compare(
     robot: Robot, trials: Trials | Paths, free: str | Sequence[str] | None, laws: Sequence[str], **options: Any
 ) -> dict[str, Fit]:
-    """Fit several water laws to the same runs, by law; options are those of `identify`.
+    """Fit several water laws to the same runs; return the fits by law. options: those of `identify`.
 
-    Each law takes the free coefficients that it has, and a checkpoint is a file for each law. Compare `validation` and
+    Each law uses those of the free coefficients that it has, and a checkpoint file of its own. Compare `validation` and
     `criteria`: lower is better. The loss "cauchy" is no likelihood and raises an InputError.
     """
     if options.get("loss") == "cauchy":
@@ -279,7 +285,7 @@ def compare(
 
 
 def _trials(robot: Robot, given: Trials | Paths) -> Trials:
-    """Return trials, read from files where paths are given."""
+    """Return the given trials, or read them from the given paths."""
     if not isinstance(robot, Robot):
         raise InputError("must be a robot", key="robot", value=shown(robot), fix="give what hypertuna.load returns")
     if isinstance(given, Trials):
@@ -292,7 +298,7 @@ def _trials(robot: Robot, given: Trials | Paths) -> Trials:
 
 
 def _names(given: str | Sequence[str] | Sequence[Free]) -> Sequence[str] | Sequence[Free]:
-    """Return names of coefficients as a sequence."""
+    """Return names of coefficients as a sequence; a text is split at commas."""
     if isinstance(given, str):
         return split_names(given)
     if not isinstance(given, (list, tuple)):
@@ -304,7 +310,7 @@ def _names(given: str | Sequence[str] | Sequence[Free]) -> Sequence[str] | Seque
 def _frees(
     robot: Robot, trials: Trials, names: Sequence[str] | Sequence[Free], options: Mapping[str, Any]
 ) -> tuple[Free, ...]:
-    """Return the free coefficients that names select; `names` may also be the coefficients themselves."""
+    """Return the free coefficients that names select; names: may also be the coefficients themselves."""
     if names and all(isinstance(name, Free) for name in names):
         return tuple(name for name in names if isinstance(name, Free))
     texts = [name for name in names if isinstance(name, str)]
@@ -322,11 +328,11 @@ def _frees(
 def _result(
     data: Experiment, part: Experiment, held_out: Trials, result: Mapping[str, Any], levels: dict[str, float], seed: int
 ) -> Fit:
-    """Return the fit of a search result; part: some of the runs, for the profile likelihood."""
+    """Build the `Fit` from a search's result; part: some of the runs, for the profile likelihood."""
     robot, frees, trials = data.robot, data.free, (data.trials, held_out)
     values = from_scale(frees, result["x"])
     lower, upper = np.array([[f.lower, f.upper] for f in frees]).T
-    snap = SNAP * (upper - lower)  # the search stays inside
+    snap = SNAP * (upper - lower)  # the search stays inside the bounds
     values = np.where(values - lower < snap, lower, np.where(upper - values < snap, upper, values))
     prediction = predict(data, values, gradient_steps=data.steps, levels=levels)
     intervals = uncertainty(data, values, prediction, levels, part)

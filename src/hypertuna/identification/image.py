@@ -1,4 +1,4 @@
-"""Image of a robot with samples of its fit or of its estimates, so that a page can show how certain its numbers are."""
+"""Image of a robot with samples of its fit or its estimates, with which a page shows how certain its numbers are."""
 
 from typing import Any
 
@@ -10,15 +10,15 @@ from hypertuna.mission.image import robot_image
 from hypertuna.swimming import band
 from hypertuna.swimming.model import model_columns
 
-SAMPLES, SEED = 64, 0  # of a fit
+SAMPLES, SEED = 64, 0  # number and seed of the samples of a fit
 
 
 def sampled_image(robot: Robot) -> bytes:
-    """Return the image of a robot, as `robot_image`, with samples of its own model if its numbers are uncertain.
+    """Return the image of a robot by `robot_image`, with samples of its own model if its numbers are uncertain.
 
     The samples are those of `speed_band` for a robot with estimates of known uncertainty, otherwise those of its table
-    [fit]. Column ``samples.NAME`` (samples, n) has what model 0 has in its column NAME, for each sample. The text holds
-    the factors of the speed by the law, with estimates.
+    [fit]. Column ``samples.NAME`` (samples, n) replaces column NAME of model 0 for each sample. With estimates, the
+    text has factors on the speed for the uncertainty of the water law.
     """
     estimates = band.sampled_columns(robot)
     if estimates is not None:

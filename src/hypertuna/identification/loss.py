@@ -1,4 +1,4 @@
-"""Robust losses of squared residuals, and the scale of residuals under a loss."""
+"""Robust losses of squared residuals, and robust estimates of the residuals' scale."""
 
 import math
 
@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
-MAX_ITERATIONS, SAME_SCALE = 200, 1e-6  # of the fixed-point iteration for a scale, and its relative tolerance
-MIN_CURVATURE = 1e-3
+MAX_ITERATIONS, SCALE_TOLERANCE = 200, 1e-6  # of the fixed-point iteration for a scale; its relative tolerance
+MIN_CURVATURE = 1e-3  # lower bound of the mean of psi', by which results are divided
 
 
 def loss_terms(loss: str, square: Array) -> Array:
-    """Compute rho(z) and its first and second derivative, shape (3, n), for squared residuals z over their variance.
+    """Return rho(z) and its first and second derivative (3, n), for squared residuals z (n,) over their variance.
 
-    As SciPy's least_squares: z, 2 (sqrt(1 + z) - 1), z up to 1 and then 2 sqrt(z) - 1, ln(1 + z).
+    rho is that of SciPy's least_squares. linear: z; soft_l1: 2 (sqrt(1 + z) - 1); huber: z up to 1, then
+    2 sqrt(z) - 1; cauchy: ln(1 + z).
     """
     z = square
     one, zero = np.ones_like(z), np.zeros_like(z)
@@ -32,9 +33,15 @@ def loss_terms(loss: str, square: Array) -> Array:
 
 
 def residual_scale(
-    z: Array, loss: str, *, share: float = 1.0, start: float = 0.0, lower: float = 0.0, tolerance: float = SAME_SCALE
+    z: Array,
+    loss: str,
+    *,
+    share: float = 1.0,
+    start: float = 0.0,
+    lower: float = 0.0,
+    tolerance: float = SCALE_TOLERANCE,
 ) -> float:
-    """Return the s at which the mean of (z/s^2) rho'(z/s^2) is that of normal errors times `share`.
+    """Return the scale s of residuals for which the mean of (z/s^2) rho'(z/s^2) is `share` times that of normal errors.
 
     z: squared residuals over their variance [1]; share: degrees of freedom per sample [1]; lower: lower limit of s.
     """
@@ -50,13 +57,13 @@ def residual_scale(
 
 
 def curvature(z: Array, loss: str, count: NDArray[np.intp]) -> float:
-    """Return the mean of psi' at squared residuals z (samples,); for samples of several elements, across them."""
+    """Return the mean of psi', the derivative of the influence function, at squared residuals z (samples,)."""
     _, first, second = loss_terms(loss, z)
     return max(float(np.mean(np.where(count > 1, first, first + 2 * z * second))), MIN_CURVATURE)
 
 
 def interval_factor(z: Array, loss: str, scale: float, count: NDArray[np.intp], freedom: float) -> float:
-    """Return the factor on the standard deviations of an M-estimate (Huber 1981, section 7.6), 1 at least.
+    """Return the factor, at least 1, on the standard deviations of an M-estimate (Huber 1981, section 7.6).
 
     factor^2 = s^2 mean(psi^2) n / (n - p) / mean(psi')^2 with psi of residuals over the scale s.
     """

@@ -1,4 +1,4 @@
-"""Names of free coefficients: the parameters of the robot that a name selects, and ties among them."""
+"""Names of free coefficients: find the parameters of the robot that a name selects, and which of them are tied."""
 
 import re
 import tomllib
@@ -15,13 +15,23 @@ from hypertuna.ranges import check_name
 from hypertuna.swimming.band import estimated
 from hypertuna.swimming.model import parameter_names
 
-NUISANCES = {"time_offset": "s", "cost_factor": "1"}  # of the trials, not of the robot: name and unit
+NUISANCES = {
+    "time_offset": "s",
+    "cost_factor": "1",
+}  # by name of a coefficient of the trials, not of the robot: its unit
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
-ALONG = ("friction", "drag_tangential")  # drag along the body
-DEFAULTS = (*ALONG, "drag", "drag_normal", "added_mass", "added_mass_normal", "blunt_area")  # free by default
-UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # of a key as the robot's file has it
-NINETY = 1.645  # standard deviations to either side hold 90 % of normal errors
-COMMON = "=common"  # ends the name of one factor on several values, in place of one value for all
+ALONG = ("friction", "drag_tangential")  # columns of drag along the body
+DEFAULT_COLUMNS = (
+    *ALONG,
+    "drag",
+    "drag_normal",
+    "added_mass",
+    "added_mass_normal",
+    "blunt_area",
+)  # columns that are free by default
+UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # unit at the end of a key in the robot's file
+Z_90 = 1.645  # standard deviations to either side that contain 90 % of normal errors
+COMMON = "=common"  # ends a name that stands for one factor on several values instead of one value for all
 
 
 def split_names(text: str) -> list[str]:
@@ -41,16 +51,16 @@ def two_lines(name: str) -> str:
 
 @cache
 def default_bounds() -> dict[str, Any]:
-    """Return data/published/bounds.toml: bounds and starts by column [SI], and bounds of links as factors."""
+    """Read data/published/bounds.toml: bounds and starts by column [SI], and bounds of links as factors."""
     return tomllib.loads((shipped("data/published") / "bounds.toml").read_text(encoding="utf-8"))
 
 
 class Place(NamedTuple):
-    """One free value: of a whole column, or of tied parameters in it."""
+    """One free value, for a whole column or for some tied parameters of it."""
 
     column: str  # as `parameter_names` writes it
-    at: str  # 0+2-4, the name of a recording, or nothing
-    common: bool = False  # a factor on the present values
+    at: str  # indices such as 0+2-4, the name of a recording, or ""
+    common: bool = False  # whether the value is a factor on the present values
 
     @property
     def name(self) -> str:
@@ -59,7 +69,7 @@ class Place(NamedTuple):
 
     @property
     def members(self) -> tuple[Any, ...]:
-        """Indices that share the value, 0 for a column of one value; the name of the recording of a time offset."""
+        """Indices that share the value, (0,) for a column of one value; for a time offset, its recording's name."""
         if self.column in NUISANCES or not self.at:
             return (self.at or 0,)
         ends = [[int(end) for end in part.split("-")] for part in self.at.split("+")]
@@ -67,13 +77,13 @@ class Place(NamedTuple):
 
 
 def default_names(robot: Robot) -> tuple[str, ...]:
-    """Return the coefficients to fit by default: one factor each on the water law's present drags and added masses.
+    """Return the names of the default coefficients: a factor on each of the water law's drags and added masses.
 
     A column whose present values are all 0 is left at 0, except drag along the body, which all swimmers have.
     """
     law = robot.model.water
     names = []
-    for column in DEFAULTS:
+    for column in DEFAULT_COLUMNS:
         full_name = f"water.{law}.{column}"
         value = getattr(getattr(robot.water, law), column, None)
         if value is None:
@@ -87,7 +97,7 @@ def default_names(robot: Robot) -> tuple[str, ...]:
 
 
 def default_priors(robot: Robot) -> dict[str, float]:
-    """Return the factors by which the robot's values of the default coefficients may be off."""
+    """Return by name the factors by which the robot's values of the default coefficients may be off."""
     factors = {name: prior_factor(robot, name.removesuffix(COMMON)) for name in default_names(robot)}
     return {name: factor for name, factor in factors.items() if factor is not None}
 
@@ -95,13 +105,13 @@ def default_priors(robot: Robot) -> dict[str, float]:
 def prior_factor(robot: Robot, column: str) -> float | None:
     """Return the factor by which the robot's values of a column may be off, one standard deviation of the logarithm.
 
-    It is that of handbooks or of the file's [uncertainty], the larger one: priors as narrow as the rules of an estimate
-    would hold a fit too close to it. None without both.
+    The factor is the larger of the handbooks' and that of the file's [uncertainty], since a prior as narrow as the rule
+    of an estimate would hold a fit too close to the estimate. None if there is neither.
     """
     factors = default_bounds()["prior"].get(column.rpartition(".")[2], {})
     has_blunt_area = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
     handbook = factors.get("beside_blunt_area" if has_blunt_area and "beside_blunt_area" in factors else "factor", 1.0)
-    factor = float(max(handbook, estimated(robot).get(column, 1.0) ** (1 / NINETY)))
+    factor = float(max(handbook, estimated(robot).get(column, 1.0) ** (1 / Z_90)))
     return factor if factor > 1 else None
 
 
@@ -111,7 +121,7 @@ def common_place(column: str, members: Sequence[int], count: int, common: bool =
 
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names that the robot's water law has, of a list that serves several laws."""
+    """Return those of the names that apply to the robot's water law; names: a list for several laws."""
     other_laws = LAWS.keys() - {robot.model.water}
     known_columns = Names(robot).known
 
@@ -127,14 +137,14 @@ def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Names:
-    """The names that can be free, of a robot and of the recordings of its trials."""
+    """The names of coefficients that can be free, for a robot and the recordings of its trials."""
 
     robot: Robot
     recordings: tuple[str, ...] = ()
 
     @cached_property
     def known(self) -> dict[str, int]:
-        """Columns with their numbers of values, 0 for a single value without an index."""
+        """By column: its number of values, 0 for a single value without an index."""
         count: dict[str, int] = {}
         for name in parameter_names(self.robot):
             column, bracket, _ = name.partition("[")
@@ -143,7 +153,7 @@ class Names:
         return count | dict.fromkeys(NUISANCES, 0)
 
     def resolve(self, name: str, key: str) -> list[Place]:
-        """Return the places that a name selects; `key` is for the error."""
+        """Return the places that a name selects; key: names the argument in errors."""
         where = f"{key} {name}"
         match = NAME.fullmatch(name)
         column, index = (match["column"], match["index"]) if match else (name, None)
@@ -180,7 +190,7 @@ class Names:
         return [Place(column, _canonical(self._indices(column, part.strip(), count, where)), common) for part in parts]
 
     def covered(self, name: str, places: Sequence[Place], key: str) -> list[Place]:
-        """Return the free coefficients among `places` that a name covers."""
+        """Return those of `places` that a name covers; raise an error if there are none."""
         wide = self.resolve(name, key)
         members = {member for place in wide for member in place.members}
         matching = [place for place in places if place.column == wide[0].column and members.issuperset(place.members)]
@@ -207,7 +217,7 @@ class Names:
         return InputError("is not a coefficient that can be free", key=where, fix=fix)
 
     def _indices(self, column: str, text: str, count: int, where: str) -> list[int]:
-        """Return the indices of an index, a range, or several tied by +; names of links and groups are indices."""
+        """Parse an index, a range, or several tied by +; names of links and joint groups stand for their indices."""
         groups = [group.name for group in self.robot.joints]
         names = groups if column.startswith("joints.") else list(self.robot.links.name)
         indices: set[int] = set()

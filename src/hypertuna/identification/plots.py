@@ -1,4 +1,4 @@
-"""Figures of a fit: coefficients with intervals, correlation, computed against measured values, errors of runs."""
+"""Figures of a fit: coefficients with intervals, correlations, computed over measured values, errors of runs."""
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
@@ -15,13 +15,13 @@ from hypertuna.identification.residuals import LABELS, NUMBERS
 from hypertuna.io import quantity
 
 DARK = 0.85  # correlation above which the text of a cell is white
-PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}
+PARTS = {"training": (COLORS[1], "o"), "validation": (COLORS[0], "s")}  # color and marker
 
 
 @plots.of(Fit)
 @styled
 def plot_intervals(fit: Fit, *, sampled: Posterior | None = None, width: float = WIDTH) -> Figure:
-    """Plot every coefficient with its 95 % interval between its bounds; width [inch]."""
+    """Plot each coefficient and its 95 % interval, on an axis from its lower to its upper bound; width [inch]."""
     frees, uncertainty = fit.free, fit.uncertainty
     lower, upper = bounds_of(frees)
 
@@ -99,7 +99,7 @@ def plot_correlation(fit: Fit, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Plot computed against measured speed and cost of transport, of training and validation; width [inch]."""
+    """Plot computed over measured numbers, such as speed, for training and validation runs; width [inch]."""
     runs = [run for part in fit.parts.values() for run in part.runs]
     names = {
         kind: [quantity.key_of(f"{kind}_{of}", unit) for of in ("measured", "computed")]
@@ -125,7 +125,7 @@ def plot_measured(fit: Fit, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_errors(fit: Fit, *, width: float = WIDTH) -> Figure:
-    """Plot the error of every run: relative of steady runs, rms over the frames of tracked ones; width [inch]."""
+    """Plot the error of every run: relative for single numbers, rms over the frames of tracked runs; width [inch]."""
     panels = fit.quantities
     order = {run: k for k, run in enumerate(run for trials in fit.trials for run in trials.runs)}
     figure = Figure(figsize=(width, 1.5 * len(panels) + 0.7), layout="constrained")

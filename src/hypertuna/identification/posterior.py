@@ -26,11 +26,11 @@ from hypertuna.parallel.executors import map_shards, thread_count
 from hypertuna.ranges import Whole
 from hypertuna.trials.trials import digest
 
-WALKERS, MIN_WALKERS = 4, 16  # per coefficient, and in all
+WALKERS_PER_COEFFICIENT, MIN_WALKERS = 4, 16
 BLOCK = 25  # steps between two records of the checkpoint
 BURN_IN = 0.3  # fraction of the chain that is discarded
-MIN_LENGTH = 50  # of a chain, in autocorrelation times
-STEPS = Whole(min=10, max=100_000)
+MIN_LENGTH = 50  # of a sufficient chain, in autocorrelation times
+STEP_RANGE = Whole(min=10, max=100_000)
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
     samples: Array  # (samples, n) [SI]
     low: Array  # (n,) [SI], 2.5 % quantiles
     high: Array  # (n,) [SI], 97.5 % quantiles
-    covariance: Array  # (n, n), of the samples in the scales of the coefficients
-    acceptance: float  # fraction of the proposed steps
+    covariance: Array  # (n, n), of the samples, in the scales of the coefficients
+    acceptance: float  # fraction of the proposed steps that were accepted
     autocorrelation: Array  # (n,), autocorrelation time in steps
     steps: int
     walkers: int
@@ -54,7 +54,7 @@ class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
 
     @property
     def record(self) -> dict[str, Any]:
-        """Record of the posterior, for JSON."""
+        """Record of the posterior for JSON."""
         intervals = zip(self.free, self.low, self.high, strict=True)
         rows = [{"name": f.name, "low": f.border[1] * low, "high": f.border[1] * high} for f, low, high in intervals]
         names = ("acceptance", "steps", "walkers", "sentence")
@@ -73,26 +73,26 @@ def posterior(
 ) -> Posterior:
     """Sample the posterior of a fit with `steps` of affine-invariant walkers (Goodman and Weare 2010, emcee).
 
-    The prior is uniform between the bounds, each coefficient in its scale, times that of the fit; the likelihood is
-    that of the fit. The result does not depend on the executor, which takes each walker of a step as a task, nor on
-    the number of threads. progress: called with the finished steps and their total.
+    The prior is uniform between the bounds in the coefficients' scales, times the fit's priors; the likelihood is that
+    of the fit. The executor gets each walker's step as a task; the result depends neither on the executor nor on the
+    number of threads. progress: called with the finished steps and their total.
     """
     import emcee  # imported here: slow to import
 
     check_posterior(steps, fit.loss)
     options: dict[str, Any] = {"loss": fit.loss, "steps": fit.steps}
     data = experiment(fit.described, fit.trials[0], fit.free, **options, threads=thread_count(threads, executor))
-    walkers = max(MIN_WALKERS, WALKERS * len(fit.free))
+    walkers = max(MIN_WALKERS, WALKERS_PER_COEFFICIENT * len(fit.free))
     scale = fit.uncertainty.residual_scale
 
     density = _Density(fit.free, fit.loss, data, fit.noise, scale, *bounds_of(fit.free))
-    # as wide about the fit as its covariance, which includes the robust loss and residuals beyond the stated noise
+    # weighted so that the density is as wide as the fit's covariance, which includes robust loss and excess residuals
     weight = (scale / fit.uncertainty.factor) ** 2 / curvature(density.squares_at(fit.values), fit.loss, data.count)
     density = replace(density, weight=weight)
     lower, upper = density.lower, density.upper
     pool = None if executor is None else _Pool(executor)
     sampler = emcee.EnsembleSampler(walkers, len(fit.free), density, pool=pool)
-    sampler.log_prob_fn = density  # without emcee's wrapper, which prints a traceback at Ctrl-C
+    sampler.log_prob_fn = density  # replaces emcee's wrapper, which prints a traceback at Ctrl-C
     options |= {"trials": digest(fit.trials[0]), "seed": fit.seed, "values": fit.values.tolist()}
     header = journal_header("posterior", fit.described, options)
 
@@ -120,19 +120,19 @@ def posterior(
 
 @dataclass(frozen=True)
 class _Density:
-    """Natural logarithm of the posterior's density at scaled coefficients x (n,), but for a constant."""
+    """Natural logarithm of the posterior's density at scaled coefficients x (n,), up to a constant."""
 
     free: tuple[Free, ...]
     loss: str
     data: Experiment
     noise: dict[str, float]
-    scale: float  # of the residuals
+    scale: float  # of the residuals, relative to the stated noise
     lower: Array  # (n,) in the scales of the coefficients
     upper: Array
     weight: float = 1.0  # of the loss
 
     def squares_at(self, values: Array) -> Array:
-        """Return the squared residuals (samples,) over variance and squared scale."""
+        """Return the squared residuals (samples,) over their variance and the squared scale."""
         predicted = predict(self.data, values, gradient_steps=None, levels=self.noise)
         return squares(self.data, predicted, self.noise) / self.scale**2
 
@@ -146,7 +146,7 @@ class _Density:
 
 @dataclass(frozen=True)
 class _Pool:
-    """An executor with the method `map` that emcee calls."""
+    """Gives an executor the method `map` that emcee calls."""
 
     executor: Executor
 
@@ -157,7 +157,7 @@ class _Pool:
 
 def check_posterior(steps: int, loss: str) -> None:
     """Check the number of steps, and that the loss is a likelihood."""
-    STEPS.check(steps, "posterior", "give a number such as 1000")
+    STEP_RANGE.check(steps, "posterior", "give a number such as 1000")
     if loss == "cauchy":
         rule, fix = "must follow from a likelihood to sample a posterior", "fit with soft_l1, huber or linear"
         raise InputError(rule, key="loss", value="'cauchy', whose integral is infinite", fix=fix)
@@ -177,7 +177,7 @@ def with_posterior(fit: Fit, sampled: Posterior) -> Robot:
 
 
 def _start_points(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
-    """Return start points (walkers, n) from the linear fit, within the bounds."""
+    """Return start points (walkers, n) scattered about the fit by its standard deviations, within the bounds."""
     rng = np.random.default_rng(fit.seed)
     width = upper - lower
     spread = np.minimum(np.sqrt(np.diag(fit.uncertainty.covariance)), 0.1 * width)
@@ -188,12 +188,12 @@ def _start_points(fit: Fit, lower: Array, upper: Array, walkers: int) -> Array:
 
 
 def _posterior(fit: Fit, chain: Array, acceptance: float) -> Posterior:
-    """Return the posterior of a chain (steps, walkers, n), without its burn-in."""
+    """Build the `Posterior` from a chain (steps, walkers, n), without its burn-in."""
     import emcee
 
     steps, walkers, n = chain.shape
     kept = chain[int(BURN_IN * steps) :]
-    with np.errstate(invalid="ignore"):  # of a chain that has not moved
+    with np.errstate(invalid="ignore"):  # the chain may not have moved
         tau = np.asarray(emcee.autocorr.integrated_time(kept, tol=0, quiet=True), dtype=float)
     flat = kept.reshape(-1, n)
     low, high = (from_scale(fit.free, np.quantile(flat, q, axis=0)) for q in (0.025, 0.975))

@@ -1,4 +1,4 @@
-"""Prediction of all runs of the trials by the model, with exact derivatives by the free coefficients."""
+"""Predict all runs of the trials with the model, with exact derivatives with respect to the free coefficients."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,9 +23,9 @@ def predict(
 ) -> Prediction:
     """Compute every run of the trials for values (n,) of the free coefficients [SI].
 
-    A run without a settled beat is far off, with zero Jacobian, so that a search turns back. gradient_steps:
-    Runge-Kutta steps per beat of the derivatives of steady runs; None leaves all Jacobians zero. levels: noise of
-    frames, by quantity, for runs of which it is not known how they begin.
+    A run without a settled beat gets values that are far off and a zero Jacobian, so that a search turns back.
+    gradient_steps: Runge-Kutta steps per beat for derivatives of steady runs; None: all Jacobians are zero. levels:
+    noise of frames by quantity, for runs whose initial motion is not known.
     """
     changed_columns, count = columns(data.robot, data.free, values), len(data.free)
     point = Point(
@@ -57,7 +57,7 @@ def predict(
 def weighted(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> tuple[Array, Array]:
     """Return residuals (elements,), computed minus measured, and their Jacobian, in units of their standard deviation.
 
-    levels: noise of the quantities whose noise is unknown, relative for speed and cost of transport [1], [m] and [rad].
+    levels: of quantities whose noise is unknown: relative for single numbers [1], [m] and [rad] for poses.
     """
     scale = (data.noise(levels) * np.sqrt(data.count))[data.sample]
     return (prediction.computed - data.measured) / scale, prediction.jacobian / scale[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""Profile likelihood: how far nearly equally good fits extend along poorly constrained directions."""
+"""Profile likelihood: find how far fits of nearly equal quality extend along poorly constrained directions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,32 +7,32 @@ import numpy as np
 
 from hypertuna.arrays import Array
 
-MIN_INTERVAL = 0.2  # length of a linear 95 % interval above which the profile along that direction is computed
-STEPS = 4  # along a direction, to its standard deviation; longer ones beyond it
-MAX_STEPS = 9
-CORRECTIONS = 2  # back to the profile, in each step
-CONSTRAINT_WEIGHT = 100.0  # of the position along the direction, against residuals of one standard deviation
+MIN_INTERVAL = 0.2  # length of a direction's linear 95 % interval, in units, above which its profile is computed
+STEPS_PER_SD = 4  # steps from the optimum to one linear standard deviation; beyond it each is twice the last
+MAX_STEPS = 9  # along a direction to one side
+CORRECTIONS = 2  # per step, which move the point back to the profile
+CONSTRAINT_WEIGHT = 100.0  # of the residual that holds the position along the direction, relative to other residuals
 
 
 @dataclass(frozen=True)
 class ProfileProblem:
-    """A least-squares problem about its optimum: points u (n,) are differences from the optimum, in units."""
+    """A least-squares problem near its optimum; points u (n,) are differences from the optimum, in units."""
 
     residual: Callable[[Array], Array]  # weighted residuals at a point
     jacobian: Array  # (elements, n), of these residuals at the optimum
-    lower: Array  # (n,), bounds
+    lower: Array  # (n,), lower bounds of u
     upper: Array
     directions: Array  # (n, n), unit vectors, from the best to the least constrained
-    sd: Array  # (n,), standard deviations along them of the linear problem
-    quantile: float  # of the 95 % interval, in standard deviations
+    sd: Array  # (n,), standard deviations along the directions in the linear problem
+    quantile: float  # half length of a 95 % interval, in standard deviations
 
 
 def profile_sd(problem: ProfileProblem) -> Array:
-    """Compute the standard deviation (n,) along every direction, the curvature of the profile included.
+    """Compute the standard deviation (n,) along every direction, including the curvature of the profile.
 
-    The profile is followed along each direction whose linear 95 % interval is longer than a fifth, to either side,
-    until the residuals have changed by one standard deviation or a bound is met. The end is the standard deviation, if
-    farther than in the linear problem; the largest shift of a better constrained direction widens that one.
+    The profile of each direction whose linear 95 % interval is longer than a fifth is followed to both sides, until the
+    residuals have changed by one standard deviation or a bound is met. The distance covered is the standard deviation
+    if it exceeds the linear one; shifts of better constrained directions on the way widen those.
     """
     start = problem.residual(np.zeros(len(problem.sd)))
     variance, shifts = problem.sd**2, np.zeros(len(problem.sd))
@@ -49,7 +49,7 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
 
     direction = problem.directions[k]
     extent = problem.upper - problem.lower
-    step = side * min(float(problem.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS
+    step = side * min(float(problem.sd[k]), 1 / float(np.max(np.abs(direction) / extent))) / STEPS_PER_SD
     jacobian, x, residual, distance = problem.jacobian.copy(), np.zeros(len(direction)), start, 0.0
     tangent = direction
 
@@ -61,12 +61,12 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
         return point, new_residual
 
     def correction() -> Array:
-        # to the profile within the bounds: least squares with the position along the direction held
+        # step back to the profile, within bounds: least squares that holds the position along the direction
         weight = CONSTRAINT_WEIGHT / abs(step)
         rows = np.concatenate([jacobian, [weight * direction]])
         right_side = np.append(start - residual, weight * (target - direction @ x))
         bounds = (np.minimum(problem.lower - x, 0.0), np.maximum(problem.upper - x, 0.0))
-        q, r = np.linalg.qr(rows)  # the same minimum, of as many rows as unknowns
+        q, r = np.linalg.qr(rows)  # reduces the rows to the number of unknowns, with the same minimum
         return np.asarray(lsq_linear(r, q.T @ right_side, bounds=bounds).x)
 
     for n in range(MAX_STEPS):
@@ -82,5 +82,5 @@ def _follow(problem: ProfileProblem, k: int, side: int, start: Array) -> Array:
         if abs(direction @ change) < abs(step) / 10:
             break  # the bounds are met
         tangent = change / (direction @ change)
-        step *= 2 if n >= STEPS - 1 else 1
+        step *= 2 if n >= STEPS_PER_SD - 1 else 1
     return x

@@ -14,18 +14,22 @@ from hypertuna.identification.prediction import Prediction, weighted
 from hypertuna.io.quantity import key_of
 from hypertuna.trials.kinds import QUANTITIES
 
-MAX_ITERATIONS, SAME_LEVEL = 200, 1e-6  # of the fixed-point iteration for the likeliest noise level
-LABELS = {one.key: (one.label, one.shown, one.factor) for one in QUANTITIES.values()}  # label, unit, units per error
-NUMBERS = {name: one.unit for name, one in QUANTITIES.items() if one.relative}  # a number for each run, with its unit
+MAX_ITERATIONS, LEVEL_TOLERANCE = 200, 1e-6  # of the fixed-point iteration for the most likely noise level
+LABELS = {
+    one.key: (one.label, one.shown, one.factor) for one in QUANTITIES.values()
+}  # label, displayed unit, displayed units per unit of the error
+NUMBERS = {
+    name: one.unit for name, one in QUANTITIES.items() if one.relative
+}  # by quantity that is one number per run: its unit
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of runs, computed minus measured: of all together, and of each."""
+    """Errors of runs, computed minus measured: over all runs, and of each run."""
 
-    rms: dict[str, float]  # by quantity, the unit in its name: speed_relative, x_m, yaw_deg ...
-    max: dict[str, float]  # the same, largest magnitude
-    runs: tuple[dict[str, Any], ...]  # name of each run, values measured and computed, or the rms over its frames
+    rms: dict[str, float]  # by quantity with unit, such as speed_relative, x_m, yaw_deg
+    max: dict[str, float]  # largest magnitude, by the same keys
+    runs: tuple[dict[str, Any], ...]  # of each run: name, and measured and computed values or the rms over its frames
 
 
 def squares(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> Array:
@@ -37,8 +41,8 @@ def squares(data: Experiment, prediction: Prediction, levels: dict[str, float]) 
 def lack_of_fit(data: Experiment, z: Array) -> float:
     """Return the squared distance of the model from the mean of a recording's runs, over the variance of that mean.
 
-    R runs that scatter about their mean by sd have mean squares z of (R - 1)/R + e^2/sd^2 about a model that is e off.
-    Mean of R e^2/sd^2 over recordings and axes: 1 for a sound model, 0 without known noise of recordings.
+    If R runs scatter about their mean by sd, and the model is off by e, the mean of z is (R - 1)/R + e^2/sd^2. The
+    result is the mean of R e^2/sd^2 over recordings and axes: 1 for a correct model, 0 without known noise.
     """
     first, distances = 0, []
     for rows in data.groups:
@@ -52,9 +56,9 @@ def lack_of_fit(data: Experiment, z: Array) -> float:
 
 
 def degrees_taken(jacobian: Array, known: Array) -> float:
-    """Return how many degrees of freedom of the elements n coefficients use up, by their Jacobian (elements, n).
+    """Return how many degrees of freedom n coefficients use up, from the elements' Jacobian J (elements, n).
 
-    A prior of the rows (k, n) leaves them those that the elements do not determine: trace J (J^T J + P^T P)^-1 J^T.
+    known: Jacobian P (k, n) of the priors, which reduce the number: trace of J (J^T J + P^T P)^-1 J^T.
     """
     if not len(known):
         return float(jacobian.shape[1])
@@ -67,9 +71,9 @@ def stretches(
 ) -> tuple[Array, float]:
     """Return the factors (samples,) on standard deviations for intervals, and the degrees of freedom.
 
-    It is `factor`, but for tracks whose noise was estimated from their residuals. Their frames count as independent
-    as the autocorrelation of the residuals shows: of N frames as N / tau, tau = 1 + 2 sum of correlations. Then the
-    variance is that of the residuals times tau / N.
+    The factor is `factor`, except for tracks whose noise was estimated from their residuals. Their N frames count as
+    N / tau independent ones, where tau = 1 + 2 sum of the residuals' autocorrelations, so the variance of a track is
+    that of its residuals times tau / N.
     """
     count = data.count.astype(float)
     residual = weighted(data, prediction, levels)[0] * np.sqrt(count)[data.sample]
@@ -87,9 +91,9 @@ def stretches(
 
 
 def autocorrelation_time(series: Sequence[Array]) -> float:
-    """Return tau = 1 + 2 sum of the correlations of residuals from frame to frame, common to several series.
+    """Return tau = 1 + 2 sum of the autocorrelations of residuals, estimated jointly from several series.
 
-    The sum ends where two neighboring correlations together are no longer positive (Geyer 1992).
+    The sum ends when the sum of two neighboring correlations is no longer positive (Geyer 1992).
     """
     size = max(len(r) for r in series)
     power = sum(np.abs(np.fft.rfft(r, 2 * size)) ** 2 for r in series)
@@ -104,19 +108,19 @@ def autocorrelation_time(series: Sequence[Array]) -> float:
 def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> dict[str, Any]:
     """Compute Akaike's corrected (`aicc`) and the Bayesian information criterion (`bic`) of a fit; lower is better.
 
-    The loss is -2 ln of the likelihood of a sample, but for a constant; each unknown noise level is one more parameter.
+    The loss is -2 ln(likelihood) of a sample, up to a constant; each unknown noise level counts as a parameter.
     `aicc` is None for too few samples, and all are None for the loss "cauchy", which is no likelihood.
     """
     if data.loss == "cauchy":  # 1/sqrt(1 + z) has no finite integral
         return dict.fromkeys(("samples", "parameters", "minus_2_log_likelihood", "aicc", "bic"))
     z = squares(data, prediction, levels)
     variance = data.noise(levels) ** 2
-    # an unknown level takes the value of maximum likelihood: where the mean of z rho'(z) is 1
+    # an unknown level gets its maximum-likelihood value, for which the mean of z rho'(z) is 1
     for k in range(len(NAMES)):
         selected = ~data.known & (data.kind == k)
         for _ in range(MAX_ITERATIONS if selected.any() else 0):
             ratio = float(np.mean(z[selected] * loss_terms(data.loss, z[selected])[1]))
-            if ratio <= 0 or abs(ratio - 1) < SAME_LEVEL:
+            if ratio <= 0 or abs(ratio - 1) < LEVEL_TOLERANCE:
                 break
             variance[selected] *= ratio
             z[selected] /= ratio
@@ -128,7 +132,7 @@ def criteria(data: Experiment, prediction: Prediction, levels: dict[str, float])
 
 
 def errors(data: Experiment, prediction: Prediction) -> Errors:
-    """Return the errors of all runs: relative ones of steady runs, without those of a measured speed of 0."""
+    """Return the errors of all runs; relative errors leave out runs whose measured value is 0."""
     kinds = data.kind[data.sample]
     per_run: list[dict[str, Any]] = [{"run": name} for name in data.trials.runs]
     rms, largest = {}, {}

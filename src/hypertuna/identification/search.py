@@ -1,4 +1,4 @@
-"""The fit of free coefficients to trials: the estimator's search on predicted runs, with unknown noise levels."""
+"""Fit free coefficients to trials: run the estimator's search on predicted runs, and estimate noise levels."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -19,33 +19,33 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
 
-TOLERANCE = 1e-10  # relative change of the coefficients that ends a search
-SAME_ERROR = 1e-8  # the same of the error: far less than a standard deviation of any coefficient
-ROUGH = 1e-3  # the same in a rough search
-NEAR = 3e-3  # of the allowed range: shorter steps take derivatives with all steps of the beat
-SUBSET = 4  # steady runs for each free coefficient in a rough search
+TOLERANCE = 1e-10  # relative change of the coefficients below which a search ends
+ERROR_TOLERANCE = 1e-8  # relative change of the cost below which a search ends
+ROUGH_TOLERANCE = 1e-3  # relative change of the cost below which a rough search ends
+LONG_STEP = 3e-3  # fraction of the allowed range: after a shorter step, derivatives use all steps of the beat
+RUNS_PER_COEFFICIENT = 4  # steady runs per free coefficient in a rough search
 MAX_EVALUATIONS = 300  # of one search
-SAME_SCALE = 1e-4  # relative tolerance of a noise level
-SAME_COST = 0.05  # relative difference below which two starts have reached the same minimum
-MIN_LEVEL = 1e-6  # the numerical error of a computed speed
-STOPS = {
+LEVEL_TOLERANCE = 1e-4  # relative tolerance of a noise level
+COST_TOLERANCE = 0.05  # relative difference of costs below which two starts have reached the same minimum
+MIN_LEVEL = 1e-6  # smallest noise level: the numerical error of a computed speed
+STOPS = {  # by status of SciPy's least_squares
     0: f"The search was stopped after {MAX_EVALUATIONS} evaluations before it had converged",
     1: "The search converged: the gradient is zero",
     2: "The search converged: the error does not change any more",
     3: "The search converged: the coefficients do not change any more",
     4: "The search converged: neither error nor coefficients change any more",
 }
-CONVERGED = (1, 2, 3, 4)
+CONVERGED = (1, 2, 3, 4)  # statuses of a converged search
 
 
 def subset(trials: Trials, count: int) -> Trials:
     """Return evenly spaced steady runs, four for each of `count` free coefficients, and all recordings."""
-    parts = (kind.part(members, SUBSET * count) for kind, members in trials.kinds.items())
+    parts = (kind.part(members, RUNS_PER_COEFFICIENT * count) for kind, members in trials.kinds.items())
     return Trials(tuple(trial for part in parts for trial in part))
 
 
 def start_points(frees: Sequence[Free], count: int, seed: int) -> list[Array]:
-    """Return starts (n,), scaled: the robot's values, those of Table III, then Sobol points within the bounds."""
+    """Return scaled start points (n,): the robot's values, those of Table III, then Sobol points within the bounds."""
     lower, upper = bounds_of(frees)
     table = default_bounds()["coefficient"]
     table_starts = [f.start if f.common else table.get(f.column, {}).get("start", f.start) for f in frees]
@@ -63,11 +63,11 @@ def fit(
     journal: Journal,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Search from every start, roughly on part of the runs, and refine the best; the journal answers known searches.
+    """Search roughly from every start on part of the runs, and refine the best; the journal has finished searches.
 
-    Unknown noise levels are estimated without priors, which would hold the coefficients, raise the levels, and so count
-    ever more. Return the best result as of `_search_from`, with `path` and `evaluations` of all searches, the `costs`
-    of the starts and a sentence, `stop`; and the noise levels [1, m and rad] by kind.
+    Unknown noise levels are estimated without priors: these would hold the coefficients, which raises the levels, which
+    gives priors ever more weight. Return the best result of `_search_from`, with `path` and `evaluations` of all
+    searches, the `costs` of the starts and a sentence `stop`; and the noise levels [1, m, rad] by kind.
     """
     total = len(starts) + 1
     first_levels = {name: QUANTITIES[name].level for name in data.unknown_kinds}
@@ -93,14 +93,14 @@ def fit(
     path = [x for result in (best, *refined) for x in result["path"]]
     evaluations = sum(result["evaluations"] for result in (*rough, *refined))
     costs = [float(result["cost"]) for result in rough]
-    same_count = sum(cost <= min(costs) * (1 + SAME_COST) + SAME_COST**2 for cost in costs)
+    same_count = sum(cost <= min(costs) * (1 + COST_TOLERANCE) + COST_TOLERANCE**2 for cost in costs)
     agreement = f"; {same_count} of {len(costs)} starts reached the same minimum" if len(costs) > 1 else ""
     stop = f"{STOPS[refined[-1]['status']]} ({evaluations} evaluations{agreement})."
     return refined[-1] | {"path": path, "evaluations": evaluations, "costs": costs, "stop": stop}, levels
 
 
 def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, rough: bool = False) -> dict[str, Any]:
-    """Search from one start (n,), scaled; return `x`, `path` (a point per iteration), `cost`, `status`, ..."""
+    """Search from a scaled start (n,); return `x`, `path` (a point per iteration), `cost`, `status`, `evaluations`."""
     lower, upper = bounds_of(data.free)
     path: list[list[float]] = []
 
@@ -112,7 +112,7 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
 
     def jacobian(x: Array) -> Array:  # called once in an iteration
         # half the steps per beat are accurate enough for long steps
-        long_step = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > NEAR
+        long_step = rough or not path or np.abs((x - path[-1]) / (upper - lower)).max() > LONG_STEP
         path.append(x.tolist())
         return evaluate(x, data.steps // 8 * 4 if long_step else data.steps)[1]
 
@@ -122,7 +122,7 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
         problem,
         start,
         scale=upper - lower,
-        ftol=ROUGH if rough else SAME_ERROR,
+        ftol=ROUGH_TOLERANCE if rough else ERROR_TOLERANCE,
         xtol=TOLERANCE,
         gtol=TOLERANCE / 100,
         max_evaluations=MAX_EVALUATIONS,
@@ -132,17 +132,17 @@ def _search_from(data: Experiment, start: Array, levels: dict[str, float], *, ro
 
 
 def _levels(data: Experiment, x: Array, levels: dict[str, float]) -> dict[str, float]:
-    """Estimate the unknown noise of each kind from the residuals at x (n,), with n - p degrees of freedom; capped."""
+    """Estimate the unknown noise level of each kind from the residuals at x (n,), up to `level_caps`."""
     if not levels:
         return levels
     prediction = predict(data, from_scale(data.free, x), gradient_steps=None, levels=levels)
     z = squares(data, prediction, levels)
     share = 1 - len(data.free) / len(z)
     if share <= 0:
-        return levels  # every run is met exactly: the residuals are zero
+        return levels  # all runs can be fitted exactly, so residuals do not show the noise
     new_levels, caps = {}, data.level_caps
     for name, level in levels.items():
         kind_squares = z[~data.known & (data.kind == NAMES.index(name))] * level**2
-        options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": SAME_SCALE}
+        options: dict[str, Any] = {"share": share, "start": level, "lower": MIN_LEVEL, "tolerance": LEVEL_TOLERANCE}
         new_levels[name] = min(residual_scale(kind_squares, data.loss, **options), caps[name])
     return new_levels

@@ -1,4 +1,4 @@
-"""Sentences on a fit: what the data constrain along each direction, and warnings."""
+"""Sentences on a fit: how far the data constrain each direction, and warnings."""
 
 import math
 from collections.abc import Sequence
@@ -17,19 +17,19 @@ from hypertuna.trials.trials import Trials
 
 Flags = NDArray[np.bool_]
 
-WEIGHTY = 0.35  # of the largest entry of a direction: smaller entries are not named
-SLIGHT = 0.05  # the same of an unidentifiable direction
-RELATIVE_NOISE = 0.02  # of a measurement that could be added
-SAME = 1e-6  # of the largest: tied values that differ by less are equal
-LARGE_SCALE = 1.5  # residuals over the stated noise, above which a warning is due
-HELD = 0.7  # of a prior's standard deviation: the runs tell less than the prior
-NAMED = 5  # runs named in a warning
+MIN_WEIGHT = 0.35  # fraction of a direction's largest entry, below which a coefficient is not named
+MIN_WEIGHT_UNIDENTIFIABLE = 0.05  # such a fraction for an unidentifiable direction
+RELATIVE_NOISE = 0.02  # assumed noise of a measurement that could be added
+TIE_TOLERANCE = 1e-6  # relative difference up to which the robot's values of tied parameters are equal
+LARGE_SCALE = 1.5  # ratio of residuals to the stated noise above which the user is warned
+HELD_RATIO = 0.7  # ratio of a fitted to the prior's standard deviation, above which the prior dominates
+MAX_NAMED = 5  # largest number of runs named in a warning
 
 
 def helpful_measurements(
     data: Experiment, prediction: Prediction, jacobian: Array, unit: Array, quantile: float, directions: list[Direction]
 ) -> list[str]:
-    """Return in words a measurement of the same gaits that would constrain each unidentifiable direction, else ""."""
+    """Return for each direction a text on a measurement of the same runs that would constrain it, or ""."""
     texts = [""] * len(directions)
     for name, (value, derivatives) in prediction.measurable.items():
         if (data.kind == NAMES.index(name)).sum() == len(value):
@@ -55,10 +55,10 @@ def direction_sentence(
     order = [int(i) for i in np.argsort(-weights, kind="stable")]
     source = " and ".join(dict.fromkeys(QUANTITIES[NAMES[k]].source for k in np.unique(data.kind)))
     if direction.constrained:
-        named = [i for i in order if weights[i] > WEIGHTY * weights[order[0]]]
+        named = [i for i in order if weights[i] > MIN_WEIGHT * weights[order[0]]]
         if len(frees) == 1 or (len(named) == 1 and constrained[named[0]]):
             subject = frees[named[0]].name
-        else:  # a combination is constrained, none of its coefficients
+        else:  # a combination is constrained, but none of its coefficients alone
             subject = f"a combination of {_join([frees[i].name for i in (named if len(named) > 1 else order[:2])])}"
         verb = "constrain" if " and " in source or source.endswith("s") else "constrains"
         precision, first = quantile * direction.sd, frees[named[0]]
@@ -66,10 +66,10 @@ def direction_sentence(
             name, factor = first.border
             return f"{source.capitalize()} {verb} {subject} to {factor * precision * unit[named[0]]:.2g} {name}."
         return f"{source.capitalize()} {verb} {subject} to {100 * precision:.2g} %."
-    # those that move by their unit, or more, within the interval along the direction; if none does, all together
+    # name coefficients that move by at least their unit within the direction's interval, or else all with some weight
     moved = 2 * quantile * weights * direction.sd > 1
-    named = [i for i in order if moved[i] and weights[i] > SLIGHT * weights[order[0]]]
-    named = named or [i for i in order if weights[i] > WEIGHTY * weights[order[0]]]
+    named = [i for i in order if moved[i] and weights[i] > MIN_WEIGHT_UNIDENTIFIABLE * weights[order[0]]]
+    named = named or [i for i in order if weights[i] > MIN_WEIGHT * weights[order[0]]]
     kinds = data.trials.kinds
     transients = "" if any(kind.transient for kind in kinds) else ", or recordings of transients,"
     other_runs = f"other {' or '.join(kind.others for kind in kinds)}{transients} may"
@@ -87,12 +87,12 @@ def warnings_of(
     residual_scale: float,
     prediction: Prediction,
 ) -> list[str]:
-    """Return warnings on fitted values (n,): ties, bounds, runs that do not settle, residuals, directions."""
+    """Return warnings on fitted values (n,): ties, bounds, unsettled runs, large residuals, open directions."""
     warnings, frees = [], data.free
     for f in frees:
         if f.column not in NUISANCES and not f.common:
             present = np.array(column_of(data.robot, f.column), dtype=float)[list(f.indices)]
-            if np.ptp(present) > SAME * np.abs(present).max():
+            if np.ptp(present) > TIE_TOLERANCE * np.abs(present).max():
                 range_text = f"{_with_unit(present.min(), f)} to {_with_unit(present.max(), f)}"
                 warnings.append(f"{f.name} is one value in place of several, {range_text}.")
     for f, value, side in zip(frees, values, bound, strict=True):
@@ -109,8 +109,8 @@ def warnings_of(
     for flags, state in states:
         if flags.any():
             names = [data.trials.runs[k] for k in np.flatnonzero(flags)]
-            more_names = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-            warnings.append(f"With the fitted values these runs {state}: {', '.join(names[:NAMED])}{more_names}.")
+            more_names = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+            warnings.append(f"With the fitted values these runs {state}: {', '.join(names[:MAX_NAMED])}{more_names}.")
     if residual_scale > LARGE_SCALE and not data.unknown_kinds:
         warnings.append(
             f"Residuals are {residual_scale:.2g} times the stated noise: the model cannot meet all runs "
@@ -122,7 +122,7 @@ def warnings_of(
 
 
 def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
-    """Return the training errors that are large, with their quantity; of tracks over the distance from the start."""
+    """Return texts on large training errors, with their quantity; a track's error is relative to its distance."""
     kinds, texts = data.kind[data.sample], []
     error, size = prediction.computed - data.measured, np.abs(data.measured)
     groups: dict[tuple[str, bool], list[int]] = {}
@@ -139,7 +139,7 @@ def large_errors(data: Experiment, prediction: Prediction) -> list[str]:
 
 
 def unmet(large: str) -> str:
-    """Return sentences on what a large training error means."""
+    """Return sentences that explain a large training error."""
     return (
         f"The training error is {large}: the model does not describe these runs, and neither values nor intervals "
         "can be trusted. Check units, gaits and the robot's shape, free other coefficients, or try another water law."
@@ -147,8 +147,12 @@ def unmet(large: str) -> str:
 
 
 def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
-    """Return warnings on coefficients whose standard deviations (n,), scaled, are nearly those of their priors."""
-    held = [f for f, own_sd in zip(frees, sd.tolist(), strict=True) if f.prior and own_sd > HELD * math.log(f.prior[1])]
+    """Return warnings on coefficients whose scaled standard deviations (n,) are nearly those of their priors."""
+    held = [
+        f
+        for f, own_sd in zip(frees, sd.tolist(), strict=True)
+        if f.prior and own_sd > HELD_RATIO * math.log(f.prior[1])
+    ]
     return [
         f"{f.name} is held by its prior, the robot's value within a factor of {f.prior[1]:g}: "
         "the runs say less about it."
@@ -158,7 +162,7 @@ def held_by_priors(frees: Sequence[Free], sd: Array) -> list[str]:
 
 
 def repeated_motions(training: Trials, validation: Trials) -> list[str]:
-    """Return warnings on validation runs that repeat motions of the training runs."""
+    """Return warnings if validation runs repeat motions of the training runs."""
     pairs = ((kind, fitted, validation.kinds.get(kind, ())) for kind, fitted in training.kinds.items())
     return [text for kind, fitted, held_out in pairs for text in kind.repeated(fitted, held_out)]
 

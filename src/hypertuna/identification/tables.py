@@ -1,4 +1,4 @@
-"""Tables of a fit: heads and rows, for the terminal and for the page."""
+"""Tables of a fit, as heads and rows for terminals and pages."""
 
 import math
 from collections.abc import Mapping
@@ -8,11 +8,11 @@ from hypertuna.identification.identify import Fit
 from hypertuna.identification.posterior import Posterior
 from hypertuna.identification.residuals import LABELS
 
-Table = tuple[list[str], list[list[str | float]]]
+Table = tuple[list[str], list[list[str | float]]]  # heads, rows
 
 
 def coefficient_table(fit: Fit, sampled: Posterior | None = None) -> Table:
-    """Tabulate the coefficients with their intervals, and those of the posterior."""
+    """Tabulate the coefficients with their intervals, also those of the posterior if given."""
     samples = [] if sampled is None else sampled.record["parameters"]
     rows: list[list[str | float]] = []
     for k, row in enumerate(fit.parameters):
@@ -28,12 +28,12 @@ def _interval(row: Mapping[str, Any]) -> str:
 
 
 def _unit(row: Mapping[str, Any]) -> str:
-    """Return the unit of a coefficient as text; a common one is a factor on the robot's values."""
+    """Return the unit of a coefficient as text; a common factor is a multiple of the described values."""
     return "x described" if row["name"].endswith("=common") else row["unit"].removeprefix("1")
 
 
 def error_table(fit: Fit) -> Table:
-    """Tabulate the errors of all runs together, of training and of validation."""
+    """Tabulate the errors over all runs, for training and for validation."""
     rows: list[list[str | float]] = []
     for key in fit.quantities:
         label, unit, factor = LABELS[key]
@@ -55,5 +55,5 @@ def law_table(fits: Mapping[str, Fit]) -> Table:
 
 
 def criteria_texts(fit: Fit) -> list[str]:
-    """Return AICc and BIC as texts, "-" where they are not known."""
+    """Return AICc and BIC as texts, "-" if they are not defined."""
     return ["-" if fit.criteria[name] is None else f"{fit.criteria[name]:.1f}" for name in ("aicc", "bic")]

@@ -1,4 +1,4 @@
-"""Trends of residuals with frequency, amplitude or speed, and the coefficient that would explain them."""
+"""Trends of the speed's errors with frequency, amplitude or speed, and the coefficient that would explain them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,40 +14,44 @@ from hypertuna.identification.fixed import fixed_coefficients
 from hypertuna.identification.prediction import Prediction, predict
 from hypertuna.trials.kinds import kind_of
 
-# Fixed before any data were seen: the usual level, divided by the number of tests (Bonferroni).
-LEVEL = 0.05  # probability of a warning where residuals go with nothing
+# Fixed before any data were seen; the level is divided by the number of tests (Bonferroni).
+LEVEL = 0.05  # probability of a warning if errors do not depend on any quantity
 MIN_VALUES = 4  # runs or recordings
-# The level needs six motions: with five, no order is rarer than 1 in 60, and three tests need 1 in 60. Errors that it
-# does not tell from chance count if they are ordered, differ, and one coefficient would take most of them.
-ORDERED, SLIGHT, MOST = 0.75, 0.005, 0.75  # rank correlation, difference over the speed, part of the squared errors
-MET = 1e-12  # of the squared errors: the free coefficients would take them all
-EXACT, SHUFFLES = 8, 9999  # runs up to which all orders are tried, and random orders beyond
-TAKES = 0.25  # of the squared errors that a coefficient must explain to be named
+# Significance needs six motions: with five, the rarest order has p = 1 / 60, and three tests need less than that. A
+# trend that is not significant still counts if all three of these limits are exceeded.
+MIN_CORRELATION, MIN_DIFFERENCE, MIN_SHARE = (
+    0.75,
+    0.005,
+    0.75,
+)  # rank correlation; range of relative errors; share of squared errors that one coefficient would explain
+MIN_REMAINDER = 1e-12  # fraction of squared errors: if less is left, the free coefficients would explain them all
+MAX_EXACT, SHUFFLES = 8, 9999  # number of runs up to which all orders are tried; number of random orders beyond
+NAMED_SHARE = 0.25  # share of the squared errors that a coefficient must explain to be named
 
 
 @dataclass(frozen=True)
 class Trend:
-    """A quantity with which the relative error of the speed rises or falls."""
+    """A trend of the relative error of the speed with one quantity."""
 
     quantity: str  # frequency, amplitude or speed
-    correlation: float  # Spearman's
+    correlation: float  # Spearman's rank correlation
     p: float
-    motions: int  # runs and recordings
-    tests: int
-    clear: bool  # whether p tells it from chance
-    shares: dict[str, float]  # of the squared errors that each coefficient which is not free would explain
+    motions: int  # number of runs and recordings
+    tests: int  # number of quantities tested
+    clear: bool  # whether the trend is significant
+    shares: dict[str, float]  # by coefficient that is not free: share of the squared errors that it would explain
 
     @property
     def sentence(self) -> str:
-        """What rises or falls, and the coefficient that would explain most of it."""
+        """Sentence on the trend, with the coefficient that would explain most of it."""
         verb = "rises" if self.correlation > 0 else "falls"
         chance = f"below {LEVEL:g} / {self.tests} tests" if self.clear else "which may be chance"
         best = max(self.shares, key=lambda name: self.shares[name], default="")
         explanation = f"{best} would take {100 * self.shares.get(best, 0.0):.0f} % of the squared errors; free it"
         if not self.shares:
             explanation = "no coefficient of the water law is left to free"
-        elif self.shares[best] < TAKES:
-            explanation = f"no coefficient that is not free would take more than {100 * TAKES:.0f} % of it"
+        elif self.shares[best] < NAMED_SHARE:
+            explanation = f"no coefficient that is not free would take more than {100 * NAMED_SHARE:.0f} % of it"
         return (
             f"The error of the speed {verb} with {self.quantity} (rank correlation {self.correlation:.2f} of "
             f"{self.motions} motions, p = {self.p:.1g}, {chance}): {explanation}."
@@ -55,7 +59,7 @@ class Trend:
 
 
 def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -> tuple[Trend, ...]:
-    """Return each of frequency, amplitude and speed with which errors of the speed rise or fall."""
+    """Return the trends of the speed's errors with frequency, amplitude and speed."""
     rows, first = list[dict[int, float]](), 0
     for group in data.groups:
         rows += [{first + k: weight for k, weight in row.items()} for row in group.speed_errors()]
@@ -72,25 +76,25 @@ def trends(data: Experiment, values: Array, prediction: Prediction, seed: int) -
     for name, x in tested.items():
         rho, p = rank_correlation(x, error, seed)
         clear = p < LEVEL / len(tested)
-        if clear or (abs(rho) >= ORDERED and float(np.ptp(error)) > SLIGHT):
+        if clear or (abs(rho) >= MIN_CORRELATION and float(np.ptp(error)) > MIN_DIFFERENCE):
             results[name] = rho, p, len(used), len(tested), clear
     shares = _shares(data, values, matrix, error) if results else {}
-    explained = max(shares.values(), default=0.0) > MOST
+    explained = max(shares.values(), default=0.0) > MIN_SHARE
     return tuple(Trend(name, *facts, shares) for name, facts in results.items() if facts[-1] or explained)
 
 
 def linear_drag(found: Sequence[Trend]) -> str | None:
-    """Return linear drag along the body, by name, if it would explain errors that go with speed or frequency."""
+    """Return the name of linear drag along the body, if it would explain a trend with speed or frequency."""
     for trend in found:
         for name, share in trend.shares.items():
             candidate = trend.quantity != "amplitude" and ".linear_tangential[" in name
-            if candidate and share > (TAKES if trend.clear else MOST):
+            if candidate and share > (NAMED_SHARE if trend.clear else MIN_SHARE):
                 return name
     return None
 
 
 def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
-    """Return Spearman's rank correlation and its two-sided p-value under all orders, or 9999 random ones."""
+    """Return Spearman's rank correlation and its two-sided p-value, from all orders or from 9999 random ones."""
     from scipy.stats import rankdata  # imported here: slow to import
 
     a, b = rankdata(x) - (len(x) + 1) / 2, rankdata(y) - (len(y) + 1) / 2
@@ -98,7 +102,7 @@ def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
     if size == 0:
         return 0.0, 1.0
     rho = float(a @ b) / size
-    if len(x) <= EXACT:
+    if len(x) <= MAX_EXACT:
         orders = np.array(list(permutations(b.tolist())))
         return rho, float(np.mean(np.abs(orders @ a) >= (abs(rho) - 1e-12) * size))
     rng = np.random.default_rng(seed)
@@ -107,7 +111,7 @@ def rank_correlation(x: Array, y: Array, seed: int) -> tuple[float, float]:
 
 
 def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
-    """Return rows of few weights as a sparse matrix."""
+    """Return rows of weights, by column, as a sparse matrix."""
     from scipy.sparse import csr_array  # imported here: slow to import
 
     indices = [k for k, row in enumerate(rows) for _ in row], [k for row in rows for k in row]
@@ -115,7 +119,7 @@ def _sparse(rows: Sequence[dict[int, float]], columns: int) -> Any:
 
 
 def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[str, float]:
-    """Return the share of the squared errors that each coefficient that is not free would explain, by its name."""
+    """Return by name the share of squared errors that each coefficient which is not free would explain."""
     candidates = fixed_coefficients(data.robot, data.free)
     if not candidates:
         return {}
@@ -128,7 +132,7 @@ def _shares(data: Experiment, values: Array, matrix: Any, error: Array) -> dict[
     error = np.append(error / np.sqrt(np.mean(error**2)), prior_error)
     basis = np.linalg.qr(free_columns)[0]
     remainder = error - basis @ (basis.T @ error)
-    if remainder @ remainder < MET * (error @ error):
+    if remainder @ remainder < MIN_REMAINDER * (error @ error):
         return {}
     shares = {}
     for candidate, column in zip(candidates, other_columns.T, strict=True):

@@ -1,13 +1,13 @@
-"""Samples of a normal distribution truncated at bounds, its correlations kept."""
+"""Draw samples from a multivariate normal distribution truncated at bounds."""
 
 import numpy as np
 
 from hypertuna.arrays import Array
 
-ROUNDS = 12  # trajectories between two samples: without bounds, one alone forgets the last sample
-MAX_BOUNCES = 1000  # of one trajectory
-INSIDE = 1e-6  # of its range: distance of the first point from its bounds
-ZERO = 1e-12  # relative variance of a direction that counts as 0
+ROUNDS = 12  # trajectories between two samples; without bounds, one trajectory gives an independent sample
+MAX_BOUNCES = 1000  # of one trajectory at the bounds
+INSIDE = 1e-6  # least distance of the first point from its bounds, as a fraction of the range
+ZERO = 1e-12  # relative variance below which a direction has none
 
 
 def truncated_normal(
@@ -15,8 +15,8 @@ def truncated_normal(
 ) -> Array:
     """Return samples (count, dim) of a normal distribution with mean (dim,) and covariance (dim, dim), truncated.
 
-    A particle moves in the potential of the distribution's logarithm, on ellipses in closed form, and is reflected at
-    the bounds (exact Hamiltonian Monte Carlo; Pakman and Paninski, 2014). The covariance may be singular.
+    Exact Hamiltonian Monte Carlo (Pakman and Paninski, 2014): a particle moves on ellipses, which are known in closed
+    form, and is reflected at the bounds. The covariance may be singular.
     """
     width = upper - lower
     spread, axes = np.linalg.eigh(covariance / np.outer(width, width))
@@ -36,16 +36,16 @@ def truncated_normal(
 
 
 def _moved(y: Array, normals: Array, gaps: Array, rng: np.random.Generator) -> Array:
-    """Return y moved along a quarter of an ellipse, y cos t + v sin t, by a random velocity, reflected at the walls."""
+    """Move y along a quarter of an ellipse, y cos t + v sin t with a random velocity v, and reflect it at the walls."""
     v, remaining, last_wall = rng.standard_normal(len(y)), np.pi / 2, -1
     for _ in range(MAX_BOUNCES):
-        # normal . y(t) = size cos(t - phase); a wall is met where this reaches -gap, outward
-        by_position, by_velocity = normals @ y, normals @ v
-        size, phase = np.hypot(by_position, by_velocity), np.arctan2(by_velocity, by_position)
+        # normal . y(t) = size cos(t - phase); a wall is hit when this falls to -gap
+        position_term, velocity_term = normals @ y, normals @ v
+        size, phase = np.hypot(position_term, velocity_term), np.arctan2(velocity_term, position_term)
         meets = size > gaps
         time = np.full(len(gaps), np.inf)
         time[meets] = (phase[meets] + np.arccos(np.clip(-gaps[meets] / size[meets], -1, 1))) % (2 * np.pi)
-        if last_wall >= 0 and time[last_wall] > 2 * np.pi - 1e-6:  # it just left this wall
+        if last_wall >= 0 and time[last_wall] > 2 * np.pi - 1e-6:  # the particle has just left this wall
             time[last_wall] -= 2 * np.pi
         if last_wall >= 0 and time[last_wall] < 1e-9:
             time[last_wall] = np.inf

@@ -1,4 +1,4 @@
-"""Uncertainty of a fit: intervals, correlations, and the directions that the data leave unidentifiable."""
+"""Uncertainty of a fit: intervals, correlations, and directions that the data do not determine."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,30 +16,30 @@ from hypertuna.identification.fixed import model_errors, whitened
 from hypertuna.identification.loss import interval_factor, residual_scale
 from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.identification.residuals import degrees_taken, lack_of_fit, squares, stretches
-from hypertuna.identification.sentences import WEIGHTY, direction_sentence, helpful_measurements
+from hypertuna.identification.sentences import MIN_WEIGHT, direction_sentence, helpful_measurements
 
-NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
-MIN_UNIT = 0.1  # of the allowed range: the smallest unit of a coefficient
+Z_95 = 1.96  # standard deviations to either side that contain 95 % of normal errors
+MIN_UNIT = 0.1  # smallest unit of a coefficient, as a fraction of its allowed range
 
 
 @dataclass(frozen=True)
 class Uncertainty:
     """Uncertainty of the free coefficients of a fit."""
 
-    sd: Array  # (n,), standard deviation, in log scale relative to the value; infinite where unidentifiable
+    sd: Array  # (n,), standard deviations of scaled coefficients (in log scale: relative); infinite if unidentifiable
     low: Array  # (n,), 95 % interval [SI], within the bounds
     high: Array  # (n,)
-    covariance: Array  # (n, n), of the coefficients in their scales
+    covariance: Array  # (n, n), of the scaled coefficients
     correlation: Array  # (n, n)
     bounded_covariance: Array  # (n, n), with the bounds as a weak prior, for sampling
-    unit: Array  # (n,), unit of each coefficient in `Direction`
+    unit: Array  # (n,), unit of each scaled coefficient in `Direction`
     constrained: tuple[bool, ...]  # whether the 95 % interval of each is shorter than its unit
     bound: tuple[str | None, ...]  # "lower" or "upper" for a value on that bound
     directions: tuple[Direction, ...]  # from the best to the least constrained
-    factor: float  # on the standard deviations, for residuals beyond the stated noise and for a robust loss
-    residual_scale: float  # of the residuals over the stated noise, 1 at least
+    factor: float  # on standard deviations, due to residuals beyond the stated noise and to a robust loss
+    residual_scale: float  # ratio of the residuals to the stated noise, at least 1
     freedom: float  # degrees of freedom of Student's t
-    estimated: bool = True  # whether the runs give intervals; else they are those of the priors, and the bounds without
+    estimated: bool = True  # whether the runs give intervals; otherwise these are of the priors, or the bounds
 
 
 def uncertainty(
@@ -47,7 +47,7 @@ def uncertainty(
 ) -> Uncertainty:
     """Compute the uncertainty of fitted values (n,) [SI] from the prediction there: docs/identify.md has the theory.
 
-    part: some of the runs, for the profile likelihood; without them the problem is taken as linear.
+    part: some of the runs, for the profile likelihood; without it the problem is taken as linear.
     """
     frees, loss = data.free, data.loss
     n, x, (lower, upper) = len(frees), to_scale(frees, values), bounds_of(frees)
@@ -64,10 +64,12 @@ def uncertainty(
     jacobian = np.concatenate([whitened_jacobian, prior_jacobian]) * unit
     quantile = estimator.t_quantile(freedom)
     profile = None if part is None else _profile(part, x, unit, levels, len(data.kind), factor, taken)
-    # rows of zeros where there are fewer elements than coefficients: stored fits have the directions of this matrix
+    # padded with rows of zeros if there are fewer elements than coefficients, as in fits that are stored
     padded = np.concatenate([jacobian, np.zeros((max(n - len(jacobian), 0), n))])
     angles = angle_errors(data, values, prediction, levels)
-    result = estimator.estimate(padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, more=angles)
+    result = estimator.estimate(
+        padded, x, lower, upper, unit=unit, quantile=quantile, profile=profile, extra_covariance=angles
+    )
     constrained = tuple((2 * quantile * result.sd < unit).tolist())
     unidentifiable, vectors = result.unidentifiable, result.vectors
     directions = [
@@ -75,12 +77,12 @@ def uncertainty(
         for d, no_effect in zip(result.directions(lambda s, sd: 2 * quantile * sd < 1), unidentifiable, strict=True)
     ]
     helpful = helpful_measurements(data, prediction, jacobian, unit, quantile, directions)
-    # with the bounds as a prior: normal, of a uniform one's variance, extent^2 / 12
+    # the bounds as a normal prior with the variance of a uniform one, extent^2 / 12
     spread = (upper - lower) / math.sqrt(12)
     rows = np.concatenate([jacobian * (spread / unit), np.eye(n)])
     _, singular, basis = np.linalg.svd(rows, full_matrices=False)
     fitted = Uncertainty(
-        sd=np.where((np.abs(vectors[unidentifiable]) > WEIGHTY).any(axis=0), np.inf, result.sd),
+        sd=np.where((np.abs(vectors[unidentifiable]) > MIN_WEIGHT).any(axis=0), np.inf, result.sd),
         low=from_scale(frees, result.low),
         high=from_scale(frees, result.high),
         covariance=result.covariance,
@@ -101,9 +103,9 @@ def uncertainty(
 
 
 def _with_prior_intervals(fitted: Uncertainty, data: Experiment, values: Array) -> Uncertainty:
-    """Return the uncertainty where the runs give no intervals: those of the priors, and the bounds without.
+    """Replace intervals by those of the priors, or by the bounds without a prior, as the runs give none.
 
-    What the runs tell of combinations of coefficients stays, for samples.
+    The covariance keeps what the runs say about combinations of coefficients, for samples.
     """
     frees, (lower, upper) = data.free, bounds_of(data.free)
     known, n = np.array([f.prior is not None for f in frees]), len(frees)
@@ -112,7 +114,7 @@ def _with_prior_intervals(fitted: Uncertainty, data: Experiment, values: Array) 
         if f.prior is not None:
             mean[k], sd[k] = math.log(f.prior[0]), math.log(f.prior[1])
     low, high = (
-        from_scale(frees, np.where(known, np.clip(mean + side * NORMAL * np.where(known, sd, 0.0), lower, upper), end))
+        from_scale(frees, np.where(known, np.clip(mean + side * Z_95 * np.where(known, sd, 0.0), lower, upper), end))
         for side, end in ((-1, lower), (1, upper))
     )
     return replace(fitted, sd=sd, low=low, high=high, constrained=(False,) * n, directions=(), estimated=False)
@@ -135,7 +137,7 @@ def _profile(
 
 
 def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
-    """Return the unit (n,) of each scaled coefficient: its value, from a tenth of its range to the whole range."""
+    """Return the unit (n,) of each scaled coefficient: its value, limited to a tenth to all of its allowed range."""
     units = []
     for f, value, extent_of in zip(frees, values.tolist(), extent.tolist(), strict=True):
         relative = max(1.0 if f.scale == "log" else abs(value), MIN_UNIT * extent_of)

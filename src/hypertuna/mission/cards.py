@@ -51,7 +51,7 @@ def flight_card(flight: Flight) -> Card:
 
 
 def ending_text(flight: Flight, one: Outcome) -> str:
-    """Return a sentence on the end of a flight, and on a commanded speed that is above that of the fastest gait."""
+    """Return a sentence on how a flight ended, and a warning if a commanded speed exceeds the fastest gait's."""
     mission, fastest = flight.record.mission, gait_table(flight.robot).speed[-1]
     highest = max(point.speed for point in mission.waypoints)
     command, speed = ("The mission commands", highest) if fastest < highest else ("[home] commands", mission.home_speed)
@@ -67,12 +67,12 @@ def ending_text(flight: Flight, one: Outcome) -> str:
 
 
 def _is_elsewhere(flight: Flight, one: Outcome) -> bool:
-    """Return whether a flight that ended at its goal by the pilot's estimate is beyond the goal's radius in truth."""
+    """Return whether the robot ended outside its goal's radius although the pilot's estimate put it inside."""
     return one.status in ("done", "home", "adrift") and one.goal_distance > _goal_radius(flight)
 
 
 def _goal_radius(flight: Flight) -> float:
-    """Return the radius of the last waypoint where the robot stays there, else of home [m]."""
+    """Return the radius [m] of the flight's goal: the last waypoint if the robot stays there, otherwise home."""
     mission = flight.record.mission
     return mission.waypoints[-1].radius if mission.stay else mission.home_radius
 

@@ -1,4 +1,4 @@
-"""Checks of a mission against a robot: fence, radii, depths and current that the robot cannot hold or measure."""
+"""Check whether a robot can fly a mission: fence, radii, depths and current."""
 
 import math
 from itertools import pairwise
@@ -13,23 +13,26 @@ from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError
 
-PILOTED = ("battery", "controller", "spatial", "fins", "guidance")  # tables of a robot that flies missions
-WAY_MIN = 0.05  # m/s over ground toward home: the pilot reports less than that as `swept`
-SPEED_MIN = 0.1  # m/s: WAY_MIN, and the error of the velocity over ground at which the pilot decides
-DIP = 0.5  # m that the nose dips below the surface during its first beats
-OVERSHOOT = 0.3  # m that the robot may go beyond the depth that it dives to
-FIXES, FIRST_FIXES = 2.0, 60.0  # times the course, plus seconds: what a mission takes with its fixes
+PILOTED = ("battery", "controller", "spatial", "fins", "guidance")  # tables that a robot needs to fly missions
+GROUND_SPEED_MIN = 0.05  # m/s toward home over ground; the pilot reports a lower speed as `swept`
+SPEED_MIN = 0.1  # m/s: GROUND_SPEED_MIN plus the error of the velocity over ground with which the pilot decides
+NOSE_DIP = 0.5  # m: depth to which the nose dips during the first beats at the surface
+OVERSHOOT = 0.3  # m by which the robot may exceed the depth that it dives to
+FIX_FACTOR, FIX_TIME = (
+    2.0,
+    60.0,
+)  # a mission with its fixes takes this multiple of the course's time, plus this time [s]
 
 
 def check_fit(robot: Robot, mission: Mission) -> None:
-    """Check fence, radii and depths of a mission against the limits of a robot's pilot and its position's error."""
+    """Check fence, radii and depths of a mission against the limits and the position error of a robot's pilot."""
     pilot = require(robot.guidance, "guidance", robot)
     places = np.array([(point.x, point.y) for point in mission.waypoints]).reshape(-1, 2)
-    room = fence_distance(mission, places)
-    for k in np.flatnonzero(room < pilot.fence_margin)[:1]:
+    margins = fence_distance(mission, places)
+    for k in np.flatnonzero(margins < pilot.fence_margin)[:1]:
         rule = f"must be at least {pilot.fence_margin:g} m inside the fence (guidance.fence_margin_m of the robot)"
         fix = "move the point inside, or enlarge the fence"
-        raise InputError(rule, key=f"waypoints[{k}]", value=f"{room[k]:.3g} m inside", fix=fix)
+        raise InputError(rule, key=f"waypoints[{k}]", value=f"{margins[k]:.3g} m inside", fix=fix)
     smallest_radius = error_of_fixes(robot)
     radii = {f"waypoints[{k}].radius_m": point.radius for k, point in enumerate(mission.waypoints)}
     for key, radius in (radii | {"home.radius_m": mission.home_radius}).items():
@@ -38,7 +41,7 @@ def check_fit(robot: Robot, mission: Mission) -> None:
             raise InputError(rule, key=key, value=f"{radius:g}", fix="enlarge it: no robot knows its place better")
     deepest = max((point.depth for point in mission.waypoints), default=0.0)
     for bound, why in (
-        (DIP, "because the nose dips that far at the surface"),
+        (NOSE_DIP, "because the nose dips that far at the surface"),
         (deepest + OVERSHOOT, _overshoot(deepest)),
     ):
         if mission.depth_max < bound:
@@ -50,7 +53,7 @@ def check_fit(robot: Robot, mission: Mission) -> None:
 
 
 def doubts(robot: Robot, mission: Mission) -> list[str]:
-    """Return warnings, before the start, that a mission will be slow or will end before all waypoints are reached."""
+    """Return warnings about a mission that will be slow, or will end before all waypoints are reached."""
     pilot, fastest = require(robot.guidance, "guidance", robot), gait_table(robot).speed[-1]
     course, top_speed, warnings = course_time(mission, fastest), max(mission.speeds), []
     if top_speed > fastest:
@@ -60,7 +63,7 @@ def doubts(robot: Robot, mission: Mission) -> list[str]:
             f"the fastest gait reaches {fastest:.3g} m/s: below {SPEED_MIN:g} m/s the pilot cannot tell whether "
             "a current sweeps the robot away"
         )
-    if 0 < mission.duration < FIXES * course + FIRST_FIXES:
+    if 0 < mission.duration < FIX_FACTOR * course + FIX_TIME:
         warnings.append(
             f"the course takes {course:.0f} s, and waits for fixes often double that; limits.duration_s is "
             f"{mission.duration:g} s, so the pilot may turn home before the last waypoint"
@@ -74,7 +77,7 @@ def doubts(robot: Robot, mission: Mission) -> list[str]:
 
 
 def course_time(mission: Mission, fastest: float) -> float:
-    """Return the time [s] that the course takes at its speeds, at most `fastest` [m/s], through its current."""
+    """Return the time [s] that the course takes at its speeds, limited to `fastest` [m/s], in its current."""
     total = 0.0
     depths = [*(point.depth for point in mission.waypoints), *[0.0] * (not mission.stay)]
     for (begin, end), commanded, depth in zip(pairwise(mission.course), mission.speeds, depths, strict=True):
@@ -85,7 +88,7 @@ def course_time(mission: Mission, fastest: float) -> float:
         current = _current_at(mission, depth)
         across = current[0] * north - current[1] * east
         ahead = math.sqrt(max(speed**2 - across**2, 0.0)) + current[0] * east + current[1] * north
-        total += distance / max(ahead, WAY_MIN)
+        total += distance / max(ahead, GROUND_SPEED_MIN)
     return total
 
 
@@ -97,7 +100,7 @@ def _current_at(mission: Mission, depth: float) -> tuple[float, float]:
 
 
 def deepest_limit(robot: Robot) -> float:
-    """Return the largest depth limit [m] that a robot accepts, by its hull and by the range of its depth sensor."""
+    """Return the largest depth limit [m] that a robot accepts: that of its hull or of its depth sensor's range."""
     firmware = robot.firmware
     return min(sensor_range(robot, "depth")[1], math.inf if firmware is None else firmware.depth_max)
 
@@ -115,7 +118,7 @@ def check_current(robot: Robot, mission: Mission, added: float = 0.0) -> None:
     fastest = gait_table(robot).speed[-1]
     at_depth = _current_at(mission, max((point.depth for point in mission.waypoints), default=0.0))
     strongest = max(math.hypot(*mission.current), math.hypot(*at_depth)) + added
-    if strongest > fastest - WAY_MIN:
-        rule = f"must be at most {fastest - WAY_MIN:.3g} m/s for a robot that swims at {fastest:.3g} m/s"
+    if strongest > fastest - GROUND_SPEED_MIN:
+        rule = f"must be at most {fastest - GROUND_SPEED_MIN:.3g} m/s for a robot that swims at {fastest:.3g} m/s"
         fix = "wait for less current" if not added else "wait for less current, or reduce scatter.current_m_s"
         raise InputError(rule, key="water.current_m_s", value=f"{strongest:.3g} m/s in all", fix=fix)

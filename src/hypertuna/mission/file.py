@@ -27,11 +27,11 @@ from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE
 
 TURN = 2 * math.pi
-# Fields that 0.2.0 lacks.
+# Fields added after version 0.2.0, which enter the hash only if set.
 LATER = {"silence_below", "declination", "air_pressure", "dip", "field_declination", "tide", "tide_period", "gust"}
 LATER |= {"gust_depth", "gust_time", "cold", "jump", "jump_every", "jump_told"}
 PLANS = (".plan", ".waypoints", ".gpx", ".kml")  # of other programs
-SPAN = 3600.0  # s in which the gaps of a mission without a time limit begin
+GAP_SPAN = 3600.0  # s from the start, within which drawn gaps begin in a mission without a time limit
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class MissionFile(Plotted, Tabular):
     origin: tuple[float, float] | None  # latitude and longitude of x = y = 0 [rad]
     scatter: Scatter  # randomized by the seed
     file: str  # empty if not read from a file
-    hash: str  # sha256 of all that can change a result
-    declination: float | None = None  # of the magnetic field at the origin [rad]; None if the file does not state it
+    hash: str  # sha256 of everything in the file that can change a result
+    declination: float | None = None  # of the magnetic field at the origin [rad]; None if not in the file
 
 
 def missions() -> tuple[str, ...]:
@@ -56,7 +56,7 @@ def missions() -> tuple[str, ...]:
 
 @checked
 def read_mission(path: str | Path) -> MissionFile:
-    """Read a mission.
+    """Read a mission file, or a mission that comes with hypertuna, and check it.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def read_mission(path: str | Path) -> MissionFile:
 
 
 def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile:
-    """Return the mission of a document of tables, after its checks."""
+    """Check a mission file's document, and return its mission."""
     try:
         checked = Document.model_validate(document)
         mission = _mission(checked)
@@ -111,7 +111,7 @@ def parse_mission(document: Mapping[str, Any], *, file: str = "") -> MissionFile
 
 
 def randomized(given: MissionFile, seed: int) -> Mission:
-    """Return the mission with the current and the GPS gaps of a seed drawn from its scatter."""
+    """Add a current and GPS gaps to the mission, drawn by the seed from its scatter; seed 0 changes nothing."""
     NOT_NEGATIVE.check(seed, "seed", "give 0 or more")
     mission, scatter = given.mission, given.scatter
     if seed == 0:
@@ -132,35 +132,35 @@ def randomized(given: MissionFile, seed: int) -> Mission:
 
 
 def toward(speed: float, direction: float) -> tuple[float, float]:
-    """Return the velocity toward east and north [m/s] of a compass direction [rad]."""
+    """Return the velocity toward east and north [m/s] from a speed [m/s] and a compass direction [rad]."""
     return speed * math.sin(direction), speed * math.cos(direction)
 
 
 def scatter_seed(file: MissionFile) -> int:
-    """Return the number from a mission's hash that is added to the seed of its random draws."""
+    """Return a number from a mission's hash, which seeds its random draws together with the flight's seed."""
     return int(file.hash[:8], 16)
 
 
 def scatter_span(mission: Mission) -> float:
-    """Return the time [s] from the start within which drawn GPS gaps begin."""
-    return mission.duration or SPAN
+    """Return the time [s] after the start within which drawn GPS gaps begin."""
+    return mission.duration or GAP_SPAN
 
 
 def reference() -> str:
-    """Return every key of a mission file with unit, rule and meaning, in Markdown."""
+    """Return a reference of all keys of a mission file, with unit, rule and meaning, in Markdown."""
     page = markdown(Document.model_json_schema(by_alias=True), title="", introduction="")
     return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
 
 def _facts(mission: Mission) -> dict[str, Any]:
-    """Return a mission's values for its hash; later keys only where set, so that old files keep their hash."""
+    """Return a mission's values for its hash; keys of `LATER` only if set, so that old files keep their hash."""
     facts = asdict(mission)
     facts["waypoints"] = [point if point.hold else point[:-1] for point in mission.waypoints]
     defaults = {field.name: field.default for field in fields(mission)}
     return {name: value for name, value in facts.items() if name not in LATER or value != defaults[name]}
 
 
-# --- how it is checked
+# --- checks
 
 
 def _check_mission(mission: Mission) -> None:
@@ -183,11 +183,11 @@ def _check_mission(mission: Mission) -> None:
             raise InputError(rule, key=key, fix="add a waypoint on the way, or widen the fence")
 
 
-# --- how it becomes SI units and our frames
+# --- conversion to SI units and to the frames of docs/conventions.md
 
 
 def _mission(document: Document) -> Mission:
-    """Return the mission of a checked document, its places in m from the origin and its directions as velocities."""
+    """Convert a checked document to a mission: places to m from the origin, directions to velocities."""
     start, home, water, limits = document.start, document.home, document.water, document.limits
     begin = _place(document, "start", start)
     nowhere = {home.x, home.y, home.latitude, home.longitude} == {None}
@@ -235,7 +235,7 @@ def _mission(document: Document) -> Mission:
 
 
 def _place(document: Document, key: str, place: Place) -> tuple[float, float]:
-    """Return a place, given in m or in degrees, as east and north of the origin [m]; refuse both or neither."""
+    """Return a place, given in m or in degrees but not both, as east and north of the origin [m]."""
     local = [value for value in (place.x, place.y) if value is not None]
     degrees = [value for value in (place.latitude, place.longitude) if value is not None]
     if local and degrees:
@@ -253,7 +253,7 @@ def _place(document: Document, key: str, place: Place) -> tuple[float, float]:
 
 
 def _joined(pairs: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Return gaps [s] in order of time, with those that touch or overlap joined."""
+    """Join gaps (start, end) [s], sorted by start, that touch or overlap."""
     joined: list[tuple[float, float]] = []
     for begin, end in pairs:
         if joined and begin <= joined[-1][1]:

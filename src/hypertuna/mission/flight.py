@@ -1,4 +1,4 @@
-"""Flights: a mission file flown on the twin part by part, with a journal to resume from and a log."""
+"""Flights: fly a mission file on the twin part by part, with a journal to resume from and a log."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Outcome:
     seed: int
     status: str
     waypoints_reached: int
-    waypoints_passed: int  # without being reached: position or depth were not right in time
+    waypoints_passed: int  # left behind although not reached within the time allowed for position and depth
     waypoints_skipped: int
     duration: float  # s
     distance: float  # m, over ground
@@ -101,7 +101,7 @@ def fly(
     log: Path | None = None,
     report: Report | None = None,
 ) -> Flight:
-    """Fly a mission to its end.
+    """Fly a mission on the robot's twin until it ends.
 
     Parameters
     ----------
@@ -110,8 +110,8 @@ def fly(
     robot : Robot, str or Path
         Robot, its name or the path of its file.
     seed : int
-        Of the sensors' noise, and of the water and the satellites where the file scatters them; 0 for the mission as
-        it stands.
+        Seed of the sensors' noise, and of current and GPS gaps where the file scatters them; 0 flies the mission as in
+        the file.
     faults : iterable of str
         Of sensors and fins, as `hypertuna.mission.run.mission_start` takes them.
     every : int
@@ -164,7 +164,7 @@ def fly(
 
 
 def outcome(flight: Flight) -> Outcome:
-    """Return the summary of a flight."""
+    """Return the outcome of a flight: numbers, status, and the result at each waypoint."""
     record, mission = flight.record, flight.record.mission
     results = waypoint_results(record)
     reached, passed, skipped = (
@@ -193,7 +193,7 @@ def outcome(flight: Flight) -> Outcome:
 
 
 def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, bytes | None], tuple[Part, bytes]]:
-    """Return the function that flies a part of a mission, or takes its record from the journal."""
+    """Return a function that flies a part of a mission, or takes the part's record from the journal."""
 
     def fly(ticks_done: int, ticks: int, state: bytes | None) -> tuple[Part, bytes]:
         def work() -> dict[str, Any]:
@@ -210,10 +210,10 @@ def _from_journal(start: MissionStart, journal: Journal) -> Callable[[int, int, 
 def _record(
     file: MissionFile, run: MissionRun, begin: float, before: Sequence[MissionRecord], facts: Mapping[str, str]
 ) -> MissionRecord:
-    """Return the record of a part of a run; its energy [J] is the battery's voltage integrated over the charge."""
+    """Return the record of a part of a run, with energy [J]: the battery's voltage integrated over the charge."""
     start = run.start
     data = {name: values for name, values in run.data.items() if name in COLUMNS}
-    data["angle"] = data["angle"][:, : len(start.robot.joints)]  # a passive hinge follows them
+    data["angle"] = data["angle"][:, : len(start.robot.joints)]  # without the passive hinges, whose columns follow
     charge_before, energy_before = float(start.core["charge"]), 0.0
     if before:
         charge_before, energy_before = float(before[-1].data["charge"][-1]), float(before[-1].energy[-1])
@@ -232,16 +232,18 @@ def _record(
 
 
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
-    """Return the provenance of a record."""
+    """Return the provenance of a record as texts: robot, mission file, seed and faults."""
     inputs = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
-    made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}  # the twin moves its own
+    made_by = {
+        key: value for key, value in provenance(robot).items() if key != "joints"
+    }  # the twin has its own joint model
     return {key: str(value) for key, value in (made_by | inputs).items()}
 
 
 def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
     """Return a row per waypoint: number from 1, outcome, time, believed and true distance, uncertainty, depth.
 
-    Values are those at the time at which the robot went on; None for a waypoint that is still ahead.
+    Values are those when the robot turned to the next waypoint; None for a waypoint that is still ahead.
     """
     outcomes = list(_outcomes(record))
     left = len(record.mission.waypoints) - len(outcomes)
@@ -251,7 +253,7 @@ def waypoint_results(record: MissionRecord) -> list[dict[str, Any]]:
 
 
 def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
-    """Yield for every waypoint behind the robot, in order, its outcome and the row of the record at its end."""
+    """Yield for every waypoint that was left, in order, its outcome and the record's row at that time."""
     legs, reached, passed = (record.data[name].astype(int) for name in ("leg", "reached", "passed"))
     for k in np.flatnonzero(np.diff(legs)) + 1:
         counts = {"reached": reached[k] - reached[k - 1], "passed": passed[k] - passed[k - 1]}
@@ -261,7 +263,7 @@ def _outcomes(record: MissionRecord) -> Iterator[tuple[str, int]]:
 
 
 def _result(record: MissionRecord, k: int, outcome: str, row: int) -> dict[str, Any]:
-    """Return the result of waypoint k: its outcome, and time, distances and depth at a row of the record."""
+    """Return the row of `waypoint_results` for waypoint k, from its outcome and a row of the record."""
     place = record.mission.waypoints[k][:2]
     believed = record.data["position_estimated"][row] - place
     true = record.position[row, :2] - place if record.true else None

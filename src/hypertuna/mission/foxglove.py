@@ -1,11 +1,11 @@
-"""Layout for Foxglove of a mission's log: map, robot in space, plots of the quantities that the log has."""
+"""Foxglove layout for a mission's log: map, 3D view of the robot, plots of the recorded quantities."""
 
 from typing import Any
 
 from hypertuna.mission.log_fields import DERIVED, fields
 from hypertuna.mission.record import MissionRecord
 
-# Title of a plot: its topics, and the beginnings of the keys that it draws.
+# By title of a plot: its topics, and the prefixes of the keys that it draws.
 PLOTS = {
     "Depth [m]": {"/motion": ("depth_m",), "/estimate": ("depth_estimated",)},
     "Heading [deg]": {"/motion": ("heading_deg",)},
@@ -14,12 +14,12 @@ PLOTS = {
     "Pressures [kPa]": {"/hydraulics": ("pump_pressure",)},
     "Power [W]": {"/battery": ("power_w",)},
 }
-STATES = ("mode_name", "state_name")  # of /mode, as bars over time
-FLAGS = ("reason_names", "fault_names")  # of /mode, as lists
+STATES = ("mode_name", "state_name")  # keys of /mode that are shown as bars over time
+FLAGS = ("reason_names", "fault_names")  # keys of /mode that are shown as lists
 
 
 def layout(record: MissionRecord) -> dict[str, Any]:
-    """Return the layout as Foxglove imports it; every path that it names is in the log of the record."""
+    """Return a layout that Foxglove can import; it names only paths that the record's log has."""
     topics = fields(record.data, record.joints, record.circuits)
     topic_keys = {topic: [row.key for row in rows] for topic, rows in topics.items()}
     topic_keys["/motion"] += DERIVED
@@ -50,17 +50,17 @@ def layout(record: MissionRecord) -> dict[str, Any]:
 
 
 def _frame(record: MissionRecord) -> str:
-    """Name the frame that the view follows: the true pose, or else the estimated one."""
+    """Return the name of the frame that the view follows: the true pose, or the estimated pose without it."""
     return "robot" if record.true else "estimate"
 
 
 def _path(topic: str, key: str) -> dict[str, Any]:
-    """Return the settings of a plotted line: the path to a topic's number in Foxglove's syntax."""
+    """Return the settings of a plotted line, with the path to a topic's number in Foxglove's syntax."""
     return {"value": f"{topic}.{key}", "label": key, "enabled": True, "timestampMethod": "receiveTime"}
 
 
 def _tiled(panels: list[str], direction: str) -> Any:
-    """Return the tiling of panels in Foxglove's layout: halves in halves, alternately beside and below each other."""
+    """Return the tiling of panels in Foxglove's layout: repeated halving, by turns beside and below each other."""
     if len(panels) == 1:
         return panels[0]
     half, other = len(panels) // 2, "column" if direction == "row" else "row"

@@ -1,4 +1,4 @@
-"""Positions on the Earth: latitude and longitude against east and north of an origin, on WGS 84."""
+"""Convert between latitude and longitude and positions east and north of an origin, on WGS 84."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from hypertuna.arrays import Array
 
 MAX_DISTANCE = 100e3  # m from the origin
-ROUNDS = 5  # of the height's fixed point: at 100 km each leaves (distance / Earth's radius)^2 = 2e-4 of its error
+HEIGHT_ITERATIONS = 5  # each leaves (distance / Earth's radius)^2 = 2e-4 of the height's error at 100 km
 
 
 def to_local(origin: tuple[float, float], latitude: ArrayLike, longitude: ArrayLike) -> Array:
@@ -25,7 +25,7 @@ def from_local(origin: tuple[float, float], place: ArrayLike) -> Array:
 
     east, north = np.moveaxis(np.asarray(place, dtype=np.float64), -1, 0)
     up = np.zeros_like(east)
-    for _ in range(ROUNDS):  # the surface lies below the tangent plane
+    for _ in range(HEIGHT_ITERATIONS):  # the surface lies below the tangent plane
         latitude, longitude, height = pymap3d.enu2geodetic(east, north, up, *origin, 0.0, deg=False)
         up = up - height
     # pymap3d returns numbers for arrays of one place

@@ -1,4 +1,4 @@
-"""GPX 1.1 (topografix.com/GPX/1/1): the track of a mission for maps."""
+"""Write the track of a mission as GPX 1.1 (topografix.com/GPX/1/1), for maps."""
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -15,16 +15,16 @@ from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
 
 SPACE = "http://www.topografix.com/GPX/1/1"
-BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # a simulated mission has no date: its times count from here
+BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # start of simulated missions, which have no date
 
 
 def write_gpx(record: MissionRecord, path: str | Path) -> Path:
-    """Write the track of a mission, whole or not at all."""
+    """Write the track of a mission to a GPX file, completely or not at all."""
     return write_atomically(path, gpx_text(record).encode())
 
 
 def gpx_text(record: MissionRecord) -> str:
-    """Return waypoints, true and estimated track of a mission once a second."""
+    """Return a mission's waypoints, and its true and estimated track with a point per second, as GPX text."""
     check_origin(record.origin)
     assert record.origin is not None
     root = Element("gpx", {"version": "1.1", "creator": f"hypertuna {version()}", "xmlns": SPACE})
@@ -50,7 +50,7 @@ def check_origin(origin: tuple[float, float] | None, file: str | None = None) ->
 
 
 def parse_xml(content: bytes) -> Element:
-    """Return the root of an XML text, parsed without document types, whose entities could fill the memory."""
+    """Parse an XML text and return its root; document types are refused, since their entities could fill the memory."""
     try:
         return ElementTree.fromstring(content, parser=ElementTree.XMLParser(target=_Plain()))
     except InputError:
@@ -68,7 +68,7 @@ class _Plain(ElementTree.TreeBuilder):
 
 
 def _point(parent: Element, tag: str, place: Array, height: float) -> Element:
-    """Add a point at a place [rad] and height [m] to a parent; return its node, rounded to 1 cm and 1 mm."""
+    """Add a point at a place [rad], rounded to 1 mm, and a height [m] to a parent; return its node."""
     latitude, longitude = np.degrees(place)
     node = SubElement(parent, tag, {"lat": f"{latitude:.8f}", "lon": f"{longitude:.8f}"})
     SubElement(node, "ele").text = f"{round(height, 3) + 0.0:.3f}"  # no -0.000

@@ -1,4 +1,4 @@
-"""Robot image with the robot's pilot and the missions that come with hypertuna; `hosts/image.hpp` reads it."""
+"""Robot image with the robot's pilot and the shipped missions that it can fly; `hosts/image.hpp` reads it."""
 
 import contextlib
 from collections.abc import Iterator, Mapping
@@ -15,14 +15,25 @@ from hypertuna.mission.run import ENDINGS, MissionStart, flight_columns, mission
 from hypertuna.simulation.image import twin_image
 
 Ready = tuple[MissionFile, MissionStart]
-PLAIN = ("fence", "home", "home_radius", "start", "heading", "depth_max", "bottom", "current", "current_bottom", "stay")
+SHOWN_FIELDS = (
+    "fence",
+    "home",
+    "home_radius",
+    "start",
+    "heading",
+    "depth_max",
+    "bottom",
+    "current",
+    "current_bottom",
+    "stay",
+)
 
 
 def robot_image(robot: Robot, added: Mapping[str, Any] | None = None, facts: Mapping[str, Any] | None = None) -> bytes:
     """Return the image of a robot: its models in water, its twin, and its pilot with the missions that it can fly.
 
-    Model 0 is the robot's own choice; the others are those of its water laws and kinds of joints. Columns may be added,
-    and facts to the text.
+    Model 0 is the robot's own choice; the others are all combinations of its water laws and joint models. `added`
+    columns replace or extend the image's; `facts` extend its text.
     """
     flyable = list(_ready(robot))
     columns = dict(added or {})
@@ -36,17 +47,17 @@ def robot_image(robot: Robot, added: Mapping[str, Any] | None = None, facts: Map
 
 
 def _ready(robot: Robot) -> Iterator[Ready]:
-    """Yield file and start of each mission that comes with hypertuna and that a robot can fly."""
+    """Yield the file and the start of each shipped mission that the robot can fly."""
     if robot.guidance is None:
         return
     for name in missions():
         file = read_mission(name)
-        with contextlib.suppress(InputError):  # it lacks a table, or the fence is too near for it
+        with contextlib.suppress(InputError):  # the robot lacks a table, or the fence is too narrow for it
             yield file, mission_start(robot, file.mission)
 
 
 def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
-    """Return the columns of numbers of a mission, by the names that `read_mission` in hosts/host.cpp reads."""
+    """Return a mission's numbers as columns, by the names that `read_mission` in hosts/host.cpp reads."""
     mission, scatter = file.mission, file.scatter
     return (
         mission_columns(mission)
@@ -65,15 +76,15 @@ def _columns(file: MissionFile, start: MissionStart) -> dict[str, Any]:
 
 
 def _mission(file: MissionFile, start: MissionStart) -> dict[str, Any]:
-    """Return the texts and numbers [SI] by which hosts show a mission; its duration is that at which it is given up."""
+    """Return the texts and numbers [SI] that hosts show of a mission; duration: after which the mission is given up."""
     mission = file.mission
     facts = {"name": file.name, "text": file.description, "origin": file.origin, "duration": start.duration}
     rows = {"waypoints": [list(point) for point in mission.waypoints], "gaps": mission.gaps}
-    return facts | rows | {name: getattr(mission, name) for name in PLAIN}
+    return facts | rows | {name: getattr(mission, name) for name in SHOWN_FIELDS}
 
 
 def _pilot(robot: Robot) -> dict[str, Any]:
-    """Return the names of modes, reasons and endings, by number, and those of the sensors and fins that can fail."""
+    """Return the names of modes, reasons and endings, in order of number, and of sensors and fins that can fail."""
     lists = {"modes": _core.mode_table(), "reasons": _core.reason_table(), "endings": list(ENDINGS.items())[1:]}
     by_key = {key: [{"name": name, "text": text} for name, text in rows] for key, rows in lists.items()}
     return by_key | {"channels": channels(robot, pilot=True), "fin_faults": list(FIN_KINDS)}

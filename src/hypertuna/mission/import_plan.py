@@ -1,4 +1,4 @@
-"""Plans of other programs as missions: .plan of QGroundControl, .waypoints, GPX and KML."""
+"""Import plans of other programs as missions: .plan of QGroundControl, .waypoints, GPX and KML."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -22,16 +22,16 @@ from hypertuna.mission.plan_items import read_qgroundcontrol, read_waypoints
 from hypertuna.mission.plans import Place, Plan, Stop, check_count, checked_place, depth_of
 from hypertuna.mission.schema import Document
 
-ALTITUDES = ("absolute", "relativeToGround")  # of KML: other modes ignore altitudes, or count from the ground below
+ALTITUDES = ("absolute", "relativeToGround")  # modes of KML whose altitudes are used; others ignore altitudes
 KINDS = {"rte": "routes (rte)", "wpt": "waypoints (wpt)", "trk": "tracks (trk)"}
 Node = tuple[str, str | None, str | None, str | None]  # name, latitude, longitude, altitude or None for the surface
-SPEED, RADIUS = 0.3, 3.0  # m/s and m, where neither plan nor robot states them: as in a mission file
-BELOW = 0.5  # m from the deepest waypoint to the limit of depth
-GROUND = 20.0  # m, default of a mission file
+SPEED, RADIUS = 0.3, 3.0  # m/s and m, if neither plan nor robot states them: the defaults of a mission file
+BELOW = 0.5  # m: least distance of the depth limit below the deepest waypoint
+GROUND = 20.0  # m: default depth of the ground in a mission file
 
 
 def read_plan(path: str | Path, *, depth: float | None = None) -> Plan:
-    """Read a plan, by its content; `depth` [m] replaces the altitudes of all its waypoints.
+    """Read a plan in the format that its content shows; `depth` [m] replaces the altitudes of all waypoints.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def read_plan(path: str | Path, *, depth: float | None = None) -> Plan:
 
 
 def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: float | None = None) -> dict[str, Any]:
-    """Return a plan as the document of a mission file; the robot's speed and radius where the plan has none."""
+    """Return a plan as the document of a mission file; speeds and radii that it lacks are the robot's."""
     default_speed = speed or (SPEED if robot is None else usual_speed(robot))
     radius = RADIUS if robot is None else usual_radius(robot)
     origin = plan.home or plan.stops[0].place
@@ -91,7 +91,7 @@ def plan_document(plan: Plan, name: str, robot: Robot | None = None, speed: floa
 
 
 def plan_text(document: dict[str, Any], plan: Plan, source: str) -> str:
-    """Return the text of a mission file, with comments that list the parts of the plan which it does not keep."""
+    """Return the text of a mission file, with comments on the parts of the plan that were not kept."""
     notes = [f"# Not kept: {escaped(note)}" for note in plan.notes]
     return "\n".join(
         [f"# Imported from {escaped(Path(source).name)}.", *notes, commented(document, Document, hints={})]
@@ -99,7 +99,7 @@ def plan_text(document: dict[str, Any], plan: Plan, source: str) -> str:
 
 
 def check_plan(document: dict[str, Any], plan: Plan, file: str, robot: Robot | None = None) -> MissionFile:
-    """Return the mission of a plan's document after its checks, for a robot if given; errors name the plan's items."""
+    """Check a plan's document, also against a robot if given, and return the mission; errors name the plan's items."""
     try:
         mission = parse_mission(document)
         if robot is not None:
@@ -147,7 +147,7 @@ def read_xml(content: bytes, depth: float | None) -> Plan:
 
 
 def _gpx(root: Element, plan: Plan) -> Iterator[Node]:
-    """Yield name, latitude, longitude and altitude of a GPX file's points: of its route, else waypoints, else track."""
+    """Yield name, latitude, longitude and altitude of the points in a GPX file's route, else waypoints, else track."""
     found = {kind: root.findall(f"{{*}}{kind}") for kind in KINDS}
     chosen = next((kind for kind, nodes in found.items() if nodes), "")
     if chosen != "wpt" and len(found.get(chosen, [])) > 1:
@@ -162,7 +162,7 @@ def _gpx(root: Element, plan: Plan) -> Iterator[Node]:
 
 
 def _kml(root: Element, plan: Plan) -> Iterator[Node]:
-    """Yield name, latitude, longitude and altitude of a KML file's points: of its line, else all single points."""
+    """Yield name, latitude, longitude and altitude of the points in a KML file's line, or else of its single points."""
     lines, points = list(root.iterfind(".//{*}LineString")), list(root.iterfind(".//{*}Point"))
     if len(lines) > 1:
         raise InputError("must have one LineString", value=f"{len(lines)} of them", fix="keep one line in the file")

@@ -1,7 +1,7 @@
-"""Logs of missions: MCAP files (mcap.dev) that Foxglove and Rerun open, written in chunks with checksums.
+"""Write logs of missions: MCAP files (mcap.dev) for Foxglove and Rerun, in chunks with checksums.
 
-Topic /tf has the true and the estimated pose as foxglove.FrameTransform; the other topics are messages in
-JSON with schemas, whose keys carry the unit. Needs the extra `log`.
+Topic /tf has the true and the estimated pose as foxglove.FrameTransform. The other topics are messages in JSON with
+schemas, whose keys carry the unit. Needs the extra `log`.
 """
 
 import dataclasses
@@ -21,14 +21,14 @@ from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.log_fields import Field, derived, fields, schema
 from hypertuna.mission.record import COLUMNS, ESTIMATED, MissionRecord
 
-ROWS = 2000  # written at once
+CHUNK_ROWS = 2000  # rows of the record per chunk
 
 
 class LogWriter(McapWriter):
-    """Writer of a log during a mission: after `write` the record is on disk in whole chunks."""
+    """Writes a log during a mission: after each `write`, the file is complete up to there."""
 
     def write(self, record: MissionRecord) -> None:
-        """Append a record in whole chunks."""
+        """Append a record, and end the chunk."""
         from foxglove import Channel
         from foxglove.channels import FrameTransformChannel, LocationFixChannel
 
@@ -47,25 +47,25 @@ class LogWriter(McapWriter):
         self.flush()
 
     def close(self, facts: Mapping[str, str] | None = None) -> None:
-        """Finish the file with its index."""
+        """Write the facts and the file's index, and close the file."""
         if facts:
             self.write_metadata(ENDING, facts)
         super().close()
 
 
 def write_log(record: MissionRecord, path: str | Path, report: Callable[[int, int], None] | None = None) -> Path:
-    """Write a record as a log, whole or not at all."""
+    """Write a record as a log, completely or not at all."""
     buffer = io.BytesIO()
     with LogWriter(buffer) as writer:
-        for begin in range(0, len(record.time), ROWS):
-            writer.write(record.part(slice(begin, begin + ROWS)))
+        for begin in range(0, len(record.time), CHUNK_ROWS):
+            writer.write(record.part(slice(begin, begin + CHUNK_ROWS)))
             if report is not None:
-                report(min(begin + ROWS, len(record.time)), len(record.time))
+                report(min(begin + CHUNK_ROWS, len(record.time)), len(record.time))
     return write_atomically(path, buffer.getvalue())
 
 
 def _head(record: MissionRecord) -> str:
-    """Return the header of a log as JSON: the fields of a record but its numbers, and the names of its columns."""
+    """Return the header of a log as JSON: the record's fields other than arrays, and the names of its columns."""
     names = {field.name for field in dataclasses.fields(record)} - {"time", "data", "facts", "mission"}
     facts = {name: getattr(record, name) for name in sorted(names)}
     facts |= {"mission": dataclasses.asdict(record.mission), "columns": sorted(record.data)}
@@ -73,7 +73,7 @@ def _head(record: MissionRecord) -> str:
 
 
 def _transforms(record: MissionRecord, stamps: Sequence[int]) -> list[list[Any]]:
-    """Return for each time the transforms of the true and the estimated pose, with forward-left-up axes."""
+    """Return the transforms of the true and the estimated pose, a list over time for each, in forward-left-up axes."""
     from foxglove.messages import FrameTransform, Quaternion, Timestamp, Vector3
 
     data, poses = record.data, {}
@@ -133,7 +133,7 @@ def _messages(topic: str, rows: Sequence[Field], record: MissionRecord) -> list[
 
 
 def _name_modes(message: dict[str, Any], record: MissionRecord) -> None:
-    """Add to a message, in place, the names beside its numbers of mode and state, reasons and faults."""
+    """Add names to a message, in place, for its numbers of mode and state and its flags of reasons and faults."""
     for key, names in (("mode", record.modes), ("state", record.states)):
         if key in message and 0 <= message[key] < len(names):
             message[f"{key}_name"] = names[int(message[key])]

@@ -11,7 +11,7 @@ from hypertuna.mission.record import COLUMNS, TOPICS, MissionRecord, parts_of
 
 
 class Field(NamedTuple):
-    """A number of a message: its key with the unit, the quantity and its part, and the factor from SI."""
+    """A number of a message: key with unit, recorded quantity, index of its part (None: a scalar), factor from SI."""
 
     key: str
     name: str
@@ -19,13 +19,13 @@ class Field(NamedTuple):
     factor: float
 
     def of(self, record: MissionRecord) -> Array:
-        """Return the values of a record (T,) in the unit of the key."""
+        """Return the field's values (T,) in a record, in the unit of the key."""
         values = record.data[self.name]
         return np.asarray((values if self.part is None else values[:, self.part]) * self.factor)
 
 
 DEGREES = 180 / np.pi
-BORDER = {  # units of messages, and their factor from SI
+BORDER = {  # by SI unit: suffix of a key, and factor from SI
     "rad": ("deg", DEGREES),
     "rad/s": ("deg_s", DEGREES),
     "Pa": ("kpa", 1e-3),
@@ -41,7 +41,7 @@ BORDER = {  # units of messages, and their factor from SI
     "C": ("ah", 1 / 3600),
     "1": ("", 1.0),
 }
-# Further fields of /motion, derived from position and attitude for plots.
+# Fields of /motion that are derived from the pose for plots, with their meanings.
 DERIVED = {
     "depth_m": "of the nose",
     "speed_m_s": "through the water, ahead positive",
@@ -81,7 +81,7 @@ def fields(names: Collection[str], joints: tuple[str, ...], circuits: tuple[str,
 
 
 def _rows(name: str, parts: tuple[str, ...]) -> list[Field]:
-    """Return the fields of a quantity of the record, one for each of its parts."""
+    """Return the fields of a recorded quantity, one for each of its parts."""
     unit, factor = BORDER[COLUMNS[name].unit]
     suffix = f"_{unit}" if unit else ""
     if not parts:
@@ -103,5 +103,5 @@ def schema(topic: str, rows: list[Field]) -> dict[str, object]:
 
 
 def _number(text: str, *, silent: bool = False) -> dict[str, object]:
-    """Return the JSON schema of a number, null allowed where a reading may be missing."""
+    """Return the JSON schema of a number; silent: null stands for a missing reading."""
     return {"type": ["number", "null"] if silent else "number", "description": text}

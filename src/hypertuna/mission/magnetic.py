@@ -1,4 +1,4 @@
-"""Declination of the Earth's magnetic field where a mission goes, by the World Magnetic Model."""
+"""Declination of the Earth's magnetic field at a place, from the World Magnetic Model."""
 
 import math
 from datetime import UTC, date, datetime
@@ -19,7 +19,7 @@ def declination(origin: tuple[float, float], day: date | None = None) -> float:
     model: Any = pygeomag.GeoMag()
     try:
         return math.radians(model.calculate(glat=latitude, glon=longitude, alt=0, time=year).d)
-    except ValueError:  # the model holds for five years
+    except ValueError:  # outside the five years for which the model is valid
         first, last = model.life_span
         fix = "update pygeomag, or state origin.declination_deg in the mission file"
         rule = f"must be from {first:g} to {last:g}, for which the World Magnetic Model {model.model} holds"

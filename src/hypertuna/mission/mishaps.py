@@ -1,4 +1,4 @@
-"""Faults of the twin's machine, spelled as those of sensors: stuck servos, leaking oil, a line that holds the robot."""
+"""Faults of the twin's body and drives, spelled like sensor faults: stuck servos, lost oil, a line on the robot."""
 
 import math
 import re
@@ -16,21 +16,21 @@ from hypertuna.ranges import check_name
 
 PARTS = r"fin-port|fin-starboard|fins|body|(?:servo|oil)-[^:@]+"
 SPELLING = re.compile(rf"(?P<part>{PARTS}):(?P<kind>[^:@]+)@(?P<times>[^:@]+)")
-FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # parts of the largest angle
-FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}
-SNAGS = {"tethered": 1.0, "held": 0.0}  # lengths [m] of the line that ties the nose to where it is
+FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # fractions of the largest angle
+FINS = {"fin-port": (0,), "fin-starboard": (1,), "fins": (0, 1)}  # indices of the fins' servos
+SNAGS = {"tethered": 1.0, "held": 0.0}  # length [m] of the line that ties the nose to its place at that time
 
 
 class Mishaps(NamedTuple):
-    """Faults of the machine, each with the times [s] at which it begins and ends."""
+    """Faults of body and drives, each with the times [s] at which it begins and ends."""
 
-    servos: list[tuple[int, float, float, float]]  # servo, angle [rad] or NaN, from, to
+    servos: list[tuple[int, float, float, float]]  # servo, angle [rad] (NaN: the present one), from, to
     oil: list[tuple[int, float, float]]  # circuit, from, to
     snags: Array  # (n, 3): from, to, length [m]
 
 
 def split_mishaps(robot: Robot, spelled: Sequence[str], fin_max: float) -> tuple[tuple[str, ...], Mishaps]:
-    """Split faults into those of sensors, which stay texts, and those of the machine."""
+    """Split spelled faults into those of sensors, left as texts, and those of body and drives."""
     sensors: list[str] = []
     snags: list[tuple[float, float, float]] = []
     mishaps = Mishaps([], [], np.zeros((0, 3)))

@@ -1,4 +1,4 @@
-"""A first mission for a robot: a square that its speed, its turns, its fixes and its depths allow."""
+"""Write a first mission for a robot: a square that suits its speed, turning radius, fixes and depth limit."""
 
 import math
 
@@ -10,10 +10,10 @@ from hypertuna.errors import InputError
 from hypertuna.mission.checks import OVERSHOOT, PILOTED, deepest_limit
 from hypertuna.mission.schema import Document
 
-BELOW_FASTEST = 0.86  # of the fastest gait's speed: the rest is kept for currents
-LEG = 60.0  # s of a side: dead reckoning between two fixes stays within the radius
-SIDE_MIN, DEPTH, MARGIN = 10.0, 1.0, 30.0  # m: side, depth, from the square to the fence
-SLACK, FIRST = 3.0, 600.0  # times the course, plus seconds: time for fixes at the surface
+BELOW_FASTEST = 0.86  # fraction of the fastest gait's speed; the rest is kept for currents
+LEG = 60.0  # s per side, so that dead reckoning between two fixes stays within the radius
+SIDE_MIN, DEPTH, MARGIN = 10.0, 1.0, 30.0  # m: shortest side, depth, distance from the square to the fence
+TIME_FACTOR, EXTRA_TIME = 3.0, 600.0  # time limit: multiple of the course's time, plus s, for fixes at the surface
 
 HEADER = """\
 # A square for {robot}, written by `hypertuna mission new`.
@@ -27,17 +27,17 @@ HINTS = {
 
 
 def spelled(robot: Robot) -> str:
-    """Return the robot's name for a mission file: its own if the robot comes with hypertuna, its path otherwise."""
+    """Return how a mission file names the robot: by name if it comes with hypertuna, by path otherwise."""
     return robot.name if robot.file == f"robots/{robot.name}.toml" and robot.name in robots() else robot.file
 
 
 def usual_speed(robot: Robot) -> float:
-    """Return a speed through the water [m/s] that leaves a robot some speed against currents."""
+    """Return a speed through the water [m/s] that leaves some reserve against currents."""
     return round(BELOW_FASTEST * gait_table(robot).speed[-1], 3)
 
 
 def usual_radius(robot: Robot) -> float:
-    """Return a radius [m] of waypoints, within which fixes let the robot know its place."""
+    """Return a radius of waypoints [m] that is larger than the position error right after fixes."""
     return max(3.0, math.ceil(15 * error_of_fixes(robot)) / 10)
 
 
@@ -68,7 +68,7 @@ def new_mission(robot: Robot, name: str) -> str:
             "fence_m": [[low, low], [high, low], [high, high], [low, high]],
             "depth_m": limit,
             "battery": 0.2,
-            "duration_s": 60.0 * math.ceil((SLACK * 4 * side / speed + FIRST) / 60),
+            "duration_s": 60.0 * math.ceil((TIME_FACTOR * 4 * side / speed + EXTRA_TIME) / 60),
         },
     }
     header = HEADER.format(

@@ -11,16 +11,17 @@ from hypertuna.io.door import parse_json
 from hypertuna.mission.plans import Plan, Stop, check_count, checked_number, checked_place, depth_of
 from hypertuna.mission.schema import MAX_DURATION, MAX_SPEED, MAX_WAYPOINTS
 
-WAYPOINT, GO_HOME, SPEED, SET_HOME = 16, 20, 178, 179  # MAV_CMD
-OTHERS = {17: "loiter", 18: "loiter", 19: "loiter", 21: "landing", 22: "take-off", 82: "spline", 93: "delay"}
+WAYPOINT, GO_HOME, SPEED, SET_HOME = 16, 20, 178, 179  # numbers of MAV_CMD
+# By number of a MAV_CMD that a mission cannot keep: its name.
+UNSUPPORTED = {17: "loiter", 18: "loiter", 19: "loiter", 21: "landing", 22: "take-off", 82: "spline", 93: "delay"}
 FIXES = dict.fromkeys((17, 19, 93), "give the waypoint a time to stay instead, param 1")
-SEA_LEVEL, ABOVE_HOME = (0, 5), (3, 6)  # MAV_FRAME: altitudes above sea level, above home
+SEA_LEVEL, ABOVE_HOME = (0, 5), (3, 6)  # numbers of MAV_FRAME with altitudes above sea level, above home
 MAX_ITEMS = 3 * MAX_WAYPOINTS
 
 
 @dataclass(frozen=True)
 class Item:
-    """An item of MAVLink's mission protocol, with the file's numbers unchecked."""
+    """An item of MAVLink's mission protocol, with numbers as in the file, not yet checked."""
 
     number: int  # home is 0
     command: object
@@ -29,17 +30,17 @@ class Item:
 
     @property
     def name(self) -> str:
-        """Name the item as ground stations do."""
+        """Name of the item in ground stations."""
         return f"item {self.number}"
 
     def number_of(self, k: int, what: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """Return parameter `k` of the item, counted from 1 and checked for its range; 0 where the file has none."""
+        """Return parameter `k` of the item, counted from 1, after checking its range; 0 if the file has none."""
         value = self.params[k - 1]
         return 0.0 if value is None or value != value else checked_number(value, self.name, what, low, high)
 
 
 def read_qgroundcontrol(content: bytes, depth: float | None) -> Plan:
-    """Read a .plan file; docs.qgroundcontrol.com, file formats, Plan."""
+    """Read a .plan file of QGroundControl (docs.qgroundcontrol.com, file formats, Plan)."""
     try:
         document = parse_json(content)
     except ValueError as error:
@@ -65,7 +66,7 @@ def read_qgroundcontrol(content: bytes, depth: float | None) -> Plan:
 
 
 def _simple_items(items: list[Any]) -> Iterator[Item]:
-    """Yield the items of a .plan file; refuse complex ones, such as surveys."""
+    """Yield the items of a .plan file; raise an error for complex items, such as surveys."""
     for number, item in enumerate(items, 1):
         if not isinstance(item, dict):
             raise InputError("must be an object", key=f"item {number}", value=shown(item), fix="export the plan again")
@@ -80,7 +81,7 @@ def _simple_items(items: list[Any]) -> Iterator[Item]:
 
 
 def read_waypoints(content: bytes, depth: float | None) -> Plan:
-    """Read a .waypoints file, "QGC WPL 110": a line for each item, home first as ArduPilot has it."""
+    """Read a .waypoints file ("QGC WPL 110"): a line per item, the first one home, as ArduPilot writes it."""
     try:
         head, *lines = [line.split() for line in content.decode("utf-8-sig").splitlines() if line.strip()]
     except UnicodeDecodeError as error:
@@ -97,7 +98,7 @@ def read_waypoints(content: bytes, depth: float | None) -> Plan:
 
 
 def _item_of(number: int, cells: list[str]) -> Item:
-    """Read the item of a line: index, current or not, frame, command, seven parameters, autocontinue or not."""
+    """Read an item from a line's cells: index, current, frame, command, seven parameters, autocontinue."""
     name, fix = f"item {number}", "export the file again"
     if len(cells) != 12:
         raise InputError("must have 12 columns", key=name, value=f"{len(cells)} long", fix=fix)
@@ -112,7 +113,7 @@ def _item_of(number: int, cells: list[str]) -> Item:
 
 
 def _follow(plan: Plan, items: Iterator[Item], depth: float | None, speed: float | None) -> None:
-    """Add the waypoints and speeds of items to a plan, in order; speed [m/s]: holds until an item changes it."""
+    """Add the waypoints of items to a plan, in order; speed [m/s] applies until an item changes the speed."""
     for item in items:
         if plan.goes_home:
             raise InputError("must not follow the way home", key=item.name, fix="make RETURN_TO_LAUNCH the last item")
@@ -128,13 +129,13 @@ def _follow(plan: Plan, items: Iterator[Item], depth: float | None, speed: float
             plan.goes_home = True
         else:
             number = item.command if isinstance(item.command, int) else -1
-            value = f"command {shown(item.command)}{f' ({OTHERS[number]})' if number in OTHERS else ''}"
+            value = f"command {shown(item.command)}{f' ({UNSUPPORTED[number]})' if number in UNSUPPORTED else ''}"
             rule, fix = "must be a waypoint, a speed, home or the way home", FIXES.get(number, "remove it")
             raise InputError(rule, key=item.name, value=value, fix=fix)
 
 
 def _stop(plan: Plan, item: Item, depth: float | None, speed: float | None) -> Stop:
-    """Return the waypoint of an item; depth [m]: for all items, speed [m/s]: set by earlier ones."""
+    """Return the waypoint of an item; depth [m]: given for all items; speed [m/s]: set by earlier items."""
     if depth is None and item.frame not in SEA_LEVEL + ABOVE_HOME:
         rule = "must have an altitude above home or sea level, frame 0, 3, 5 or 6"
         fix = "choose that altitude mode, or give one depth for all waypoints by --depth"
@@ -153,7 +154,7 @@ def _stop(plan: Plan, item: Item, depth: float | None, speed: float | None) -> S
 
 
 def _changed_speed(plan: Plan, item: Item, speed: float | None) -> float | None:
-    """Return the speed [m/s] that an item sets for those after it; an item's -1 keeps the present `speed`."""
+    """Return the speed [m/s] that an item sets for the next waypoints; -1 in the item keeps the present `speed`."""
     if (new_speed := item.number_of(2, "a speed, param 2,", -1.0, MAX_SPEED)) == -1:
         return speed
     if new_speed <= 0:
@@ -164,7 +165,7 @@ def _changed_speed(plan: Plan, item: Item, speed: float | None) -> float | None:
 
 
 def _fence(document: Mapping[str, Any]) -> list[Point]:
-    """Return the corners [deg] of the plan's fence, which must be one polygon to stay inside."""
+    """Return the corners [deg] of the plan's fence, which must be a single inclusion polygon."""
     fence = document.get("geoFence")
     if not isinstance(fence, dict):
         return []
@@ -183,7 +184,7 @@ def _fence(document: Mapping[str, Any]) -> list[Point]:
 
 
 def _part(table: Mapping[str, Any], key: str, kind: type) -> Any:
-    """Return the object or list of a JSON document under a key, after a check of its type."""
+    """Return the object or list under a key of a JSON document, after checking its type."""
     value = table.get(key)
     if not isinstance(value, kind):
         word = "an object" if kind is dict else "a list"

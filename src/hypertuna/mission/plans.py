@@ -1,4 +1,4 @@
-"""Plans of other programs as waypoints and notes, and the checks of their numbers."""
+"""Plans of other programs: their waypoints, notes on differences, and checks of their numbers."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,9 +11,9 @@ Place = tuple[float, float]  # latitude and longitude [deg]
 
 @dataclass(frozen=True)
 class Stop:
-    """A waypoint of a plan: where it stands in the file, its place, and what the plan states."""
+    """A waypoint of a plan: its name in the file, its place, and speed, radius and hold time if stated."""
 
-    name: str  # "item 3"
+    name: str  # such as "item 3"
     place: Place
     depth: float  # m
     speed: float | None = None  # m/s
@@ -28,11 +28,11 @@ class Plan:
     stops: list[Stop] = field(default_factory=list)
     home: Place | None = None
     fence: list[Place] = field(default_factory=list)
-    goes_home: bool = False  # by an item of the plan
-    changes: dict[str, list[str]] = field(default_factory=dict)  # what -> where
+    goes_home: bool = False  # whether an item sends the robot home
+    changes: dict[str, list[str]] = field(default_factory=dict)  # by text of a difference: items that have it
 
     def note(self, what: str, where: str = "") -> None:
-        """Add a note on a difference between plan and mission, and the item where it is."""
+        """Add a note on a difference between plan and mission, with the name of the item that has it."""
         self.changes.setdefault(what, []).extend([where] * bool(where))
 
     @property
@@ -42,7 +42,7 @@ class Plan:
 
 
 def checked_number(value: object, where: str, what: str, low: float = -math.inf, high: float = math.inf) -> float:
-    """Return a number of a plan after a check of its range."""
+    """Check that a value of a plan is a number in a range, and return it."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
         rule = f"must have {what} from {low:g} to {high:g}" if math.isfinite(low) else f"must have {what}, a number"
         raise InputError(rule, key=where, value=_given(value), fix="correct it, and export the plan again")
@@ -50,13 +50,13 @@ def checked_number(value: object, where: str, what: str, low: float = -math.inf,
 
 
 def checked_place(latitude: object, longitude: object, where: str) -> Place:
-    """Return latitude and longitude [deg] of a plan after checks of their ranges."""
+    """Check latitude and longitude [deg] of a plan, and return them."""
     checked_latitude = checked_number(latitude, where, "a latitude", -89.0, 89.0)
     return checked_latitude, checked_number(longitude, where, "a longitude", -180.0, 180.0)
 
 
 def depth_of(altitude: object, where: str, depth: float | None) -> float:
-    """Return the depth [m] for an altitude [m] above the water's surface, or `depth` where it is given for all."""
+    """Return the depth [m] of an altitude [m] above the water, or `depth` if one is given for all waypoints."""
     if depth is not None:
         return depth
     height = checked_number(altitude, where, "an altitude")
@@ -79,6 +79,6 @@ def _given(value: object) -> str:
 
 
 def _listed(where: list[str]) -> str:
-    """Return the names of items as a text, only the first ones where there are many."""
+    """Return the names of items as a text; of more than nine, only the first eight and a count of the rest."""
     rest = f" and {len(where) - 8} more" if len(where) > 9 else ""
     return ", ".join(where if not rest else where[:8]) + rest

@@ -14,17 +14,18 @@ from hypertuna.mission.file import MissionFile
 from hypertuna.mission.flight import Flight
 from hypertuna.mission.record import MissionRecord
 
-NARROW = 6.0  # inches: below it there are fewer columns in the legends
+NARROW = 6.0  # inch: up to this width, legends have fewer columns
 TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]
 DASHES = (0, (4, 2))
-BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD"}  # light: lines stay readable
+# By mode of the pilot: its background color, light so that lines stay readable.
+BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD"}
 BANDS |= dict.fromkeys(("done", "ended"), "#ECECEC")
-HOUR = 3600.0
+HOUR = 3600.0  # s
 
 
 @plots.of(Flight)
 def plot_flight(flight: Flight, *, width: float = WIDTH) -> Figure:
-    """Plot the record of a flight: `width` [inch]."""
+    """Plot the record of a flight; `width` [inch]."""
     figure: Figure = plot_mission(flight.record, width=width)
     return figure
 
@@ -32,7 +33,7 @@ def plot_flight(flight: Flight, *, width: float = WIDTH) -> Figure:
 @plots.of(MissionFile)
 @styled
 def plot_course(file: MissionFile, *, width: float = WIDTH) -> Figure:
-    """Plot the course of a mission file: `width` [inch]."""
+    """Plot the course of a mission file; `width` [inch]."""
     mission = file.mission
     low, high = _bounds(mission)
     height = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), 0.8 * width)
@@ -49,7 +50,7 @@ def plot_course(file: MissionFile, *, width: float = WIDTH) -> Figure:
 @plots.of(MissionRecord)
 @styled
 def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
-    """Plot a mission: `width` [inch]."""
+    """Plot a mission's track from above, and its depth and energy over time; `width` [inch]."""
     wide = width > NARROW
     low, high = _bounds(record.mission, record.path[:, :2])
     plan_height = min(0.86 * width * (high[1] - low[1]) / (high[0] - low[0]), (0.8 if wide else 1.2) * width)
@@ -69,7 +70,7 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
 
 
 def _entries(panels: Array) -> tuple[list[Artist], list[str]]:
-    """Return handles and texts of a legend over all panels, each text once."""
+    """Return handles and texts of one legend for all panels, without repeated texts."""
     entries: dict[str, Artist] = {}
     for axes in panels:
         for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -89,7 +90,7 @@ def _caption(record: MissionRecord) -> str:
 
 
 def _bounds(mission: Mission, *paths: Array) -> tuple[Array, Array]:
-    """Return the lower left and upper right corners (2,) [m] of the plan: all that is drawn, and a margin."""
+    """Return the lower left and upper right corners (2,) [m] of all that the plan shows, with a margin."""
     points = [*paths, np.array([mission.start, mission.home]), np.array(mission.fence).reshape(-1, 2)]
     points += [
         np.array([[p.x - p.radius, p.y - p.radius], [p.x + p.radius, p.y + p.radius]]) for p in mission.waypoints
@@ -124,7 +125,7 @@ def _draw_course(axes: Axes, mission: Mission, low: Array, high: Array) -> None:
 
 
 def _draw_depth(axes: Axes, record: MissionRecord) -> None:
-    """Draw depth against time over bands of the mode."""
+    """Draw depth over time, with bands that show the pilot's mode."""
     scale, mission = _clock(record)[0], record.mission
     _draw_modes(axes, record, scale)
     if record.true:
@@ -142,7 +143,7 @@ def _draw_depth(axes: Axes, record: MissionRecord) -> None:
 
 
 def _draw_modes(axes: Axes, record: MissionRecord, scale: float) -> None:
-    """Shade the times in each mode of the pilot other than that of the way to waypoints."""
+    """Shade the times in which the pilot is in one of the modes of `BANDS`."""
     if "mode" not in record.data:
         return
     mode = record.data["mode"].astype(int)
@@ -156,7 +157,7 @@ def _draw_modes(axes: Axes, record: MissionRecord, scale: float) -> None:
 
 
 def _draw_energy(axes: Axes, record: MissionRecord) -> None:
-    """Draw energy against time, and the mean power since the start."""
+    """Draw energy over time, and write the charge left at the end."""
     scale = _clock(record)[0]
     axes.plot(record.time / scale, record.energy / HOUR, color=POWER, lw=1.5)
     axes.set(ylabel="energy [Wh]", ylim=(0, None))

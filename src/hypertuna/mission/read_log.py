@@ -1,4 +1,4 @@
-"""Reading of logs: every chunk is checked by its checksum; of a file that was cut short, all whole chunks are read."""
+"""Read logs of missions: each chunk's checksum is tested; of a truncated file, all complete chunks are read."""
 
 import struct
 from collections.abc import Iterator
@@ -16,21 +16,21 @@ from hypertuna.io.mcap import LINK, NANO, Messages, read_messages
 from hypertuna.mission.log_fields import Field, fields
 from hypertuna.mission.record import COLUMNS, MissionRecord
 
-FRAMES = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}
+FRAMES = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}  # by frame of /tf: its quantity
 AGAIN = "record the log again"
 MALFORMED = (ValueError, KeyError, TypeError, IndexError, struct.error)
 
 
 @dataclass(frozen=True)
 class Log:
-    """A log, read from its file."""
+    """Content of a log file."""
 
-    record: MissionRecord  # every time that all topics have
-    complete: bool  # whether the file is whole and every checksum is right
-    sentence: str  # the same in words, with the extent read
-    messages: dict[str, int]  # number of messages of each topic in whole chunks
-    chunks: int  # whole ones
-    size: int  # bytes of the file
+    record: MissionRecord  # up to the last time that all topics have
+    complete: bool  # whether the file is complete and all checksums are right
+    sentence: str  # says whether it is complete, and how much was read
+    messages: dict[str, int]  # number of messages of each topic, in complete chunks
+    chunks: int  # number of complete chunks
+    size: int  # of the file [bytes]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Header:
 
 
 def read_header(text: str) -> Header:
-    """Read the header of a log."""
+    """Parse the header of a log from its JSON text."""
     from pydantic import TypeAdapter  # slow to import
 
     try:
@@ -61,7 +61,7 @@ def read_header(text: str) -> Header:
 
 
 def read_log(path: str | Path) -> Log:
-    """Read a log."""
+    """Read a log of a mission from an MCAP file."""
     file, size = str(path), Path(path).stat().st_size if Path(path).is_file() else 0
     content = read_messages(path, _name)
     metadata = content.metadata or {}
@@ -85,7 +85,7 @@ def read_log(path: str | Path) -> Log:
 
 
 def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
-    """Return the record of a log's messages, up to the last time that all topics have."""
+    """Build the record from a log's messages, up to the last time that all topics have."""
     header = read_header(metadata["record"])
     quantities = [name for name in header.columns if name in COLUMNS]
     topics = fields(quantities, header.joints, header.circuits)
@@ -112,7 +112,7 @@ def _record(content: Messages, metadata: dict[str, str]) -> MissionRecord:
 
 
 def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict[str, Array]:
-    """Return the record's columns, read from the messages of all topics but the transforms."""
+    """Return the record's columns, read from the messages of all topics except /tf."""
     columns: dict[str, list[Array]] = {}
     for topic, rows in topics.items():
         table = np.empty((count, len(rows)))
@@ -131,7 +131,7 @@ def _name(topic: str, content: bytes) -> str:
 
 
 def _poses(contents: list[bytes]) -> tuple[Array, Array]:
-    """Return positions (T, 3) [m] and attitudes (T, 4) of transforms, turned to the record's body axes."""
+    """Return positions (T, 3) [m] and attitudes (T, 4) of transforms, converted to the record's body axes."""
     place, turn = np.zeros((len(contents), 3)), np.zeros((len(contents), 4))
     for k, content in enumerate(contents):
         parts = dict(protobuf_fields(content))
@@ -143,9 +143,9 @@ def _poses(contents: list[bytes]) -> tuple[Array, Array]:
 
 
 def protobuf_fields(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield number and content of a transform's fields: doubles, and texts or messages of less than 128 bytes.
+    """Yield number and content of a transform's protobuf fields: doubles, and texts or messages under 128 bytes.
 
-    It ends at the first field of another kind (protobuf.dev/programming-guides/encoding).
+    Stop at the first field of another type (protobuf.dev/programming-guides/encoding).
     """
     offset = 0
     while offset + 1 < len(content):

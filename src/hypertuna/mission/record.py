@@ -22,26 +22,26 @@ from hypertuna.frames import angles_of
 from hypertuna.io.quantity import Quantity, key_of, quantity
 
 HOUR = 3600.0
-WINDOW = 1.0  # s: the nose swings with the beat; distances are of its path averaged over this window
+WINDOW = 1.0  # s: distances are along the nose's path averaged over this time, without the swing of the beat
 
 
 class Column(NamedTuple):
-    """A quantity that is recorded: second dimension, unit, meaning, and whether NaN stands for a missing reading."""
+    """A recorded quantity: dimension in addition to time, unit, meaning, and whether readings may be missing (NaN)."""
 
     dim: str
     unit: str
     meaning: str
-    silent: bool = False  # NaN without a reading
+    silent: bool = False  # whether NaN stands for a missing reading
 
 
-# Second dimensions of fixed length, and names of their parts.
+# By dimension whose length does not depend on the robot: names of its parts.
 PARTS = {
     "axis": ("x", "y", "z"),
     "quaternion": ("w", "x", "y", "z"),
     "plane": ("x", "y"),
     "fin": ("port", "starboard"),
 }
-# A record has either at least.
+# A record has at least one of these two groups.
 TRUE, ESTIMATED = ("position", "attitude"), ("position_estimated", "depth_estimated", "attitude_estimated")
 
 # Quantities of each topic of a log; those of /tf are transforms. Their order is that of messages and CSV columns.
@@ -118,12 +118,12 @@ COLUMNS = {name: column for columns in TOPICS.values() for name, column in colum
 class MissionRecord(Plotted, Tabular):
     """Time series of a mission."""
 
-    name: str  # of the mission
+    name: str  # name of the mission
     robot: str
-    mission: Mission  # as flown, with the water and the satellites of its seed
+    mission: Mission  # as flown, with the current and GPS gaps that its seed drew
     time: Array = field(repr=False)  # (T,), increasing [s]
-    data: Mapping[str, Array] = field(repr=False)  # by `COLUMNS`, (T,) or (T, parts); true or estimated pose at least
-    joints: tuple[str, ...] = ()  # names, as all that follow
+    data: Mapping[str, Array] = field(repr=False)  # by `COLUMNS`, (T,) or (T, parts); at least a pose
+    joints: tuple[str, ...] = ()  # names of the joint groups; the tuples below also hold names
     circuits: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
@@ -156,7 +156,7 @@ class MissionRecord(Plotted, Tabular):
                 raise InputError("must be finite", key=name, value=value, fix=fix)
 
     def part(self, cut: slice) -> MissionRecord:
-        """Return the part of the record in a slice of its rows."""
+        """Return the part of the record in a slice of rows."""
         return replace(self, time=self.time[cut], data={name: values[cut] for name, values in self.data.items()})
 
     @property
@@ -182,7 +182,7 @@ class MissionRecord(Plotted, Tabular):
         return angles_of(self.attitude)
 
     def every(self, seconds: float) -> NDArray[np.int64]:
-        """Return the indices of rows at an interval of some seconds, and of the last row, each once."""
+        """Return the indices of rows at an interval in seconds, and of the last row."""
         instants = np.append(np.arange(self.time[0], self.time[-1], seconds), self.time[-1])
         return np.unique(np.searchsorted(self.time, instants))
 
@@ -211,7 +211,7 @@ class MissionRecord(Plotted, Tabular):
 
     @cached_property
     def energy(self) -> Array:
-        """Electrical energy since the start (T,) [J]: as recorded, or of the servos."""
+        """Electrical energy since the start (T,) [J]: as recorded, or else that of the servos."""
         return np.asarray(self.data["energy"]) if "energy" in self.data else self.servo_energy
 
     @cached_property
@@ -298,7 +298,7 @@ def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
 
 
 def joined(records: Sequence[MissionRecord]) -> MissionRecord:
-    """Return one record of records that follow each other in time."""
+    """Join records that follow each other in time into one."""
     first, last = records[0], records[-1]
     data = {name: np.concatenate([part.data[name] for part in records]) for name in first.data}
     time = np.concatenate([part.time for part in records])

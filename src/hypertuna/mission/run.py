@@ -1,4 +1,4 @@
-"""Missions of the twin at sea under its pilot: the arguments of the core, and its runs part by part."""
+"""Fly missions on the twin at sea under its pilot: prepare the core's arguments, and run it part by part."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -24,12 +24,12 @@ from hypertuna.ranges import POSITIVE_WHOLE, Range
 from hypertuna.simulation.plant import SEEDS, controller_of, parts_of, steps_of
 from hypertuna.simulation.sea import Sea, world_columns
 
-Part = dict[str, Array]  # what the core recorded: (T,) or (T, n) by name [SI], and the number of ticks
+Part = dict[str, Array]  # the core's record of a part: arrays (T,) or (T, n) by name [SI], and the number of ticks
 
-MAX_DURATION = 1e5  # s of a mission: at 10 rows a second half a gigabyte of record
-PART = 30.0  # s, flown at a time
-SLACK = 2.0  # times the course at its speeds, plus ten minutes: default duration
-DISTANCE_STEP = 2.0  # s between the places that a distance is summed over: whole beats of most gaits
+MAX_DURATION = 1e5  # s of a mission; with 10 rows per second, its record takes half a gigabyte
+PART_DURATION = 30.0  # s of flight per part
+DURATION_FACTOR = 2.0  # default duration, over the time of the course at its speeds; ten minutes are added
+DISTANCE_STEP = 2.0  # s between the places whose distances are summed: whole beats for most gaits
 ENDINGS = dict(_core.ending_table())  # how a flight ends: name and sentence
 
 
@@ -40,7 +40,7 @@ class MissionStart:
     robot: Robot = field(repr=False)
     mission: Mission
     table: GaitTable
-    duration: float  # s, then it is given up
+    duration: float  # s, after which the mission is given up
     every: int  # ticks from one row of the record to the next
     tick: float  # control tick [s]
     capacity: float  # of the battery [C]
@@ -48,7 +48,7 @@ class MissionStart:
 
     @property
     def ticks(self) -> int:
-        """Max number of control ticks."""
+        """Largest number of control ticks."""
         return int(self.duration / self.tick * (1 + 1e-12))
 
 
@@ -87,7 +87,7 @@ def mission_start(
 ) -> MissionStart:
     """Check a mission against a robot and collect the arguments of the core.
 
-    The receiver restarts at `resets` [s]. Until `released` [s] someone holds the robot where it starts.
+    The satellite receiver restarts at the times `resets` [s]. The robot is held at its start until `released` [s].
     """
     require_at_sea(robot, *PILOTED)
     control = require_controller(robot)
@@ -96,8 +96,8 @@ def mission_start(
     parts = parts_of(robot, "water", None)
     check_fit(robot, mission)
     every = POSITIVE_WHOLE.check(every, "every", "give a whole number of ticks")
-    # A mission without a time limit is given up late, also one that stays: it may come home early.
-    default_duration = max(mission.duration, SLACK * expected(replace(mission, stay=False))) + 600.0
+    # Also for a mission that stays, the default allows for the way home, since the robot may turn home early.
+    default_duration = max(mission.duration, DURATION_FACTOR * expected(replace(mission, stay=False))) + 600.0
     fix = "give the seconds after which to give up"
     given_up = min(default_duration, MAX_DURATION) if duration is None else duration
     limit = Range(min=tick, max=MAX_DURATION, unit="s").check(given_up, "duration", fix)
@@ -135,7 +135,7 @@ def sea_of(mission: Mission) -> Sea:
 
 
 def flight_columns(robot: Robot, mission: Mission) -> dict[str, Any]:
-    """Return the columns of numbers of a mission's surroundings: weather, receiver and water, by the core's names."""
+    """Return the core's columns of a mission's surroundings: weather, satellite receiver and water."""
     m = mission
     weather = {"tide_east": m.tide[0], "tide_north": m.tide[1], "tide_period": m.tide_period}
     weather |= {"gust_east": m.gust[0], "gust_north": m.gust[1], "gust_depth": m.gust_depth, "gust_time": m.gust_time}
@@ -148,13 +148,13 @@ def flight_columns(robot: Robot, mission: Mission) -> dict[str, Any]:
 
 
 def expected(mission: Mission, fastest: float = math.inf) -> float:
-    """Return the duration [s] of a mission at its commanded speeds, at most `fastest` [m/s], in still water."""
+    """Return the duration [s] of a mission in still water at its speeds, limited to `fastest` [m/s]."""
     legs = np.hypot(*np.diff(np.array(mission.course), axis=0).T)
     return float((legs / np.minimum(mission.speeds, fastest)).sum())
 
 
 def fly_part(start: MissionStart, ticks: int, state: bytes | None = None) -> tuple[Part, bytes]:
-    """Fly some ticks of a mission from a state; return their record and the state at the end."""
+    """Fly a number of ticks of a mission from a state; return the record and the state at the end."""
     record, end_state = _core.simulate(**start.core, ticks=ticks, state=state)
     return record, end_state
 
@@ -164,12 +164,12 @@ def fly_parts(
     fly: Callable[[int, int, bytes | None], tuple[Part, bytes]] | None = None,
     ended: Callable[[Part], bool] | None = None,
 ) -> Iterator[tuple[int, Part]]:
-    """Fly part after part until the mission has ended; yield each with the ticks before it.
+    """Fly part after part until the mission has ended; yield each part with the number of ticks before it.
 
-    `fly` takes ticks flown, ticks to fly and state in place of `fly_part`; `ended` returns whether a part was the last,
-    by default whether the pilot has ended the mission.
+    fly: replaces `fly_part`; it takes ticks flown, ticks to fly, and the state. ended: returns whether a part was the
+    last one; by default, when the pilot has ended the mission.
     """
-    length = max(1, round(PART / (start.tick * start.every))) * start.every  # whole rows of the record
+    length = max(1, round(PART_DURATION / (start.tick * start.every))) * start.every  # whole rows of the record
     state, ticks_done = None, 0
     while ticks_done < start.ticks:
         part_ticks = min(length, start.ticks - ticks_done)
@@ -184,7 +184,7 @@ def fly_parts(
 
 
 def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
-    """Return the run of consecutive parts of a mission, cut where the mission ended."""
+    """Join consecutive parts of a mission into a run, cut where the mission ended."""
     rows = [_rows(start, part) for part in parts]
     diverged = parts[-1]["ticks"][0] < parts[-1]["ticks"][-1]
     names = [name for name in parts[0] if name != "ticks"]
@@ -202,12 +202,12 @@ def has_ended(mode: float) -> bool:
 
 
 def ending(mode: float, reasons: float) -> str:
-    """Return how a mission ended, by the pilot's last mode and reasons: one of `ENDINGS`."""
+    """Return how a mission ended, a key of `ENDINGS`, from the pilot's last mode and reasons."""
     return list(ENDINGS)[_core.ending(int(mode), int(reasons))]
 
 
 def _rows(start: MissionStart, part: Part) -> int:
-    """Return the number of rows that a part flew: fewer than it has if it diverged, but at least one."""
+    """Return the number of valid rows of a part, at least one: fewer than its arrays have if it diverged."""
     return max(-(-int(part["ticks"][0]) // start.every), 1)
 
 
@@ -218,6 +218,6 @@ def _ended(start: MissionStart, part: Part) -> bool:
 
 
 def _pose(mission: Mission) -> Array:
-    """Return position [m], attitude and fin angles at the start: upright, headed as the mission says."""
+    """Return the initial pose (9,): position [m], attitude (upright, at the mission's heading), fin angles."""
     attitude = np.array([math.cos(mission.heading / 2), 0.0, 0.0, math.sin(mission.heading / 2)])
     return np.concatenate([[*mission.start, -mission.depth], attitude, [0.0, 0.0]])

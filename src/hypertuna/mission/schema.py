@@ -1,4 +1,4 @@
-"""The tables of a mission file, and the rules between them; keys of the file carry the unit, attributes are SI."""
+"""The tables of a mission file, and rules between them; keys of the file carry units, attributes are in SI."""
 
 import itertools
 import math
@@ -35,7 +35,7 @@ Longitude = Annotated[float, number(Range(min=-180, max=180)), AfterValidator(ma
 Speed = Annotated[float, number(Range(above=0, max=MAX_SPEED))]
 Current = Annotated[float, number(Range(min=0, max=MAX_SPEED))]
 Depth = Annotated[float, number(Range(min=0, max=MAX_DEPTH))]
-Below = Annotated[float, number(Range(above=0, max=MAX_DEPTH))]
+DepthBelow = Annotated[float, number(Range(above=0, max=MAX_DEPTH))]
 Seconds = Annotated[float, number(Range(above=0, max=MAX_DURATION))]
 Moment = Annotated[float, number(Range(min=0, max=MAX_DURATION))]
 Reserve = Annotated[float, number(Range(min=0, below=1))]
@@ -92,7 +92,7 @@ class Home(Place):
 class Water(Part):
     """The water: its ground, and a current that is uniform or changes evenly from surface to ground."""
 
-    bottom: Below = entry("depth of the ground (default: 20)", "m", default=20.0)
+    bottom: DepthBelow = entry("depth of the ground (default: 20)", "m", default=20.0)
     current: Current = entry("speed of the current at the surface (default: 0)", "m/s", default=0.0)
     toward: Degrees = entry(
         "direction that the current flows toward, clockwise from north (default: 0)",
@@ -134,7 +134,7 @@ class Weather(Part):
     tide_period: Seconds = entry("period of the tide (default: 44712, which is 12.42 h)", "s", default=TIDE)
     gust: Current = entry("largest speed that gusts add to the current at the surface (default: 0)", "m/s", default=0.0)
     gust_toward: Degrees = entry("direction that gusts push toward (default: 0)", "deg", key="gust_deg", default=0.0)
-    gust_depth: Below = entry("depth at which the effect of gusts ends (default: 1)", "m", default=1.0)
+    gust_depth: DepthBelow = entry("depth at which the effect of gusts ends (default: 1)", "m", default=1.0)
     gust_time: Seconds = entry("time from one strength of the wind to the next (default: 10)", "s", default=10.0)
 
 
@@ -144,7 +144,7 @@ class Limits(Part, table="limits"):
     fence: tuple[Pair, ...] = entry(
         "corners [x, y] of the area in which the robot must stay (default: no fence)", "m", default=()
     )
-    depth: Below = entry("depth that the robot must not exceed (default: 5)", "m", default=5.0)
+    depth: DepthBelow = entry("depth that the robot must not exceed (default: 5)", "m", default=5.0)
     battery: Reserve = entry("fraction of the usable charge that must remain at home (default: 0.1)", default=0.1)
     duration: Seconds | None = entry("time by which the robot should be home (default: no end)", "s", default=None)
     silence_below: Flag = entry(
@@ -152,7 +152,7 @@ class Limits(Part, table="limits"):
     )
 
     def _checks(self) -> Iterator[Check]:
-        """Yield the checks of a fence: a polygon whose sides do not cross."""
+        """Yield checks that the fence is a polygon whose sides do not cross."""
         if not self.fence:
             return
         fix = "give [[x, y], [x, y], [x, y], ...] in m, or leave it out"
@@ -189,7 +189,7 @@ class Gps(Part, table="gps"):
     jump_told: Flag = entry("whether the receiver's accuracy includes the jumps (default: true)", default=True)
 
     def _checks(self) -> Iterator[Check]:
-        """Yield the checks of gaps, which follow each other."""
+        """Yield checks that gaps follow each other."""
         last = 0.0
         for i, (begin, end) in enumerate(self.gaps):
             yield Check(
@@ -215,7 +215,7 @@ class Scatter(Part, table="scatter"):
 
 
 def _printable(text: str) -> str:
-    """Check that a text is one line that a terminal can show: the name gets into files and pictures."""
+    """Check that a text is a line of printable characters, since the name is written to files and pictures."""
     if not text.isprintable():
         raise ValueError("must be one line without control characters")
     return text
@@ -244,7 +244,7 @@ class Document(Part):
     scatter: Scatter = entry("table of the randomized conditions", default_factory=Scatter)
 
     def _checks(self) -> Iterator[Check]:
-        """Yield the checks of depths, which are above the ground and the limit."""
+        """Yield checks that depths are above the ground and above the depth limit."""
         bottom, limit = self.water.bottom, self.limits.depth
         ground = f"must be less than water.bottom_m = {bottom:g}, the depth of the ground"
         fix = "reduce it, or correct water.bottom_m"

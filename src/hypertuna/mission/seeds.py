@@ -1,4 +1,4 @@
-"""A mission flown with many seeds: as a list of outcomes, as a labeled table, into a folder of shards."""
+"""Fly a mission with many seeds: into a list of outcomes, a table, or a folder of shards."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hypertuna.parallel.layout import Layout
 from hypertuna.parallel.shards import Cases, make_shards
 
 MAX_SEEDS = 10_000
-TEXTS = {  # columns of words, and their heads in a CSV file
+TEXTS = {  # columns of text: head in a CSV file, and meaning
     "status": ("status", "how the flight ended"),
     "reasons": ("reasons_s", "reasons of the pilot, each with the time at which it first held in seconds"),
     "waypoints": ("waypoints", "outcome of each waypoint"),
@@ -46,7 +46,7 @@ def fly_seeds(
     checkpoint: str | Path | None = None,
     report: Report | None = None,
 ) -> list[Outcome]:
-    """Fly a mission with many seeds over threads or an executor; the journal keeps those ended at Ctrl-C."""
+    """Fly a mission with many seeds in threads or an executor; after Ctrl-C, the journal has the finished flights."""
     header, work, pool = _checked(file, robot, seeds, tuple(faults), duration, executor, threads)
     outcomes: list[Outcome] = []
     with (
@@ -75,7 +75,7 @@ def fly_seed_shards(
     command: str = "hypertuna.mission.seeds.fly_seed_shards with the same arguments",
     progress: Report | None = None,
 ) -> int:
-    """Fly a mission with many seeds into a folder of shards, by default of a flight each.
+    """Fly a mission with many seeds and write the outcomes to a folder of shards, by default one flight per shard.
 
     The arguments are those of `fly_seeds` and of `hypertuna.sweep_shards`; returns the number of shards made.
     """
@@ -85,7 +85,7 @@ def fly_seed_shards(
 
 
 def flights_layout(file: MissionFile, robot: Robot, seeds: Sequence[int]) -> Layout:
-    """Return the layout of a dataset of outcomes: dimensions, units and names of its variables."""
+    """Return the layout of a data set of outcomes: dimensions, units and names of its variables."""
     numbers = {
         name: {"units": unit or "1", "long_name": label(name, note or "")} for name, (unit, note) in OUTCOME.items()
     }
@@ -98,7 +98,7 @@ def flights_layout(file: MissionFile, robot: Robot, seeds: Sequence[int]) -> Lay
 
 
 def flight_table(outcomes: Sequence[Outcome]) -> dict[str, Array]:
-    """Return outcomes of flights as columns, their numbers in the units of `flights_layout`."""
+    """Return outcomes of flights as columns, in the units of `flights_layout`."""
     words = {
         "status": [one.status for one in outcomes],
         "reasons": [" ".join(f"{name}@{time:g}" for name, time in one.reasons.items()) for one in outcomes],
@@ -119,12 +119,12 @@ def _checked(
     executor: Executors | None,
     threads: int | None,
 ) -> tuple[dict[str, Any], Callable[[int], dict[str, Any]], Executors]:
-    """Return journal header, function that flies a seed, and executor (default: threads), after checks."""
+    """Check the arguments; return journal header, function that flies a seed, and executor (default: threads)."""
     if not 1 <= len(seeds) <= MAX_SEEDS:
         rule = f"must be from 1 to {MAX_SEEDS} seeds"
         raise InputError(rule, key="seeds", value=f"{len(seeds)}", fix="write FROM:TO, such as 0:100")
     options = {"mission": file.hash, "seeds": list(seeds), "faults": list(faults), "duration": duration}
-    check_current(robot, file.mission, file.scatter.current)  # bad input fails before any work
+    check_current(robot, file.mission, file.scatter.current)  # so that bad input fails before the first flight
     mission_start(robot, file.mission, faults=faults, duration=duration)
     stop = threading.Event() if executor is None else None
 
@@ -135,7 +135,7 @@ def _checked(
             yield pool
         finally:
             if stop is not None:
-                stop.set()  # Ctrl-C need not wait for flights
+                stop.set()  # so that Ctrl-C does not wait for flights
             pool.shutdown(cancel_futures=True)
 
     work = partial(_fly_seed, file, robot, faults, duration, stop)

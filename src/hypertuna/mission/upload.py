@@ -1,4 +1,4 @@
-"""Missions over the radio, as the items that it carries: bounds, home, fence, then speeds and waypoints in order."""
+"""Send missions by radio, as MAVLink items: bounds, home, fence, then speeds and waypoints in order."""
 
 import math
 import re
@@ -11,7 +11,7 @@ from hypertuna.radio.client import SYSTEM, Client, make_message, of_kind
 from hypertuna.radio.dialect import dialect
 
 LOCAL = 1  # MAV_FRAME_LOCAL_NED
-STEP = 1e4  # of an item's x and y in 1 m
+UNITS_PER_METER = 1e4  # of the integers x and y of an item
 
 
 def items_of(mission: Mission, system: int) -> list[Any]:
@@ -21,12 +21,12 @@ def items_of(mission: Mission, system: int) -> list[Any]:
 
     def add(command: int, values: tuple[float, ...], north: float = 0.0, east: float = 0.0, down: float = 0.0) -> None:
         numbers = [*values, *[0.0] * (4 - len(values))]
-        place = (round(north * STEP), round(east * STEP), down)
+        place = (round(north * UNITS_PER_METER), round(east * UNITS_PER_METER), down)
         items.append(make_message("mission_item_int", system, 1, len(items), LOCAL, command, 0, 1, *numbers, *place))
 
     bounds = (mission.depth_max, mission.reserve, mission.duration, mission.surface_every)
     flags = mission.stay + 2 * mission.silence_below
-    home_values = (flags / STEP, 100 * mission.home_radius / STEP, mission.home_speed)
+    home_values = (flags / UNITS_PER_METER, 100 * mission.home_radius / UNITS_PER_METER, mission.home_speed)
     add(module.HYPERTUNA_CMD_BOUNDS, bounds, *home_values)
     if mission.declination:
         add(module.HYPERTUNA_CMD_DECLINATION, (math.degrees(mission.declination),))
@@ -59,7 +59,7 @@ def upload(robot: Client, mission: Mission, progress: Callable[[int, int], None]
 
 
 def _with_waypoint(reason: str, items: Sequence[Any]) -> str:
-    """Return the robot's reason for a refusal, with the number, from 1, of the waypoint beside that of the item."""
+    """Add the waypoint's number, from 1, to the item's number in the robot's reason for a refusal."""
     item_text = re.match(r"item (\d+)", reason)
     if item_text is None or int(item_text[1]) >= len(items):
         return reason
@@ -69,7 +69,7 @@ def _with_waypoint(reason: str, items: Sequence[Any]) -> str:
 
 
 def download(robot: Client) -> Sequence[Any]:
-    """Return the items of the mission on board a robot, in MAVLink's messages."""
+    """Return the items of the mission on board a robot, as MAVLink messages."""
     count = robot.ask(robot.message("mission_request_list"), of_kind("MISSION_COUNT"), "mission").count
     return [
         robot.ask(robot.message("mission_request_int", k), of_kind("MISSION_ITEM_INT", seq=k), f"mission item {k}")

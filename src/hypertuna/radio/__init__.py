@@ -1,6 +1,6 @@
-"""The robot's radio from the side of the ground station, by MAVLink.
+"""The ground station's side of the radio, by MAVLink.
 
-dialect (pymavlink's classes), client (connection and commands), parameters, calibration (straight lines), imu (its
-calibration), samples (of sensors, for calibrations), check (before a swim), log (MCAP), calibration_procedure (with the
-operator), drive (by hand).
+dialect (pymavlink's classes), client (connection and commands), parameters (read and set), calibration (fits of
+straight lines), imu (calibration of the IMU), samples (sensor readings for calibrations), check (before a swim), log
+(MCAP files), calibration_procedure (steps with the operator), drive (manual driving).
 """

@@ -1,4 +1,4 @@
-"""Calibration: fit zero and scale of a sensor, or trim of a servo, to readings beside a reference."""
+"""Calibration: fit a sensor's zero and scale, or a servo's trim, to readings at known references."""
 
 import math
 import re
@@ -14,7 +14,7 @@ from hypertuna.io.door import RUNS
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL
 
-# Kind of sensor: unit of the reference, and its value of 1 in SI.
+# By kind of sensor: unit in which people give the reference, and factor from SI to that unit.
 KINDS = {
     "bend": ("deg", 180 / math.pi),
     "pressure": ("kPa", 1e-3),
@@ -26,13 +26,13 @@ KINDS = {
     "gyroscope": ("rad/s", 1.0),
     "compass": ("%", 100.0),
 }
-AXES = ("accelerometer", "gyroscope", "compass")  # of three axes each (imu.py)
-SINGLE = ("voltage", "depth", *AXES)  # one per robot: no number behind the name
-COLUMNS = ("sensor", "counts", "reference")
+AXES = ("accelerometer", "gyroscope", "compass")  # sensors with three axes, calibrated in imu.py
+SINGLE = ("voltage", "depth", *AXES)  # sensors of which a robot has one: their names have no number
+COLUMNS = ("sensor", "counts", "reference")  # of a CSV file
 MICRO = 1e-6
-SCATTER_MAX = 0.1  # rms of the residuals over the references' span
+SCATTER_MAX = 0.1  # largest rms of the residuals, as a fraction of the references' range
 
-Pair = tuple[str, float, float]  # sensor, counts of its converter (of a servo: pulse in us), reference [SI]
+Pair = tuple[str, float, float]  # sensor, counts of the A/D converter (for a servo: pulse in us), reference [SI]
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ class Calibration:
 
     sensor: str  # name, such as bend_0
     parameters: dict[str, float]  # values to set on the robot [SI]
-    rms: float  # of the residuals, in SI of the reference
+    rms: float  # of the residuals, in the SI unit of the reference
     points: int
-    notes: tuple[str, ...] = ()  # what else the fit says
+    notes: tuple[str, ...] = ()  # further sentences on the fit
 
     @property
     def reading(self) -> tuple[float, str]:
-        """The residuals' rms in the unit in which people read the reference, and that unit."""
+        """The residuals' rms in the unit of `KINDS`, and that unit."""
         unit, factor = KINDS[parse_sensor(self.sensor)[0]]
         return self.rms * factor, unit
 
@@ -60,7 +60,7 @@ class Calibration:
 
 
 def parse_sensor(text: str) -> tuple[str, int]:
-    """Return kind and number of a sensor or servo, such as pressure_3; 0 for one without number, such as depth."""
+    """Split the name of a sensor or servo, such as pressure_3, into kind and number; the number of depth is 0."""
     if text in SINGLE:
         return text, 0
     match = re.fullmatch(r"([a-z]+)_(\d)", text)
@@ -71,14 +71,14 @@ def parse_sensor(text: str) -> tuple[str, int]:
 
 
 def zero_and_scale(sensor: str) -> tuple[str, str]:
-    """Return the parameters of a sensor with a straight line: bend_zero_0, bend_scale_0."""
+    """Return the names of a sensor's parameters for zero and scale, such as bend_zero_0 and bend_scale_0."""
     kind, number = parse_sensor(sensor)
     suffix = "" if kind in SINGLE else f"_{number}"
     return f"{kind}_zero{suffix}", f"{kind}_scale{suffix}"
 
 
 def read_pairs(path: str | Path) -> list[Pair]:
-    """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference [deg, kPa or A]."""
+    """Read a CSV file with the columns sensor, counts (servo: pulse [us]), reference (in the unit of `KINDS`)."""
     table = read_table(path, RUNS)
     if sorted(table.head) != sorted(COLUMNS):
         rule, fix = f"must name the columns {', '.join(COLUMNS)}", "rename the columns"
@@ -121,7 +121,7 @@ def calibrate(pairs: Sequence[Pair], *, pulse_center: float = 1500e-6) -> tuple[
             value = f"off by {rms * factor:.3g} {unit} rms over {np.ptp(reference) * factor:.3g} {unit}"
             fix = "hold it still at each reference, and check its wires"
             raise InputError("must follow the reference along a straight line", key=sensor, value=value, fix=fix)
-        if kind == "depth":  # the robot takes the zero anew at the surface: the air's pressure changes
+        if kind == "depth":  # the robot measures its zero at the surface, since air pressure changes
             parameters = {zero_and_scale(sensor)[1]: scale}
         elif kind == "servo":
             parameters = {f"servo_trim_{number}": zero * MICRO - pulse_center}

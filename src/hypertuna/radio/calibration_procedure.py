@@ -1,4 +1,4 @@
-"""Calibration of a connected robot: questions to its operator, samples of its sensors, parameters stored on board."""
+"""Calibrate a connected robot: ask its operator, sample its sensors, and store parameters on board."""
 
 import math
 import time
@@ -28,22 +28,22 @@ from hypertuna.radio.log import read_radio_log
 from hypertuna.radio.parameters import read_parameter, set_parameter
 from hypertuna.radio.samples import SAMPLING, Samples, average, sample_imu, streaming
 
-REST = 5.0  # s of samples of a gyroscope
-TURNING_MAX = 300.0  # s that the compass may be turned for
-ENOUGH = 150  # samples of a compass that covers all directions
-PREFLIGHT_CALIBRATION = 241  # MAV_CMD
+REST = 5.0  # s for which a gyroscope at rest is sampled
+TURNING_MAX = 300.0  # s: longest time for turning the robot to calibrate its compass
+SAMPLES_ENOUGH = 150  # samples of a compass that suffice once they cover all directions
+PREFLIGHT_CALIBRATION = 241  # number of the MAV_CMD
 Known = dict[str, float]  # parameters on board before a calibration
-Calibrated = tuple[tuple[Calibration, ...], Known]
+Calibrated = tuple[tuple[Calibration, ...], Known]  # results, and the parameters that they replace
 
 
 class Operator(Protocol):
-    """The person at the robot. While a question is open, messages are received, so that no old one is left over."""
+    """The person at the robot. Messages are received while a question is open, so that no old one is left."""
 
     def ask(self, robot: Client, question: str) -> str:
         """Ask the operator a question, and return the answer."""
 
     def ask_number(self, robot: Client, question: str, key: str, unit: str) -> float:
-        """Ask the operator for a number in a unit, and return it; `key` is for the error."""
+        """Ask the operator for a number in a unit, and return it; `key` names the number in errors."""
 
     def tell(self, text: str, *, end: str = "\n") -> None:
         """Show the operator a text."""
@@ -61,7 +61,7 @@ def calibrate_live(robot: Client, operator: Operator, sensor: str, references: S
 
 
 def store(robot: Client, calibrations: tuple[Calibration, ...], known: Known) -> None:
-    """Send all parameters of calibrations, or restore those that the robot had before."""
+    """Send all parameters of calibrations to the robot; if one is refused, restore those already sent."""
     stored: list[str] = []
     try:
         for name, value in ((name, value) for fit in calibrations for name, value in fit.parameters.items()):
@@ -78,12 +78,12 @@ def store(robot: Client, calibrations: tuple[Calibration, ...], known: Known) ->
 
 
 def known_parameters(robot: Client, names: Sequence[str]) -> Known:
-    """Return parameters of the robot by name, as they are on board [SI]."""
+    """Read parameters of the robot by name [SI]."""
     return {name: read_parameter(robot, name) for name in names}
 
 
 def _sensor_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
-    """Calibrate a sensor by its mean readings at references that the operator sets; one voltage gives a scale alone."""
+    """Calibrate a sensor by its mean readings at references that the operator sets; a single one gives only a scale."""
     kind, index = parse_sensor(sensor)
     if kind == "depth" and not references:
         return (_zero_depth(robot, operator),), {}
@@ -109,7 +109,7 @@ def _sensor_live(robot: Client, operator: Operator, sensor: str, references: Seq
 
 
 def _zero_depth(robot: Client, operator: Operator) -> Calibration:
-    """Make the robot take its present depth as that of the surface."""
+    """Make the robot take its present depth as zero."""
     operator.ask(robot, "keep the depth sensor in air or at the surface, and press Enter")
     robot.command(PREFLIGHT_CALIBRATION, 0, 0, 1, name="zero of the depth")
     depth = request(robot, "LOCAL_POSITION_NED").z
@@ -120,12 +120,12 @@ def _zero_depth(robot: Client, operator: Operator) -> Calibration:
 
 
 def _axis_parameters(name: str) -> list[str]:
-    """Return the names of the parameters of three axes: field_zero_0 to field_scale_2."""
+    """Return the names of a three-axis sensor's parameters, such as field_zero_0 to field_scale_2."""
     return [f"{name}_{part}_{k}" for part in ("zero", "scale") for k in range(3)]
 
 
 def _zeros_and_scales(on_board: Known) -> tuple[Array, Array]:
-    """Return zeros and scales, (3,) each, from the parameters of three axes."""
+    """Return zeros (3,) and scales (3,) from the parameters of a three-axis sensor."""
     values = list(on_board.values())
     return np.array(values[:3]), np.array(values[3:])
 
@@ -149,7 +149,7 @@ def _gyroscope_live(robot: Client, operator: Operator) -> Calibrated:
 
 
 def _compass_live(robot: Client, operator: Operator) -> Calibrated:
-    """Calibrate the compass by samples of a robot that is turned, until all directions are covered."""
+    """Calibrate the compass while the operator turns the robot, until its samples cover all directions."""
     on_board = known_parameters(robot, _axis_parameters("field"))
     zero, scale = _zeros_and_scales(known_parameters(robot, _axis_parameters("accel")))
     operator.ask(
@@ -165,7 +165,7 @@ def _compass_live(robot: Client, operator: Operator) -> Calibrated:
             sphere = fit_sphere(field, 1.0) if len(field) >= SAMPLES_MIN else None
             faces = 0 if sphere is None else covered(sphere.readings(field))
             operator.tell(f"\r  {len(field)} samples, {faces} of {len(FACES)} directions ", end="")
-            if faces == len(FACES) and len(field) >= ENOUGH:
+            if faces == len(FACES) and len(field) >= SAMPLES_ENOUGH:
                 break
     operator.tell("enough" if faces == len(FACES) else "")
     acceleration = scale * (np.concatenate([part["acceleration"] for part in parts]) - zero)
@@ -173,7 +173,7 @@ def _compass_live(robot: Client, operator: Operator) -> Calibrated:
 
 
 def calibrate_log(path: str | Path) -> Calibration:
-    """Calibrate the compass from a log of RAW_IMU."""
+    """Calibrate the compass from the RAW_IMU messages of a log."""
     fields = read_radio_log(path).fields.get("RAW_IMU")
     if fields is None:
         fix = "record it with `hypertuna radio log --rate RAW_IMU=10`"
@@ -182,7 +182,7 @@ def calibrate_log(path: str | Path) -> Calibration:
 
 
 def calibrate_readings(robot: Client, field: Array, acceleration: Array) -> Calibrated:
-    """Calibrate the compass from readings (samples, 3) of field and acceleration by the calibration on board."""
+    """Calibrate the compass from readings (samples, 3) of field and acceleration with the calibration on board."""
     on_board = known_parameters(robot, _axis_parameters("field"))
     zero, scale = _zeros_and_scales(on_board)
     finite = np.isfinite(field).all(axis=1) & np.isfinite(acceleration).all(axis=1)
@@ -194,14 +194,14 @@ def calibrate_readings(robot: Client, field: Array, acceleration: Array) -> Cali
 
 
 def _servo_live(robot: Client, operator: Operator, sensor: str, references: Sequence[float]) -> Calibrated:
-    """Calibrate a servo's trim by its angle at neutral, given or read by the operator."""
+    """Calibrate a servo's trim from its angle at neutral, given as a reference or read by the operator."""
     if references:
         return _trim_calibrations(robot, {sensor: references[0]})
     return _trims_at_neutral(robot, operator, [sensor])
 
 
 def _servos_live(robot: Client, operator: Operator) -> Calibrated:
-    """Calibrate the trims of all servos by their angles at neutral, which the operator reads."""
+    """Calibrate the trims of all servos from their angles at neutral, which the operator reads."""
     names = []
     for number in range(10):
         try:
@@ -213,7 +213,7 @@ def _servos_live(robot: Client, operator: Operator) -> Calibrated:
 
 
 def _trims_at_neutral(robot: Client, operator: Operator, sensors: Sequence[str]) -> Calibrated:
-    """Return the trims of servos by their angles at neutral, which the operator reads while the robot is armed."""
+    """Arm the robot so that servos go to neutral, let the operator read their angles, and return the trims."""
     operator.ask(robot, "keep clear: Enter arms the robot, and its tail rests at neutral")
     robot.arm()
     try:
@@ -227,7 +227,7 @@ def _trims_at_neutral(robot: Client, operator: Operator, sensors: Sequence[str])
 
 
 def _trim_calibrations(robot: Client, angles: dict[str, float]) -> Calibrated:
-    """Return the calibrations of servos whose angles at neutral [deg] are subtracted from their trims."""
+    """Return servos' trims, corrected by their angles at neutral [deg]."""
     names = {sensor: f"servo_trim_{parse_sensor(sensor)[1]}" for sensor in angles}
     on_board = known_parameters(robot, list(names.values()))
     factor = read_parameter(robot, "pulse_per_rad")

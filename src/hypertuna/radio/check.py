@@ -10,8 +10,8 @@ from hypertuna.radio.client import PATIENCE, TRIES, Client, of_kind
 from hypertuna.radio.dialect import dialect
 from hypertuna.radio.samples import VOLTAGE_SILENT
 
-RUN_PREARM_CHECKS, REQUEST_MESSAGE = 401, 512  # MAV_CMD
-PREARM_BIT = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK: whether it may be armed
+RUN_PREARM_CHECKS, REQUEST_MESSAGE = 401, 512  # numbers of MAV_CMD
+PREARM_BIT = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK: set if the robot may be armed
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Readiness:
     """Whether a robot may be armed, its faults and its readings."""
 
     ready: bool
-    reasons: tuple[str, ...]  # why not, in the robot's words
+    reasons: tuple[str, ...]  # why it may not be armed, in the robot's words
     faults: tuple[tuple[str, str, bool], ...]  # name, sentence, whether it forbids arming
     voltage: float  # V of the battery; NaN if it cannot be read
     depth: float  # m
@@ -43,7 +43,7 @@ class Readiness:
 
 
 def check_ready(robot: Client) -> Readiness:
-    """Return whether a disarmed robot may be armed, its faults and its readings."""
+    """Ask a disarmed robot to check itself; return whether it may be armed, its faults and its readings."""
     texts_before = len(robot.texts)
     robot.command(RUN_PREARM_CHECKS, name="check")
     robot.wait(of_kind("STATUSTEXT"), PATIENCE)
@@ -66,7 +66,7 @@ def check_ready(robot: Client) -> Readiness:
 
 
 def request(robot: Client, name: str) -> Any:
-    """Return the next message of a name, which is requested from the robot."""
+    """Request a message from the robot by name, and return it."""
     for _ in range(TRIES):
         robot.command(REQUEST_MESSAGE, getattr(dialect(), f"MAVLINK_MSG_ID_{name}"), name=f"request of {name}")
         if (message := robot.wait(of_kind(name), PATIENCE)) is not None:

@@ -1,4 +1,4 @@
-"""The ground's side of the radio: a connection that repeats requests until they are answered."""
+"""The ground station's side of the radio: a connection that repeats requests until they are answered."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from hypertuna.io.files import Closing
 from hypertuna.radio.dialect import dialect, mavutil
 from hypertuna.swimming.gait import Gait, lags
 
-SYSTEM, COMPONENT = 255, 190  # MAV_COMP_ID_MISSIONPLANNER, as of ground stations
-PATIENCE = 2.0  # s for an answer, five times what a LoRa radio of 4.8 kbit/s needs
-TRIES = 5
-HEARTBEAT = 1.0  # s
-BAUD = 9600
+SYSTEM, COMPONENT = 255, 190  # ids that ground stations use; 190 is MAV_COMP_ID_MISSIONPLANNER
+PATIENCE = 2.0  # s to wait for an answer: five times what a LoRa radio of 4.8 kbit/s needs
+TRIES = 5  # of a request before it fails
+HEARTBEAT = 1.0  # s between heartbeats
+BAUD = 9600  # default baud rate of a serial line
 BUSY_TRIES, PAUSE = 6, 0.5  # retries and pause [s] while the robot stores a mission, which takes up to 2 s
 BUSY = [name for name, _ in _core.refusal_table()].index("busy")
-EPOCH = 1420070400  # 2015-01-01, epoch of the timestamps of signatures
+EPOCH = 1420070400  # Unix time of 2015-01-01, from which timestamps of signatures count
 POLL = 0.2  # longest uninterrupted wait for a message [s]
 GROUND, NO_AUTOPILOT, GENERIC = 6, 8, 0  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_AUTOPILOT_GENERIC
 
@@ -29,7 +29,7 @@ Listener = Callable[[Any], None]
 
 
 def address(text: str) -> tuple[str, int]:
-    """Parse an address of `--connect` to pymavlink's spelling and a baud rate [1/s]."""
+    """Convert an address of `--connect` to pymavlink's spelling and a baud rate [1/s]."""
     kind, _, remainder = text.partition(":")
     host, _, number = remainder.rpartition(":")
     fix = "write udp:14550, udpout:HOST:PORT, tcp:HOST:PORT or serial:/dev/ttyUSB0:9600"
@@ -76,12 +76,12 @@ def connect(text: str, *, key: bytes | None = None, patience: float = 10.0, list
 
 
 def _hung_up() -> NoReturn:
-    """Raise an error if the other end closes the connection, where pymavlink would print."""
+    """Raise an error when the other end closes the connection; pymavlink would only print a line."""
     raise ConnectionResetError("the other end closed the connection")
 
 
 class Client(Closing):
-    """A robot at the other end of a connection; heartbeats are sent while waiting.
+    """Connection to a robot; it sends heartbeats while it waits for messages.
 
     The robot is the first vehicle that sends a heartbeat. Messages of others, such as a tank's camera or another
     ground station, go to the listener alone.
@@ -93,8 +93,8 @@ class Client(Closing):
         self.listener = listener
         self.idle: Callable[[], None] | None = None  # called while waiting
         self.system = 0  # id of the robot; 0 before its heartbeat
-        self.messages = 0  # number of the robot's messages
-        self.texts: list[str] = []  # of STATUSTEXT
+        self.messages = 0  # number of messages received from the robot
+        self.texts: list[str] = []  # received by STATUSTEXT
         self.last: dict[str, Any] = {}  # the robot's latest message of each kind
 
     def close(self) -> None:
@@ -102,7 +102,7 @@ class Client(Closing):
         self._line.close()
 
     def poll(self, timeout: float = 0.0) -> Iterator[Any]:
-        """Yield the robot's messages received; wait up to `timeout` [s] for the first."""
+        """Yield the robot's messages that have been received; wait up to `timeout` [s] for the first one."""
         deadline = time.monotonic() + timeout
         while True:
             now = time.monotonic()
@@ -116,7 +116,7 @@ class Client(Closing):
                 self.idle()
             if message is not None and self._accept(message):
                 yield message
-                deadline = now  # the others without waiting
+                deadline = now  # do not wait for further messages
             if message is None and time.monotonic() >= deadline:
                 return
 
@@ -126,7 +126,7 @@ class Client(Closing):
             self._line.mav.send(message)
 
     def _accept(self, message: Any) -> bool:
-        """Record a message; return whether it is the robot's."""
+        """Pass a message to the listener, and record it if it is the robot's; return whether it is."""
         kind, source = message.get_type(), message.get_srcSystem()
         if kind == "BAD_DATA" or kind.startswith("UNKNOWN") or source == SYSTEM:
             return False
@@ -143,7 +143,7 @@ class Client(Closing):
         return True
 
     def wait(self, wanted: Callable[[Any], bool], timeout: float) -> Any:
-        """Wait up to `timeout` [s] for a message; None if it is not received."""
+        """Wait up to `timeout` [s] for a wanted message; return None if it does not arrive."""
         deadline = time.monotonic() + timeout
         while (timeout_left := deadline - time.monotonic()) > 0:
             for message in self.poll(timeout_left):
@@ -152,11 +152,11 @@ class Client(Closing):
         return None
 
     def message(self, name: str, *values: Any) -> Any:
-        """Make a message to the robot whose first two fields are system and component."""
+        """Make a message whose first two fields address the robot (system and component)."""
         return make_message(name, self.system, 1, *values)
 
     def ask(self, message: Any, wanted: Callable[[Any], bool], what: str) -> Any:
-        """Send a message until it is answered; `what` names it in the error."""
+        """Send a message, repeatedly if necessary, and return the answer; `what` names the request in errors."""
         heartbeat = self.last.get("HEARTBEAT")
         if heartbeat is not None and is_signed(heartbeat) and not self._line.mav.signing.sign_outgoing:
             fix = "give the file of its key, because this robot accepts only signed messages"
@@ -174,7 +174,7 @@ class Client(Closing):
         self._acknowledged(self.message("command_long", what, 0, *numbers), what, name)
 
     def _acknowledged(self, message: Any, what: int, name: str) -> None:
-        """Send a command until COMMAND_ACK, retry while the robot is busy, and raise the reason of a refusal."""
+        """Send a command until COMMAND_ACK, retry while the robot is busy, and raise an error if it refuses."""
         answer = self.ask(message, of_kind("COMMAND_ACK", command=what), name)
         for _ in range(BUSY_TRIES):
             if answer.result_param2 != BUSY:
@@ -192,7 +192,7 @@ class Client(Closing):
         self.command(400, float(on), name="arm" if on else "disarm")
 
     def begin_signing(self, key: bytes) -> None:
-        """Send the robot a key of 32 bytes, in the clear; from then on both sign, and the robot accepts nobody else."""
+        """Send the robot a key of 32 bytes, unencrypted; both then sign, and the robot ignores unsigned messages."""
         if len(key) != 32 or not any(key):
             value = f"{len(key)} bytes long" if any(key) else "all zeros"
             raise InputError(
@@ -203,7 +203,7 @@ class Client(Closing):
         self._check_signed(True)
 
     def end_signing(self) -> None:
-        """Delete the robot's key: it accepts unsigned messages."""
+        """Delete the robot's key, so that it accepts unsigned messages again."""
         self._send_key(bytes(32))
         self._line.disable_signing()
         self._check_signed(False)
@@ -218,12 +218,12 @@ class Client(Closing):
             raise InputError("must be confirmed by the robot", key="key", value="unconfirmed", fix=fix)
 
     def mode(self, name: str) -> None:
-        """Select a mode: the name of a state that has an order."""
+        """Order the robot into a mode, by the name of its state."""
         states = [state for state, *_ in _core.state_table()]
         self.command(176, 1, _core.MODE_BASE + states.index(name), name=f"mode {name}")
 
     def gait(self, gait: Gait, *, fins: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Swim a steady gait with `fins` (2,) [rad]."""
+        """Command a steady gait and the angles of the pectoral fins (2,) [rad], port first."""
         if len(gait.amplitude) > _core.BOARD_JOINTS:
             rule = f"must be of at most {_core.BOARD_JOINTS} joint groups for the firmware"
             raise InputError(rule, key="gait", value=f"of {len(gait.amplitude)}", fix="drive a robot that has one")
@@ -237,30 +237,30 @@ class Client(Closing):
         self._acknowledged(message, dialect().HYPERTUNA_CMD_GAIT, "gait")
 
     def manual(self, ahead: float, turn: float, climb: float) -> None:
-        """Send the stick: ahead 0 to 1, turn (starboard) and climb -1 to 1. There is no answer; repeat it in time."""
+        """Send the stick: ahead 0 to 1, turn (starboard) and climb -1 to 1. It is not acknowledged, so repeat it."""
         x, r = (round(1000 * max(-1.0, min(1.0, value))) for value in (-climb, turn))
         z = 500 + round(500 * max(0.0, min(1.0, ahead)))  # 500 is no thrust
         self.send(make_message("manual_control", self.system, x, 0, z, r, 0))
 
 
 def make_message(name: str, *values: Any) -> Any:
-    """Make a message of the dialect."""
+    """Make a message of the dialect, by its name in lower case."""
     return getattr(dialect(), f"MAVLink_{name}_message")(*values)
 
 
 def is_signed(message: Any) -> bool:
-    """Return whether a message has a signature; pymavlink's get_signed() asks for the key, too."""
+    """Return whether a message has a signature; pymavlink's get_signed() also requires that the key is known."""
     return bool(message.get_header().incompat_flags & 1)
 
 
 def of_kind(*kinds: str, **fields: Any) -> Callable[[Any], bool]:
-    """Return the predicate of messages of these kinds with these fields."""
+    """Return a predicate that is true for messages of these kinds with these values of fields."""
     return lambda m: m.get_type() in kinds and all(getattr(m, name) == value for name, value in fields.items())
 
 
 @contextlib.contextmanager
 def _connected() -> Iterator[None]:
-    """Raise a lost connection as an InputError."""
+    """Turn the error of a lost connection into an InputError."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The robot's MAVLink dialect: pymavlink's classes for hypertuna.xml, generated once and cached (extra `radio`)."""
+"""The robot's MAVLink dialect: generate pymavlink's classes from hypertuna.xml, and cache them (extra `radio`)."""
 
 import functools
 import hashlib
@@ -16,8 +16,8 @@ from hypertuna.errors import InputError
 from hypertuna.io.extras import need
 from hypertuna.io.files import scratch, shipped, write_atomically
 
-SILENT = 32767  # in a field of a sensor that does not answer
-NAME = "pymavlink.dialects.v20.hypertuna"  # where mavutil looks for a dialect of this name
+SILENT = 32767  # value of a field whose sensor does not answer
+NAME = "pymavlink.dialects.v20.hypertuna"  # module name under which mavutil looks for the dialect
 
 
 def need_radio() -> None:
@@ -67,13 +67,13 @@ def mavutil() -> Any:
 
 
 def _cache() -> Path:
-    """Return the user's cache folder of generated dialects."""
+    """Return the user's cache folder for generated dialects."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(base) / "hypertuna"
 
 
 def _generate(source: Path, path: Path) -> None:
-    """Write the dialect's module, whole or not at all."""
+    """Generate the dialect's module from hypertuna.xml, and write it completely or not at all."""
     with scratch() as folder:
         module = folder / "dialect.py"
         command = [sys.executable, str(source.parent / "generate.py"), str(source), "Python3", str(module)]

@@ -1,4 +1,4 @@
-"""Manual driving: commands of keys and gamepad, and the display of the robot's state."""
+"""Manual driving: convert keys and gamepad events to commands, and display the robot's state."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from rich.text import Text
 
 from hypertuna.radio.dialect import SILENT, dialect
 
-STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2
+STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2  # change of the stick per key press, as a part of full deflection
 KEYS = (
     ("w s", "faster, slower"),
     ("a d", "to port, to starboard"),
@@ -27,10 +27,10 @@ KEYS = (
     ("q", "quit, disarmed"),
 )
 EVENT = struct.Struct("<IhBB")  # Linux joystick interface: time, value, kind, number
-SEQUENCE = re.compile(rb"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.)?")  # ECMA-48
-AXIS, BUTTON = 2, 1
-AXES = {0: "turn", 1: "ahead", 3: "turn", 4: "climb"}  # left stick x and y, right stick x and y
-DEAD_ZONE = 0.1  # fraction of an axis
+SEQUENCE = re.compile(rb"\x1b(\[[0-9;?]*[ -/]*[@-~]|O.)?")  # escape sequences of terminals (ECMA-48)
+AXIS, BUTTON = 2, 1  # kinds of joystick events
+AXES = {0: "turn", 1: "ahead", 3: "turn", 4: "climb"}  # by number: left stick x and y, right stick x and y
+DEAD_ZONE = 0.1  # fraction of full deflection below which an axis counts as centered
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Stick:
     ahead: float = 0.0  # 0 to 1 of the top speed
     turn: float = 0.0  # -1 to 1, starboard positive
     climb: float = 0.0  # -1 to 1
-    order: str = ""  # arm, stop, mission, quit, or the number of a gait
+    order: str = ""  # "arm", "stop", "mission", "quit", or the number of a gait
 
 
 def keys(typed: bytes) -> str:
@@ -55,7 +55,7 @@ def keys(typed: bytes) -> str:
 
 
 def pressed(stick: Stick, key: str) -> Stick:
-    """Return the stick after a key.
+    """Return the stick after a key press.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def gamepad(content: bytes) -> list[tuple[str, float]]:
 
 
 def moved(stick: Stick, event: tuple[str, float]) -> Stick:
-    """Return the stick after an event of a gamepad; the event "gone" is that of an unplugged one."""
+    """Return the stick after a gamepad event; the event "gone" means that the gamepad was unplugged."""
     name, value = event
     if name in ("stop", "gone"):
         return Stick(order="stop")
@@ -127,7 +127,7 @@ def view(
         "stick": {"ahead": f"{stick.ahead:.0%}", "turn": turn, "climb": f"{stick.climb:+.0%}"},
     }
     tables = [Panel(_table(rows or {"": "no data yet"}), title=title) for title, rows in panels.items()]
-    # The texts are on top: a low terminal cuts off the end.
+    # Texts of the robot come first, since a low terminal cuts off the end.
     messages = Text("\n".join(texts[-3:]) or " ", style="yellow")
     return Group(
         messages, Columns(tables), _key_line(KEYS), _key_line([(str(k + 1), name) for k, name in enumerate(gaits[:9])])
@@ -190,12 +190,12 @@ def _hydraulics_rows(m: Any) -> dict[str, str]:
 
 
 def _flags(enum: str, flags: int) -> str:
-    """Return the names of the flags that are set."""
+    """Return the names of the flags that are set, as a text."""
     entries = dialect().enums[enum]
     names = [entries[1 << k].name for k in range(32) if flags >> k & 1 and 1 << k in entries]
     return ", ".join(name.removeprefix(f"{enum}_").lower() for name in names) or "none"
 
 
 def _texts(counts: Sequence[int], step: float, form: str) -> str:
-    """Return counts as texts of readings, count / step, or "silent"."""
+    """Return the readings, count / step, as a text; "silent" for a sensor that does not answer."""
     return ", ".join("silent" if count == SILENT else f"{count / step:{form}}" for count in counts)

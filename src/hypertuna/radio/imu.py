@@ -1,8 +1,8 @@
 """Calibrate accelerometer, gyroscope and compass from counts in the robot's axes: x to the tail, y starboard, z up.
 
-A sensor that is turned in a constant field (gravity, magnetic field) reads points of an ellipsoid. The fit makes it a
-sphere: |scale (counts - zero)| = field, by least squares without the outliers of jerks. Nothing is returned from
-samples that do not determine zero and scale.
+While the robot is turned in a constant field (gravity or the Earth's magnetic field), the counts lie on an ellipsoid.
+The fit maps it to a sphere, |scale (counts - zero)| = field, by robust least squares. Samples that do not determine
+zero and scale are refused.
 """
 
 import math
@@ -19,15 +19,15 @@ from hypertuna.errors import InputError
 from hypertuna.radio.calibration import Calibration
 
 AXES = "xyz"
-SAMPLES_MIN = 20
-SCATTER_MAX = {"compass": 0.05, "accelerometer": 0.02}  # rms of the residuals over the field
-ERROR_MAX = 0.02  # standard error of a zero over the field: 1 deg
-RATIO_MAX = 1.5  # of the scales of two axes: a soft-iron part beyond it is a faulty sensor, or samples in a plane
-COVERED_MIN = 10  # of the 12 directions of a dodecahedron's faces, for the compass
-STILL_MAX = 0.02  # standard deviation of a gyroscope that rests [rad/s]
-CREEP_MAX = 0.005  # change of its mean from the first to the second half [rad/s]
-DIP_SPREAD_MAX = math.radians(10)  # of the angle between field and level, over all positions
-ALONG_MIN = math.cos(math.radians(25))  # of gravity along an axis that is held up or down
+SAMPLES_MIN = 20  # of a calibration
+SCATTER_MAX = {"compass": 0.05, "accelerometer": 0.02}  # largest rms of the residuals, as a fraction of the field
+ERROR_MAX = 0.02  # largest standard error of a zero, as a fraction of the field: 1 deg
+RATIO_MAX = 1.5  # of two axes' scales: a larger one is no soft iron, but a faulty sensor or samples in a plane
+COVERED_MIN = 10  # directions, of a dodecahedron's 12 faces, that samples of the compass must cover
+STILL_MAX = 0.02  # rad/s: largest standard deviation of a gyroscope at rest
+CREEP_MAX = 0.005  # rad/s: largest change of its mean from the first to the second half of the samples
+DIP_SPREAD_MAX = math.radians(10)  # largest standard deviation of the angle between field and horizon
+ALONG_MIN = math.cos(math.radians(25))  # smallest fraction of gravity along an axis that is held up or down
 
 GOLDEN = (1 + math.sqrt(5)) / 2
 FACES = np.array(  # unit vectors through the faces of a dodecahedron, (12, 3)
@@ -39,7 +39,7 @@ class Position(NamedTuple):
     """A position of the robot while the accelerometer is calibrated."""
 
     text: str
-    up: tuple[int, int, int] | None  # what the axes x, y, z read of gravity; None: between the others, as a check
+    up: tuple[int, int, int] | None  # readings of x, y, z in units of gravity; None: an oblique position, as a check
 
 
 POSITIONS = (
@@ -61,7 +61,7 @@ class Sphere:
 
     zero: Array  # (3,) [counts]
     scale: Array  # (3,) [SI per count]
-    rms: float  # of the readings' norm from the field [SI]
+    rms: float  # of the difference between the readings' norm and the field [SI]
     error: float  # standard error of the least certain zero [SI]
 
     def readings(self, counts: Array) -> Array:
@@ -81,7 +81,7 @@ def fit_sphere(counts: Array, field: float) -> Sphere | None:
     coefficients, _, rank, _ = np.linalg.lstsq(rows, np.ones(len(rows)), rcond=1e-6)
     if rank < 6 or not (coefficients[:3] > 0).all():
         return None
-    # a x^2 + d x = 1 on each axis: center -d / 2 a, and the sum of a x^2 about it is 1 + sum d^2 / 4 a.
+    # Solution of sum(a x^2 + d x) = 1: the center is -d / (2 a), and sum a (x - center)^2 = 1 + sum d^2 / (4 a).
     center = -coefficients[3:] / (2 * coefficients[:3])
     size = np.sqrt(coefficients[:3] / (1 + coefficients[:3] @ center**2))
 
@@ -103,15 +103,15 @@ def fit_sphere(counts: Array, field: float) -> Sphere | None:
 
 
 def covered(directions: Array) -> int:
-    """Return how many faces of a dodecahedron are passed by vectors (n, 3) from its center."""
+    """Return how many of a dodecahedron's faces are hit by vectors (n, 3) from its center."""
     return len(set(np.argmax(directions @ FACES.T, axis=1)))
 
 
 def calibrate_compass(counts: Array, acceleration: Array | None = None) -> Calibration:
     """Fit the compass to counts (n, 3) of a robot that is turned in all directions; the field's strength becomes 1.
 
-    With the accelerometer's readings (n, 3) [m/s^2], the field must keep its angle to gravity: it does not if the axes
-    of the two sensors differ.
+    acceleration: readings (n, 3) [m/s^2]. If given, the field's angle to gravity must be constant; it is not if the
+    axes of the two sensors differ.
     """
     sphere = _fit("compass", counts, 1.0, "turn it nose up, nose down, on both sides and on its back, far from iron")
     readings = sphere.readings(counts)
@@ -129,7 +129,7 @@ def _share(faces: int) -> str:
 
 
 def _dip_sentence(field: Array, acceleration: Array) -> str:
-    """Check the angle between field and gravity in samples without jerks, and return its sentence."""
+    """Check that the field's angle to gravity is constant in samples without jerks; return a sentence with the dip."""
     norm = np.linalg.norm(acceleration, axis=1)
     calm = np.abs(norm - _core.GRAVITY) < 0.1 * _core.GRAVITY
     if np.count_nonzero(calm) < SAMPLES_MIN:
@@ -164,7 +164,7 @@ def _axis_text(up: Sequence[int]) -> str:
 
 
 def calibrate_gyroscope(counts: Array, scale: Array) -> Calibration:
-    """Return the zeros of a gyroscope that rests, from counts (n, 3) and its scale (3,) [rad/s per count]."""
+    """Return the zeros of a gyroscope at rest, from counts (n, 3) and its scale (3,) [rad/s per count]."""
     _check_count("gyroscope", counts)
     readings = counts * scale
     spread = float(np.max(np.std(readings, axis=0)))
@@ -184,7 +184,7 @@ def _check_count(sensor: str, counts: Array) -> None:
 
 
 def _fit(sensor: str, counts: Array, field: float, fix: str) -> Sphere:
-    """Return the sphere of counts (n, 3) in a field [SI]; an InputError if it is not determined well enough."""
+    """Fit the sphere to counts (n, 3) in a field [SI]; raise an InputError if they do not determine it well enough."""
     if sensor == "compass":
         _check_count(sensor, counts)
     sphere = fit_sphere(counts, field)

@@ -1,6 +1,6 @@
 """Logs of the radio: every received message in an MCAP file, for Foxglove and `identify`.
 
-Topic /mavlink/NAME has the messages of that name as JSON, each field in the dialect's unit, which the schema states.
+Topic /mavlink/NAME has the messages of that name as JSON; fields are in the dialect's units, stated in the schema.
 """
 
 import json
@@ -19,8 +19,8 @@ from hypertuna.io.files import version
 from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
 TOPIC = "/mavlink/"
-MALFORMED = (ValueError, KeyError, TypeError, IndexError, AttributeError)  # what reading a damaged message raises
-FLUSH = 2.0  # s of a log that a crash may cost
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, AttributeError)  # errors that a damaged message raises
+FLUSH_INTERVAL = 2.0  # s between writes to disk: a crash loses no more than this
 
 
 class RadioLogWriter(McapWriter):
@@ -45,13 +45,13 @@ class RadioLogWriter(McapWriter):
         stamp = time.time() if stamp is None else stamp
         self.channel(TOPIC + message.get_type(), Channel, schema=schema).log(text, log_time=int(stamp * NANO))
         self.counts[message.get_type()] += 1
-        if time.monotonic() - self._flushed > FLUSH:
+        if time.monotonic() - self._flushed > FLUSH_INTERVAL:
             self._flushed = time.monotonic()
             self.flush()
 
 
 def check_new(path: str | Path) -> None:
-    """Check that a log overwrites nothing: measurements cannot be repeated."""
+    """Check that a log overwrites no file, since measurements cannot be repeated."""
     if Path(path).exists():
         raise InputError("must be a new file", file=str(path), value="an existing one", fix="choose another name")
 
@@ -62,7 +62,7 @@ class RadioLog:
 
     robot: str
     time: dict[str, Array]  # arrival of the messages of each name [s since the first message]
-    fields: dict[str, dict[str, Array]]  # by name of the message and of the field, in the dialect's units; no text
+    fields: dict[str, dict[str, Array]]  # numeric fields by names of message and field, in the dialect's units
     complete: bool  # whether the file is complete
     file: str
 
@@ -71,7 +71,7 @@ class RadioLog:
         return all(len(self.time.get(name, ())) for name in names)
 
     def sent(self, name: str) -> Array:
-        """Return send times [s since the first message] by the robot's clock, synchronized by the minimum delay."""
+        """Return when the robot sent messages [s since the first one], by its clock, aligned to the shortest delay."""
         arrival, fields = self.time[name], self.fields[name]
         if "time_boot_ms" not in fields:
             return arrival
@@ -80,7 +80,7 @@ class RadioLog:
 
 
 def read_radio_log(path: str | Path) -> RadioLog:
-    """Read a log of the radio; of a truncated file, all complete chunks."""
+    """Read a log of the radio; a truncated file is read up to its last complete chunk."""
     messages = read_messages(path)
     if messages.metadata is None or LINK not in messages.metadata:
         fix = "give a file that `hypertuna radio log` or `hypertuna radio drive` wrote"
@@ -110,7 +110,7 @@ def _columns(texts: list[bytes]) -> dict[str, Array]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a field as JSON: null for NaN and infinity."""
+    """Return a field's value for JSON, with None for NaN and infinity."""
     if isinstance(value, float) and not np.isfinite(value):
         return None
     if isinstance(value, (list, tuple)):

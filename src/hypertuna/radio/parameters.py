@@ -13,7 +13,7 @@ SEE = "see them by `hypertuna radio params`"
 
 
 def read_parameters(robot: Client, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:
-    """Read all parameters by name [SI]; lost ones are requested one by one. `progress(received, total)`."""
+    """Read all parameters by name [SI], requesting lost ones singly; progress: called with numbers received, total."""
     received: dict[int, Any] = {}
 
     def take(answer: Any) -> None:
@@ -42,10 +42,10 @@ def read_parameter(robot: Client, name: str) -> float:
 
 
 def set_parameter(robot: Client, name: str, value: float) -> float:
-    """Set a parameter [SI], which the robot stores; return the value on board [SI]."""
+    """Set a parameter [SI] on board, where it is stored; return its new value as the robot reports it [SI]."""
     text_count = len(robot.texts)
     answer = _ask(robot, name, "param_set", value, 9)
-    if answer.get_type() == "PARAM_ERROR":  # a text of an earlier refusal may still be on its way
+    if answer.get_type() == "PARAM_ERROR":  # not the robot's text, which may still be that of an earlier refusal
         fix = f"no such parameter: {SEE}"
         raise InputError("must be a parameter of the robot", key=name, value=f"{value:g}", fix=fix)
     if math.isclose(answer.param_value, value, rel_tol=1e-6, abs_tol=1e-30):
@@ -56,7 +56,7 @@ def set_parameter(robot: Client, name: str, value: float) -> float:
 
 
 def _ask(robot: Client, name: str, request: str, *values: float) -> Any:
-    """Return the robot's answer on a parameter, whose name must fit into a message: a cut one could be another's."""
+    """Request a parameter and return the answer; its name must fit a message, as a cut one could be another's."""
     if not name.isascii() or not 0 < len(name) <= NAME_LENGTH_MAX:
         raise InputError("must be a parameter of the robot", key=shown(name), fix=SEE)
     is_value, is_unknown = of_kind("PARAM_VALUE"), of_kind("PARAM_ERROR", error=UNKNOWN)

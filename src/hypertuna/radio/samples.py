@@ -1,4 +1,4 @@
-"""Samples of a robot's sensors for a calibration: averages of messages, and counts of the IMU."""
+"""Sample a robot's sensors for a calibration: mean readings, and raw counts of the IMU."""
 
 import contextlib
 import math
@@ -13,13 +13,13 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.radio.client import Client
 from hypertuna.radio.dialect import SILENT, dialect
 
-SAMPLING = 2.0  # s of readings that one reference is taken over
+SAMPLING = 2.0  # s over which readings at one reference are averaged
 WAIT = 10.0  # s without a message before the robot counts as silent
-INTERVAL = 0.1  # s between two messages, as far as the radio carries them
-VOLTAGE_SILENT = 65535  # in SYS_STATUS
+INTERVAL = 0.1  # s between two messages; a slow radio may carry fewer
+VOLTAGE_SILENT = 65535  # value in SYS_STATUS if the voltage cannot be read
 ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 SET_INTERVAL = 511  # MAV_CMD_SET_MESSAGE_INTERVAL
-# Message of a kind of sensor, and SI per count in it. Bends are in centidegrees, pressures in hPa, currents in 10 mA.
+# By kind of sensor: its message, and SI per count: bends in centidegrees, pressures in hPa, currents in 10 mA.
 MESSAGES = {
     "bend": ("HYDRAULICS", math.pi / 18000),
     "pressure": ("HYDRAULICS", 100.0),
@@ -27,12 +27,12 @@ MESSAGES = {
     "voltage": ("SYS_STATUS", 1e-3),
     "depth": ("SCALED_PRESSURE", 10.0),  # counts of the sensor per hPa
 }
-PARTS = {"acceleration": "acc", "rate": "gyro", "field": "mag"}  # of RAW_IMU
-Samples = dict[str, Array]  # counts (n, 3) by part
+PARTS = {"acceleration": "acc", "rate": "gyro", "field": "mag"}  # of the IMU: suffix of its fields in RAW_IMU
+Samples = dict[str, Array]  # by part of the IMU: counts (n, 3)
 
 
 def set_interval(robot: Client, name: str, interval: float) -> None:
-    """Request a message at an interval [s]; 0 for that at boot."""
+    """Ask the robot to send a message at an interval [s]; 0 restores the interval at boot."""
     names = {kind.msgname: number for number, kind in dialect().mavlink_map.items()}
     if name.upper() not in names:
         raise InputError("must be a message", key=name, fix=did_you_mean(name.upper(), names))
@@ -41,7 +41,7 @@ def set_interval(robot: Client, name: str, interval: float) -> None:
 
 @contextlib.contextmanager
 def streaming(robot: Client, name: str) -> Iterator[None]:
-    """Request a message every INTERVAL, and at the end its interval at boot."""
+    """Let the robot send a message every INTERVAL within the context, then restore its interval at boot."""
     set_interval(robot, name, INTERVAL)
     try:
         yield
@@ -50,21 +50,21 @@ def streaming(robot: Client, name: str) -> Iterator[None]:
 
 
 def check_disarmed(robot: Client) -> None:
-    """Check that the robot is disarmed: it refuses parameters while armed."""
+    """Check that the robot is disarmed, since it refuses parameters while armed."""
     heartbeat = robot.last.get("HEARTBEAT")
     if heartbeat is not None and heartbeat.base_mode & ARMED:
         raise InputError("must be disarmed", key="robot", value="armed", fix="disarm it, and calibrate again")
 
 
 def average(robot: Client, kind: str, index: int) -> float:
-    """Return a sensor's mean over SAMPLING seconds: of its reading [SI], of the depth sensor's counts."""
+    """Return a sensor's mean reading over SAMPLING seconds, in SI units; for the depth sensor, in its raw counts."""
     name, step = MESSAGES[kind]
     with streaming(robot, name):
         return float(np.mean([step * _count(message, kind, index) for message in messages(robot, name, SAMPLING)]))
 
 
 def _count(message: Any, kind: str, index: int) -> float:
-    """Return a sensor's count in a message; a sensor that does not answer is an error."""
+    """Return a sensor's count in a message; raise an error if the sensor does not answer."""
     if kind == "voltage":
         count, silent = float(message.voltage_battery), VOLTAGE_SILENT
     elif kind == "depth":
@@ -78,7 +78,7 @@ def _count(message: Any, kind: str, index: int) -> float:
 
 
 def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
-    """Yield the messages of a name that arrive within `seconds`, at least one."""
+    """Yield the messages of a name that arrive within `seconds`; wait longer for the first one."""
     begin = last = time.monotonic()
     received = False
     while (now := time.monotonic()) < begin + seconds or not received:
@@ -91,7 +91,7 @@ def messages(robot: Client, name: str, seconds: float) -> Iterator[Any]:
 
 
 def imu_counts(message: Any) -> dict[str, tuple[int, int, int]] | None:
-    """Return the counts in a RAW_IMU by part; None where a part did not answer."""
+    """Return the counts (x, y, z) in a RAW_IMU by part of the IMU; None if a part did not answer."""
     counts = {part: tuple(getattr(message, f"{axis}{suffix}") for axis in "xyz") for part, suffix in PARTS.items()}
     return None if any(SILENT in axes for axes in counts.values()) else counts
 

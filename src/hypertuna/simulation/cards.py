@@ -1,4 +1,4 @@
-"""Cards of runs of the twin, its losses, posture tests and dives, as terminals and notebooks show them."""
+"""Cards that terminals and notebooks show for runs of the twin, losses, posture tests and dives."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,27 +14,27 @@ from hypertuna.io.quantity import ZERO_CELSIUS, listed, quantity
 from hypertuna.pictures import bars_svg, captioned, curve_svg, track_svg
 from hypertuna.simulation.dive import Dive
 from hypertuna.simulation.losses import PLACES, Losses
-from hypertuna.simulation.posture import CLOSE, Held, PostureTest
+from hypertuna.simulation.posture import MAX_ERROR, Held, PostureTest
 from hypertuna.simulation.recorded import CONDITIONS
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import gait_text
 from hypertuna.swimming.outline import bodies, film_svg, followed, water_step
 
-BEATS, FRAMES = 3, 20  # shown, and pictures of each
-COARSE = 8  # rows of the record in a beat, below which the body cannot be drawn
+BEATS, FRAMES = 3, 20  # beats that the animation shows, and frames per beat
+MIN_ROWS = 8  # rows of the record per beat that are needed to draw the body
 CAVITATED = "the oil cavitated in a cylinder"
-MIN_SPEED = 0.01  # 1/s: a robot slower than this many body lengths stands, and has no cost per distance
+MIN_SPEED = 0.01  # body lengths per second: a slower robot stands still, and has no cost of transport
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
 
 def swims_forward(run: TwinRun) -> bool:
-    """Return whether a robot swims head first; also true in air and of a diverged run, which have no speed."""
+    """Return whether the robot swims head first; also true for runs without a speed: in air, or diverged."""
     return math.isnan(run.speed) or run.speed_bl > MIN_SPEED
 
 
 def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
-    """Return a row for each joint group: setpoints and motion over the last whole beats."""
+    """Return a row for each joint group, with setpoints and the motion over the last whole beats."""
     return _rows(
         run.joints,
         amplitude_set_deg=np.degrees(run.gait.amplitude),
@@ -60,7 +60,7 @@ def _rows(names: Sequence[str], **columns: Any) -> list[dict[str, Any]]:
 
 
 def twin_sentences(run: TwinRun) -> list[str]:
-    """Return the run's sentences, with one more if the robot did not swim forward."""
+    """Return the run's sentences, and a warning if the robot did not swim forward."""
     return [*run.sentences, *([] if swims_forward(run) else [BACKWARD])]
 
 
@@ -91,7 +91,7 @@ def twin_card(run: TwinRun) -> Card:
 
 
 def _pressures(run: TwinRun) -> Iterator[Part]:
-    """Yield the card's part on pressures of the oil circuits."""
+    """Yield the card's table of pressures in the oil circuits."""
     yield f"cylinder pressure, peaks within ticks, {_beats(run)}", "dim"
     names = ("min", "max", "highest")
     rows = [(row["name"], *(f"{row[f'pressure_{name}_kpa']:.0f}" for name in names)) for row in circuit_rows(run)]
@@ -100,7 +100,7 @@ def _pressures(run: TwinRun) -> Iterator[Part]:
 
 
 def _losses(run: TwinRun) -> Iterator[Part]:
-    """Yield the card's part on losses: the power lost at each place."""
+    """Yield the card's table of losses: the power lost at each place."""
     losses = run.losses
     yield f"where the {number(losses.power, 'W')} of the cells go, {_beats(run)}", "dim"
     rows = [
@@ -112,7 +112,7 @@ def _losses(run: TwinRun) -> Iterator[Part]:
 
 
 def _beats(run: TwinRun) -> str:
-    """Return a phrase that names the beats over which means are taken."""
+    """Return a phrase that names the beats over which means are taken, such as "last 3 beats"."""
     return f"last {run.beat_count} beats" if run.beat_count > 1 else "last beat"
 
 
@@ -163,13 +163,13 @@ def _height_svg(run: SeaRun) -> str:
 
 
 def _track_svg(run: SeaRun) -> str:
-    """Draw the track of the nose from above as SVG, averaged over the beat."""
+    """Draw the track of the nose from above as SVG, as a moving average over a beat."""
     east, north = (run.averaged(run.position[:, axis]) for axis in (0, 1))
     return track_svg(east, north, run.duration, "mean of the beat: north [m] over east [m]")
 
 
 def posture_rows(test: PostureTest) -> list[dict[str, Any]]:
-    """Return a row for each joint group and frequency: the settled result, and arrays by beat."""
+    """Return a row for each joint group and frequency: the settled result, and arrays with a value per beat."""
     rows = []
     for held, reach, easier in test.cases:
         row: dict[str, Any] = {
@@ -196,7 +196,7 @@ def posture_rows(test: PostureTest) -> list[dict[str, Any]]:
 
 @tables.of(PostureTest)
 def posture_columns(test: PostureTest) -> dict[str, list[Any]]:
-    """Return the results of each joint group at each frequency as columns, without the arrays by beat."""
+    """Return the results of each joint group at each frequency as columns, without the arrays per beat."""
     rows = posture_rows(test)
     names = [name for name, value in rows[0].items() if not isinstance(value, list | np.ndarray)]
     return {name: [np.nan if row[name] is None else row[name] for row in rows] for name in names}
@@ -208,7 +208,7 @@ def spelled_limits(names: Sequence[str]) -> str:
 
 
 def limit_sentences(result: PostureTest) -> list[str]:
-    """Return a sentence on each limit that acted."""
+    """Return a sentence that explains each limit that acted."""
     meanings = {name: text for name, (_, text) in CONDITIONS.items()} | {"cavitation": CAVITATED}
     limits = [one.limits for one in result.held] + [one.limits for one in result.reach]
     acted = dict.fromkeys(name for names in limits for name in names)
@@ -231,7 +231,7 @@ def posture_table(test: PostureTest) -> Table:
 
 
 def _settles(held: Held) -> str:
-    """Write a settling time [s], or that it is longer than the run."""
+    """Write a settling time [s], or "> duration" if the joint did not settle within the run."""
     return f"> {held.time[-1]:.1f}" if held.settling is None else f"{held.settling:.2f}"
 
 
@@ -240,7 +240,7 @@ def posture_card(test: PostureTest) -> Card:
     """Show a posture test: its table, the limits that acted, and whether all joints settled."""
     parts: list[Part] = [posture_table(test), *((text, "dim") for text in limit_sentences(test))]
     unsettled = ", ".join(f"{held.name} at {held.frequency:g} Hz" for held in test.held if held.settling is None)
-    within = f"within {math.degrees(CLOSE):g} deg"
+    within = f"within {math.degrees(MAX_ERROR):g} deg"
     slowest = max((held.settling for held in test.held if held.settling is not None), default=0.0)
     if unsettled:
         parts.append((f"Not {within} at the end: {unsettled}.", "bold red"))
@@ -271,8 +271,8 @@ def dive_card(dive: Dive) -> Card:
 def last_beats(run: TwinRun | SeaRun) -> str:
     """Return an animated SVG of the body over a run's last beats, with a caption that names the time."""
     time, frequency = run.time, run.gait.frequency
-    if len(time) < 2 or (time[1] - time[0]) * frequency * COARSE > 1:
-        return captioned("", f"The body is not drawn: the record has fewer than {COARSE} rows a beat.")
+    if len(time) < 2 or (time[1] - time[0]) * frequency * MIN_ROWS > 1:
+        return captioned("", f"The body is not drawn: the record has fewer than {MIN_ROWS} rows a beat.")
     begin = max(time[0], time[-1] - BEATS / frequency)
     seconds = time[-1] - begin
     instants = np.linspace(begin, time[-1], round(FRAMES * seconds * frequency) + 1)
@@ -289,7 +289,7 @@ def last_beats(run: TwinRun | SeaRun) -> str:
 
 
 def _pose(run: TwinRun | SeaRun) -> Array:
-    """Return x, y [m] of the nose and the angle of the head's axis from above [rad] (T, 3)."""
+    """Return pose of the head from above (T, 3): x, y [m] of the nose, angle of the axis from nose to tail [rad]."""
     if isinstance(run, TwinRun):
         return np.column_stack([run.data[name] for name in ("x", "y", "heading")])
     axis = rotation_of(run.attitude)[:, :, 0]

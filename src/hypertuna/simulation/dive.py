@@ -1,4 +1,4 @@
-"""Dive: the pectoral fins down, then up, as in the paper's Fig. 15, with depth rate, pitch and speed of each half."""
+"""Dive with the pectoral fins down, then rise with them up, as in the paper's Fig. 15; measure both halves."""
 
 import math
 from dataclasses import dataclass
@@ -20,42 +20,42 @@ from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.simulation.twin import STILL, twin_at_sea
 from hypertuna.swimming.gait import Gait, gait_of
 
-ANGLE = math.radians(45)
-STEADY = math.radians(2)  # of the pitch, averaged over beats, from end to end of the last half of a leg
-NEAR = 0.8  # of the speed of inversion: fins at 45 deg do not dive a robot that swims faster
-RESTING = 0.05  # of the speed: a robot that goes up or down by less does neither
+ANGLE = math.radians(45)  # default angle of the fins
+MAX_PITCH_RANGE = math.radians(2)  # a leg is steady if its pitch, averaged over beats, varies by less
+INVERSION_MARGIN = 0.8  # fraction of the inversion speed above which fins at 45 deg no longer dive the robot
+MIN_DEPTH_RATE = 0.05  # fraction of the speed: a robot that sinks or rises more slowly does neither
 
 
 @dataclass(frozen=True)
 class Leg:
-    """One half of a dive, the fins down or up, measured over its second half."""
+    """The downward or the upward part of a dive; means are over its last half."""
 
     fins: Annotated[float, Format("deg")]  # target angle of both fins, leading edge up [rad]
-    depth_rate: Annotated[float, Format("m/s")]  # at which the depth grows [m/s]
+    depth_rate: Annotated[float, Format("m/s")]  # rate of change of depth, positive down [m/s]
     pitch: Annotated[float, Format("deg")]  # mean, nose up [rad]
-    pitch_range: Annotated[float, Format("deg")]  # of the mean over beats [rad]
-    roll_max: Annotated[float, Format("deg")]  # largest magnitude over the beats [rad]
+    pitch_range: Annotated[float, Format("deg")]  # range of the pitch averaged over beats [rad]
+    roll_max: Annotated[float, Format("deg")]  # largest absolute roll, not averaged over beats [rad]
     speed: Annotated[float, Format("m/s")]  # mean through the water, ahead [m/s]
     depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
 
     @property
     def steady(self) -> bool:
         """Whether the pitch, averaged over beats, stays within 2 degrees."""
-        return self.pitch_range < STEADY
+        return self.pitch_range < MAX_PITCH_RANGE
 
     @property
     def right(self) -> bool:
-        """Whether the depth changes as the fins point: down with fins down, up with fins up."""
-        return self.depth_rate * self.fins < 0 and abs(self.depth_rate) > RESTING * abs(self.speed)
+        """Whether the robot goes where the fins point: down with fins down, up with fins up."""
+        return self.depth_rate * self.fins < 0 and abs(self.depth_rate) > MIN_DEPTH_RATE * abs(self.speed)
 
 
 @dataclass(frozen=True)
 class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
-    """A dive with the fins down, then up: its run, and what its two legs show."""
+    """A dive with the fins down, then up: its run, and measurements of its two legs."""
 
     run: SeaRun
     switch: float  # time at which the fins turn from down to up [s]
-    angle: float  # of the fins [rad]
+    angle: float  # by which the fins point down, then up [rad]
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
@@ -71,7 +71,7 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on each leg and on the speed at which the fins' effect inverts."""
+        """Sentences on each leg, and on the speed above which the fins act the wrong way."""
         if self.run.status == "diverged":
             return (self.run.divergence,)
         sentences = []
@@ -82,7 +82,7 @@ class Dive(Plotted, Tabular, data=lambda dive: dive.run.dataset()):
             sentences.append(f"With its fins at {math.degrees(leg.fins):+z.3g} deg it {result}; its pitch is {pitch}.")
         if not all(leg.right for leg in self.legs):
             limit, speed = inversion_speed(self.run.robot), max(leg.speed for leg in self.legs)
-            if speed > NEAR * limit:
+            if speed > INVERSION_MARGIN * limit:
                 sentences.append(
                     f"Near and above {limit:.3g} m/s the water turns its hull against the fins: "
                     "swim slower, or put its ballast lower (spatial.com_height_m)."
@@ -119,7 +119,7 @@ def dive(
     sea: Sea = STILL,
     seed: int = 0,
 ) -> Dive:
-    """Dive with the fins down for half of the time, then float with the fins up.
+    """Dive with the fins down for half of the time, then rise with them up.
 
     Parameters
     ----------

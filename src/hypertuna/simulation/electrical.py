@@ -1,4 +1,4 @@
-"""Electrical cost of a sweep's gaits: the twin swims each of them, side by side in lanes."""
+"""Electrical cost of a sweep's gaits: the twin swims each gait, many at once in vector lanes."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from hypertuna.swimming.gait import Gait, Gaits
 if TYPE_CHECKING:
     import xarray as xr
 
-BEATS = 16.0  # of a run, which begins at the speed of its settled beat
-MOST = 100_000  # runs: about an hour
-# What the twin adds to a sweep: unit and meaning.
+BEATS = 16.0  # length of a run, which begins at the speed of its settled beat
+MAX_RUNS = 100_000  # of the twin: about an hour
+# The columns that the twin adds to a sweep: unit and meaning.
 COLUMNS = {
     "twin_speed": ("m/s", "speed in the twin, whose joints swing as drives and controller let them"),
     "electrical_power": ("W", "mean electrical power of all servos in the twin"),
@@ -39,13 +39,13 @@ def with_electrical(
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Return a sweep of gaits by one robot, or by those of a design in its order, with the columns of the twin.
+    """Swim each robot and gait of a sweep in the twin, and return the sweep with the columns of `COLUMNS` added.
 
-    A gait that a robot's controller does not take, or whose run diverges, has NaN in them.
+    Cases go robot by robot, in the sweep's order. A gait beyond the controller's bounds, or a diverged run, has NaN.
     """
     cases = [(robot, gait) for robot in robots for gait in gaits]
-    if len(cases) > MOST:
-        rule, fix = f"must be at most {MOST} gaits to swim in the twin", "take fewer values"
+    if len(cases) > MAX_RUNS:
+        rule, fix = f"must be at most {MAX_RUNS} gaits to swim in the twin", "take fewer values"
         raise InputError(rule, key="electrical", value=f"{len(cases)}", fix=fix)
     for robot in robots:
         require_controller(robot)
@@ -69,7 +69,7 @@ def with_electrical(
 
 
 def _takes(robot: Robot, gait: Gait) -> bool:
-    """Return whether a robot's controller takes a gait."""
+    """Return whether a gait is within the bounds of a robot's controller."""
     try:
         check_command(robot, gait)
     except InputError:
@@ -78,7 +78,7 @@ def _takes(robot: Robot, gait: Gait) -> bool:
 
 
 def _measured(run: TwinRun) -> Array:
-    """Return the columns' values of a run (columns,)."""
+    """Return the values of `COLUMNS` (columns,) for a run; NaN if it diverged."""
     if run.status == "diverged":
         return np.full(len(COLUMNS), math.nan)
     return np.array([run.speed, run.electrical_power, run.cost_of_transport, run.settled])

@@ -1,4 +1,4 @@
-"""Ranges of the estimates of a description, and random robots within these ranges."""
+"""Ranges of the estimated values in a robot's description, and random robots within these ranges."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,9 +13,10 @@ from hypertuna.errors import InputError
 
 
 def spreads(robot: Robot) -> dict[str, Spread]:
-    """Return the ranges of a robot's estimates by key; ``joints.line.bore_m`` is that of all joints.
+    """Return the ranges of a robot's estimated values by key; ``joints.line.bore_m`` covers all joints.
 
-    By the factor in its ``[uncertainty]``, else as declared with the key; a default is an estimate.
+    A range follows from the factor in the robot's ``[uncertainty]``, or else from the key's declaration. Values left at
+    their defaults count as estimates.
     """
     document, ranges = robot.document(), {}
     for key, k in declared(Robot).items():
@@ -28,7 +29,7 @@ def spreads(robot: Robot) -> dict[str, Spread]:
 
 
 def varied(robot: Robot, parts: Mapping[str, float]) -> Robot:
-    """Return a robot with estimates moved to parts, 0 to 1, of their `spreads`, by key."""
+    """Return a robot whose estimates, by key, are moved to a fraction from 0 to 1 of their range in `spreads`."""
     document, ranges = robot.document(), spreads(robot)
     for key, part in parts.items():
         if key not in ranges:
@@ -43,14 +44,14 @@ def varied(robot: Robot, parts: Mapping[str, float]) -> Robot:
 
 
 def random_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
-    """Sample robots whose estimates, but the controller's, are off at random within their `spreads`."""
+    """Sample robots whose estimates, except the controller's, are drawn uniformly within their `spreads`."""
     keys = [key for key in spreads(robot) if not key.startswith("controller.")]
     parts = np.random.default_rng(seed).random((count, len(keys)))
     return [varied(robot, dict(zip(keys, row, strict=True))) for row in parts.tolist()]
 
 
 def _tables(document: Mapping[str, Any], key: str, declaration: Key) -> tuple[list[dict[str, Any]], str]:
-    """Return the tables of a key that have it or leave it to a number as default, and its name there."""
+    """Return the tables that set a key, or leave it at a default other than 0, and the key's last name."""
     *path, own_name = key.split(".")
     nodes: Sequence[Any] = [document]
     for name in path:

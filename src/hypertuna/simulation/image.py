@@ -1,4 +1,4 @@
-"""Robot image: all columns that the core needs of a robot, in one file that any host of the core reads.
+"""Robot image: all of a robot's numbers that the core needs, as columns in one file that any host can read.
 
 `hosts/image.hpp` reads what `pack` writes; the layout is described there. `mission/image.py` adds pilot and missions.
 """
@@ -30,9 +30,9 @@ MAGIC = b"HTROBOT\0"
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:
-    """Return the image of a robot's models in water, and of its twin where it has one.
+    """Return the image of a robot's models in water, and of its twin if it has one.
 
-    Columns that are added stand for those of the same name; facts join the text.
+    `added` columns replace those of the same name; `facts` are added to the text.
     """
     models = list(_models(robot))
     body, source = body_facts(robot, models, _numbers, _steps)
@@ -54,12 +54,12 @@ def _columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
 
 
 def _steps(robot: Robot) -> int:
-    """Return the number of the twin's inner steps within a tick of its controller."""
+    """Return the number of the twin's integration steps per tick of its controller."""
     return steps_of(1 / require_controller(robot).rate, parts_of(robot, "water", None), robot)
 
 
 def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
-    """Return the columns of a robot's models in water."""
+    """Return the columns of a robot's models in water, with names ``models.K.NAME``."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
         own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
@@ -68,7 +68,7 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
 
 
 def _spring_columns(robot: Robot) -> dict[str, list[float]]:
-    """Return the columns of the hinges that settled beats bend; none without one."""
+    """Return the columns of the springs in a robot's passive hinges; none without hinges."""
     springs = [{"link": link} | spring_of(hinge) for link, hinge in zip(hinge_links(robot), robot.hinges, strict=True)]
     return {f"spring.{name}": [spring[name] for spring in springs] for name in ("link", *SPRING) if springs}
 
@@ -100,13 +100,13 @@ def _law(robot: Robot) -> int:
 
 
 def _models(robot: Robot) -> Iterator[Robot]:
-    """Yield the robot with each of its water laws and kinds of joints, its own choice first."""
+    """Yield the robot with each combination of water law and joint model, its own choice first."""
     yield robot
     chosen = (robot.model.water, robot.model.joints)
     waters = [water for water in LAWS if getattr(robot.water, water) is not None]
     joint_models = ["ideal"] if any(group.bandwidth is None for group in robot.joints) else ["bandwidth", "ideal"]
     for water, joints in itertools.product(waters, joint_models):
         if (water, joints) != chosen:
-            # what `using` does, without the checks of a file: a body is tried with many factors
+            # as `using` does, but without the checks of a file, since bodies with many factors are tried
             choice = robot.model.model_copy(update={"water": water, "joints": joints})
             yield robot.model_copy(update={"model": choice})

@@ -1,8 +1,8 @@
-"""Body of a robot image: the values of a robot's body that a page may change, and the numbers that follow them.
+"""Body of a robot image: knobs with which a page changes a robot's body, and how the image's numbers follow them.
 
-A knob multiplies values of the robot's file by a factor. A number of the image follows as its key in the file is
-declared to (`follows` of an entry): it is ``(v + sum of s (f^q - 1)) * product of f^p`` over the knobs' factors f. A
-knob of few steps may have v by step instead.
+A knob multiplies values of the robot's file by a factor f. A number v of the image then becomes
+``(v + sum of s (f^q - 1)) * product of f^p`` over all knobs; `follows` of a key's declaration gives its powers p. For
+a knob with a few discrete steps, the image may instead list the number's value at each step.
 """
 
 import copy
@@ -25,17 +25,17 @@ from hypertuna.simulation.sea import BOTTOM_RATE, LINKS, ellipsoid_inertia
 from hypertuna.swimming.model import column_places
 from hypertuna.swimming.yielding import SPRING
 
-RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first whose ends are descriptions of a robot
-SAME = 1e-12  # relative
-# Columns that stay: what is on board knows the described robot.
-KEPT = ("controller.", "pilot.", "missions.")
+RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first range whose ends give a valid robot is used
+TOLERANCE = 1e-12  # relative: numbers that differ by less are equal
+# Prefixes of columns that knobs leave unchanged: the software on board is configured for the described robot.
+FIXED_COLUMNS = ("controller.", "pilot.", "missions.")
 
-STEPS = tuple(k / 10 for k in range(6, 17))  # factors of what is solved for anew, so that it follows no law
+STEPS = tuple(k / 10 for k in range(6, 17))  # factors of a knob whose numbers must be computed at each step
 
-Numbers = Callable[[Robot], Mapping[str, Array]]  # columns of a robot by name, flat
-# Power p; or power q and size s of a term of a sum; or values at the factors that a knob may have.
+Numbers = Callable[[Robot], Mapping[str, Array]]  # returns a robot's columns by name, as flat arrays
+# How a number follows a factor: power p; or power q and size s of a term of the sum; or values at the knob's steps.
 Law = tuple[int] | tuple[int, float] | tuple[tuple[float, ...]]
-Laws = dict[tuple[str, int], Law]  # by column and place in it
+Laws = dict[tuple[str, int], Law]  # by column, and index in the column
 
 
 @dataclass
@@ -45,21 +45,22 @@ class Knob:
     name: str
     label: str
     unit: str
-    value: float  # that the factor multiplies, as in the file
-    powers: dict[str, int]  # of the factor, by key
-    sums: dict[str, float] = field(default_factory=dict)  # what keys gain where the factor is 2
+    value: float  # in the file, which the factor multiplies
+    powers: dict[str, int]  # by key of the file: power of the factor that multiplies its value
+    sums: dict[str, float] = field(default_factory=dict)  # by key: s in value + s (factor - 1)
     range: tuple[float, float] = RANGES[0]
-    steps: tuple[float, ...] = ()  # factors that it may have; any within the range where empty
-    part: tuple[str, int] = ("", 0)  # of a link: what the factor multiplies, and the link
+    steps: tuple[float, ...] = ()  # allowed factors; if empty, any within the range
+    part: tuple[str, int] = ("", 0)  # property that the factor multiplies, and index of its link or hinge
     laws: Laws = field(default_factory=dict)
 
 
 def body_facts(
     robot: Robot, models: Sequence[Robot], numbers: Numbers, steps: Callable[[Robot], int]
 ) -> tuple[dict[str, Any], Source]:
-    """Return a robot's knobs for the image's text, and the source that holds their values.
+    """Return a robot's knobs for the image's text, and the source text with the values that they change.
 
-    `numbers` computes those of the image of a robot that swims by `models`, `steps` those of its twin within a tick.
+    `numbers` computes the numbers of a robot's image, `steps` the integration steps per tick of its twin; `models` are
+    the robot's choices of water law and joints.
     """
     document = robot.document()
     source = source_of(robot)
@@ -79,7 +80,7 @@ def body_facts(
 
 
 def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> dict[str, Any]:
-    """Return the document of a robot's file with the values that its knobs change, scaled by factors."""
+    """Return a robot's document with its knobs' values scaled by factors, by name of knob (1 where missing)."""
     changed = copy.deepcopy(dict(document))
     for knob in knobs:
         factor = factors.get(knob.name, 1.0)
@@ -148,7 +149,7 @@ def _laws(knob: Knob, robot: Robot, models: Sequence[Robot], present: Mapping[st
 
 
 def _places(robot: Robot, models: Sequence[Robot], link: int) -> dict[str, str]:
-    """Return by name of an image's number the key of the description that it is a value of."""
+    """Return for each number of the image, by name, the key of the description that it holds."""
     text = f"text.links.{link}"
     springs = {f"spring.{name}": f"hinge.{name}" for name in SPRING}
     heights = ("height", "width") if robot.spatial is None else ("height",)  # widths follow heights
@@ -185,14 +186,14 @@ def _sums(kind: str, link: int, robot: Robot, models: int) -> Laws:
 
 
 def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: Mapping[str, Array]) -> Laws:
-    """Return the laws of numbers by their values at a knob's steps; none where the twin then needs other steps."""
+    """Compute numbers at each of a knob's steps; return no laws if the twin then needs other integration steps."""
     knob.range, laws = (knob.steps[0], knob.steps[-1]), Laws()
     try:
         by_step = [numbers(parse(with_factors(document, [knob], {knob.name: factor}))) for factor in knob.steps]
-    except InputError:  # no robot, or none whose pumps reach all bends
+    except InputError:  # at some step it is no valid robot, or its pumps do not reach all bends
         return laws
     for name, now in present.items():
-        if name.startswith(KEPT):
+        if name.startswith(FIXED_COLUMNS):
             continue
         rows = np.array([one[name] for one in by_step])  # (steps, n)
         proportional = _all_close(rows, np.outer(knob.steps, now))
@@ -202,7 +203,7 @@ def _values(knob: Knob, document: Mapping[str, Any], numbers: Numbers, present: 
 
 
 def _twin_follows(knobs: list[Knob], document: Mapping[str, Any], steps: Callable[[Robot], int], now: int) -> bool:
-    """Return whether the twin keeps its inner steps under all factors at once: drawn at random, and at both ends."""
+    """Return whether the twin's integration steps stay valid under all knobs: with random factors and at both ends."""
     rng = np.random.default_rng(1)
     random_sets = [
         {knob.name: float(rng.choice(knob.steps) if knob.steps else rng.uniform(*knob.range)) for knob in knobs}
@@ -210,22 +211,22 @@ def _twin_follows(knobs: list[Knob], document: Mapping[str, Any], steps: Callabl
     ]
     extremes = [{knob.name: knob.range[end] for knob in knobs} for end in (0, 1)]
     changed = (_changed(document, knobs, factors) for factors in (*random_sets, *extremes))
-    try:  # what is no robot, all taken together, is refused when its file is read
+    try:  # factors that together give no valid robot do not count: the page's reader refuses its file
         return all(steps(robot) == now for robot in changed if robot is not None)
     except InputError:  # it swims, but has no twin
         return False
 
 
 def _all_close(rows: Array, others: Array) -> NDArray[np.bool_]:
-    """Return whether each column of numbers (n,) differs in no row by more than rounding."""
-    return np.asarray(np.isclose(rows, others, rtol=SAME, atol=0.0, equal_nan=True).all(axis=0))
+    """Return for each column (n,) whether its numbers agree in all rows to within rounding."""
+    return np.asarray(np.isclose(rows, others, rtol=TOLERANCE, atol=0.0, equal_nan=True).all(axis=0))
 
 
 # --- text
 
 
 def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
-    """Return a knob as it stands in the image's text, with the values it changes and their powers or terms of sums."""
+    """Return a knob as written to the image's text, with the values that it changes and their powers or sum terms."""
     keys = [{"key": key, "at": source.at(key), "power": power} for key, power in knob.powers.items()]
     keys += [{"key": key, "at": source.at(key), "sum": size} for key, size in knob.sums.items()]
     facts = {name.removeprefix("text."): law for (name, _), law in knob.laws.items() if name.startswith("text.")}
@@ -238,7 +239,7 @@ def _written(knob: Knob, source: Source, twin: bool | None) -> dict[str, Any]:
 
 
 def _grouped(knob: Knob, twin: bool) -> dict[str, list[list[Any]]]:
-    """Return a knob's laws by column, each with its index; `models.*.` stands for all models that have the column."""
+    """Return a knob's laws by column, each with its index; ``models.*.`` stands for all models with that column."""
     laws: dict[str, dict[int, list[Any]]] = {}
     for (name, k), law in knob.laws.items():
         if name.startswith("models.") or (twin and not name.startswith("text.")):

@@ -1,4 +1,4 @@
-"""Source of a robot image: the robot's file as text, and the places of its numbers in it."""
+"""Source of a robot image: the robot's file as text, and where each number stands in that text."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -21,22 +21,22 @@ TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Source:
-    """A robot's file as text, with the places of its numbers by key."""
+    """A robot's file as text, and the position of each key's number in it."""
 
     text: str
-    places: dict[str, int]
+    places: dict[str, int]  # by key: index of the number's first character
 
     def holds(self, keys: Iterable[str]) -> bool:
         """Whether the text has a number for each key."""
         return all(key in self.places for key in keys)
 
     def at(self, key: str) -> int:
-        """Return the place of a key's number in the text, counted in UTF-16 units as a browser does."""
+        """Return the position of a key's number in the text, counted in UTF-16 units as a browser does."""
         return len(self.text[: self.places[key]].encode("utf-16-le")) // 2
 
 
 def source_of(robot: Robot) -> Source:
-    """Return a robot's file as text with the places of its numbers; without a file, or a changed robot, a new text."""
+    """Return the text of a robot's file; without a file, or if the robot has been changed, write a new text."""
     try:
         text = read_text(robot_path(robot.file), "toml") if robot.file else ""
         unchanged = bool(text) and parse(parse_toml(text)).hash == robot.hash
@@ -48,7 +48,7 @@ def source_of(robot: Robot) -> Source:
 
 
 def checked_places(text: str) -> dict[str, int]:
-    """Return the places of numbers in a text by key: those where another number would be read as the key's value."""
+    """Return the position of each key's number in a text, after a test that a number put there is read as its value."""
     places = dict(_places(text))
     parts, end = [], 0
     for number, start in enumerate(places.values()):
@@ -56,7 +56,7 @@ def checked_places(text: str) -> dict[str, int]:
         end = start + len(cast(re.Match[str], TOKEN.match(text, start))[0])
     try:
         values_read = dict(_numbers(parse_toml("".join([*parts, text[end:]]))))
-    except InputError:  # a layout that is not understood
+    except InputError:  # the layout is not understood
         return {}
     return {key: start for number, (key, start) in enumerate(places.items()) if values_read.get(key) == number}
 
@@ -74,10 +74,10 @@ def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _places(text: str) -> Iterator[tuple[str, int]]:
-    """Yield key and place of each number in tables of the usual layout: headers, keys, lists; no inline tables."""
+    """Yield key and position of each number in a text of tables, keys and lists; inline tables are not understood."""
     table, path = "", ""
-    counts: dict[str, int] = {}  # tables of each list so far
-    index: list[int] = []  # in the lists around
+    counts: dict[str, int] = {}  # index of the current table in each list of tables
+    index: list[int] = []  # of the current element, in each list that encloses it
     tokens = [token for token in TOKEN.finditer(text) if token[0].strip(" \t\r") and token[0][0] != "#"]
     k = 0
     while k < len(tokens):
@@ -109,7 +109,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
 
 
 def _indexed(names: list[str], counts: dict[str, int]) -> Iterator[str]:
-    """Yield the parts of a table's name, with an index after each list of tables."""
+    """Yield the parts of a table's name, with an index after each that names a list of tables."""
     for n, name in enumerate(names, 1):
         full_name = ".".join(names[:n])
         yield f"{name}[{counts[full_name]}]" if full_name in counts else name

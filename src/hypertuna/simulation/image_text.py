@@ -1,6 +1,6 @@
-"""Text of a robot image: what programs without Python show of a robot, and the ranges of its gaits.
+"""Text of a robot image: facts about a robot for programs without Python to show, and the ranges of its gaits.
 
-All in SI units and radians, as in the rest of the image; keys are those of the robot's file without units.
+All numbers are in SI units and radians, as in the rest of the image; keys are those of the robot's file without units.
 """
 
 import math
@@ -18,12 +18,12 @@ from hypertuna.simulation.recorded import CONDITIONS, LOSSES
 from hypertuna.swimming.gait import KINDS
 from hypertuna.swimming.outline import FIN, GIRTH, PEDUNCLE
 
-FREQUENCIES = (0.1, 5.0)  # Hz, of a knob for a robot that states neither bounds nor gaits
-BEND = math.pi / 4  # rad, of a knob for a joint group that states neither bounds, gaits nor its largest amplitude
-FINS = ("x", "y", "z", "span", "chord")
-VERDICT = ("model", "class", "computed", "verdict", "seeds", "note")
-PUBLISHED = "hypertuna"  # the robot whose gaits data/published has numbers of
-MEASURES = {  # ids in data/published besides speed/GAIT: quantity and gait
+FREQUENCIES = (0.1, 5.0)  # Hz: range of the knob if the robot's file has neither bounds nor gaits
+BEND = math.pi / 4  # rad: range of a joint's knob if its file has no bounds, gaits or largest amplitude
+FINS = ("x", "y", "z", "span", "chord")  # keys of [fins] that the text repeats
+VERDICT = ("model", "class", "computed", "verdict", "seeds", "note")  # keys of a verdict that the text repeats
+PUBLISHED = "hypertuna"  # the robot for whose gaits data/published has numbers
+MEASURES = {  # by id in data/published, in addition to speed/GAIT: quantity and gait
     "power/fastest": ("electrical_power", "unoptimised-max"),
     "cost-of-transport/minimum": ("electrical_cost_of_transport", "unoptimised-max"),
     "power/lake": ("electrical_power", "optimised-0.5"),
@@ -32,7 +32,7 @@ MEASURES = {  # ids in data/published besides speed/GAIT: quantity and gait
 
 
 def robot_facts(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
-    """Return a robot's part of an image's text; `models` are its choices of water law and joints."""
+    """Return the robot's part of an image's text; `models`: the robot with each choice of water law and joints."""
     return {
         "robot": robot.name,
         "description": robot.description,
@@ -64,7 +64,7 @@ def body_text(robot: Robot) -> dict[str, Any]:
 
 
 def numbers_of_text(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Yield the numbers in a part of the text, by place: ``links.0.length``."""
+    """Yield the numbers in a part of the text, each with its path, such as ``links.0.length``."""
     parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for name, part in parts:
         yield from numbers_of_text(part, f"{place}.{name}" if place else str(name))
@@ -73,7 +73,7 @@ def numbers_of_text(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:
-    """Return a table for each link; without [spatial], height is the mean one and width follows from it."""
+    """Return a table for each link; without [spatial], height is lateral area over length; width follows."""
     links, spatial = robot.links, robot.spatial
     heights = [area / length for area, length in zip(links.lateral_area, links.length, strict=True)]
     widths = [ASPECT * height for height in heights]
@@ -89,27 +89,27 @@ def _links(robot: Robot) -> list[dict[str, Any]]:
 
 
 def _tail(robot: Robot) -> dict[str, Any]:
-    """Return the span of the tail's trailing edge [m] by key; None where no water law has one."""
+    """Return a table with the height of the tail's trailing edge [m]; None if no water law states it."""
     strip = robot.water.strip
     return {"edge_height": (strip.edge_height or None) if strip is not None else None}
 
 
 def _joint(group: JointGroup) -> dict[str, Any]:
-    """Return a table for a joint group; None for keys that its file leaves out."""
+    """Return the table of a joint group; keys that its file leaves out are None."""
     keys = ("name", "links", "share", "bandwidth", "phase_offset", "amplitude_max", "bend_max")
     return {key: getattr(group, key) for key in keys} | {"drive": group.drive.actuation}
 
 
 def _limits(robot: Robot) -> dict[str, Any] | None:
-    """Return lowest and highest value of each part of a gait for optimizers; None without bounds."""
+    """Return the robot's bounds on each parameter of a gait, lowest and highest; None without bounds."""
     bounds = robot.gait_bounds
     return None if bounds is None else {key: getattr(bounds, key) for key in ("frequency", *KINDS)}
 
 
 def _ranges(robot: Robot) -> dict[str, Any]:
-    """Return the range of each number of a gait that a page offers: limits, the robot's gaits, and room to turn.
+    """Return the range of a page's knob for each gait parameter, which includes the bounds and the robot's gaits.
 
-    A bias may be as large as an amplitude, and a lag half a turn to either side; the first joint group has the clock.
+    A bias may be as large as an amplitude, and a lag half a cycle to either side; the first joint group has no lag.
     """
     limits, gaits = robot.gait_bounds, list(robot.gaits.values())
     hertz = [gait.frequency for gait in gaits] + list(limits.frequency if limits else ())
@@ -126,13 +126,13 @@ def _ranges(robot: Robot) -> dict[str, Any]:
 
 
 def _span(values: Iterable[float]) -> tuple[float, float]:
-    """Return the lowest and highest of some values."""
+    """Return the lowest and the highest value."""
     ordered = sorted(values)
     return ordered[0], ordered[-1]
 
 
 def _twin(robot: Robot) -> dict[str, Any] | None:
-    """Return the text's part on the twin: ticks per second, sensors by channel, conditions by bit; None without one."""
+    """Return the twin's part of the text: ticks per second, sensor channels, conditions, losses; None without twin."""
     if why_no_twin(robot):
         return None
     conditions, losses = (
@@ -148,14 +148,14 @@ def _twin(robot: Robot) -> dict[str, Any] | None:
 
 
 def _gait(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
-    """Return a gait of the robot's file, with its published numbers."""
+    """Return a gait of the robot's file, with the numbers published for it."""
     parts = {key: getattr(gait, key) for key in ("frequency", *KINDS)}
     return {"name": name} | parts | {"published": _published(robot, name, gait)}
 
 
 @cache
 def _shipped() -> Robot:
-    """Return the robot of the published numbers, as it comes with hypertuna."""
+    """Return the robot of the published numbers, as shipped with the package."""
     return load(PUBLISHED)
 
 
@@ -173,18 +173,18 @@ def _published(robot: Robot, name: str, gait: NamedGait) -> dict[str, Any]:
 
 
 def _verdicts(robot: Robot, key: str) -> list[dict[str, Any]]:
-    """Return the stored verdicts on a published number, one for each model that computes it."""
+    """Return the stored verdicts on a published number, one for each model that computes the number."""
     entries = verdicts()["entries"] if _judged(robot) else ()
     return [{part: entry[part] for part in VERDICT} for entry in entries if entry["id"] == key]
 
 
 def _ledger(robot: Robot) -> dict[str, Any] | None:
-    """Return the meanings of the verdicts' words, and the models of the verdicts; None for a robot without verdicts."""
+    """Return the ledger's marks, classes and models, with their meanings; None for a robot without verdicts."""
     return {key: verdicts()[key] for key in ("marks", "classes", "models")} if _judged(robot) else None
 
 
 def _judged(robot: Robot) -> bool:
-    """Return whether the stored verdicts belong to this robot, with any choice of its models."""
+    """Return whether the stored verdicts are of this robot, whatever its choice of water law and joints."""
     if robot.name != PUBLISHED:
         return False
     choice = _shipped().model

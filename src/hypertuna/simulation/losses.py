@@ -13,12 +13,12 @@ from hypertuna.io.quantity import Quantity
 from hypertuna.ranges import check_choice
 from hypertuna.simulation.recorded import LOSSES
 
-SMALL = 5e-3  # part of the power below which a loss is not named
-PLACES = ("battery", *dict.fromkeys(place for place, _ in LOSSES.values()))  # in the order of the power's path
+MIN_SHARE = 5e-3  # fraction of the power below which a loss is not named
+PLACES = ("battery", *dict.fromkeys(place for place, _ in LOSSES.values()))  # in the order in which power flows
 
 
 class Loss(NamedTuple):
-    """One share of the power: where and why it is lost."""
+    """Power that is lost at one place for one reason."""
 
     name: str
     place: str  # of `PLACES`
@@ -28,7 +28,7 @@ class Loss(NamedTuple):
 
 @dataclass(frozen=True)
 class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
-    """Mean losses of power over a part of a run; their sum is the power that the battery's cells give."""
+    """Mean power losses over the last beats of a run; they add up to the power that the battery's cells give."""
 
     title: str  # robot and gait
     losses: tuple[Loss, ...]
@@ -39,7 +39,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         return sum(loss.power for loss in self.losses)
 
     def at(self, place: str) -> float:
-        """Return the sum of the losses at a place [W].
+        """Return the total power lost at a place [W].
 
         Parameters
         ----------
@@ -54,7 +54,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         return sum(loss.power for loss in self._at(place))
 
     def named(self, place: str) -> str:
-        """Return names and powers [W] of the losses at a place that are not small: ``windings 4.53, gears 1.87``.
+        """Return the larger losses at a place as a text of names and powers [W]: ``windings 4.53, gears 1.87``.
 
         Parameters
         ----------
@@ -65,7 +65,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         -------
         str
         """
-        losses = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= SMALL * self.power]
+        losses = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= MIN_SHARE * self.power]
         return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in losses)
 
     def _at(self, place: str) -> list[Loss]:
@@ -82,7 +82,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         ]
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the power of the cells, and the losses at each place and one by one.
+        """Return the power of the cells, the total of each place, and each single loss.
 
         Returns
         -------
@@ -95,7 +95,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
 
 
 def losses_of(robot: Robot, title: str, data: dict[str, Array], rows: slice) -> Losses:
-    """Return the mean losses over given rows of a record."""
+    """Return the mean losses over some rows of a run's record, `data`."""
     battery = battery_columns(robot)
     voltage, current = data["battery_voltage"][rows], data["battery_current"][rows]
     supplied = float((voltage * current).mean())

@@ -1,4 +1,4 @@
-"""Objects of the core for a robot: plant, sensors and controller; and the simulation of a command with them."""
+"""Build the core's plant, sensors and controller of a robot, and simulate a command with them."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -29,27 +29,27 @@ from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import settled_speed
 from hypertuna.swimming.yielding import SPRING, key_of, spring_of, steepest
 
-STEP = 1 / 3000  # s, of the inner integration: halving it changes nothing above 0.1 % (docs/twin.md)
-STABLE = 2.2  # rate times step up to which Runge-Kutta's steps are trusted: beyond 2.7 they are unstable
-SHORTEST = 1e-6  # s, of a step: below it a second takes minutes
-EXACT = 1e-9  # relative: tolerance of a bound, for commands converted from degrees
-MAX_TICKS = 1_000_000  # of a run: a gigabyte of record
-SEEDS = Whole(min=0, max=2**64 - 1)  # that the core can hold
+STEP = 1 / 3000  # s: integration step; half of it changes results by less than 0.1 % (docs/twin.md)
+MAX_RATE_STEP = 2.2  # largest product of rate and step that is used; Runge-Kutta is unstable beyond 2.7
+MIN_STEP = 1e-6  # s: with shorter steps, one simulated second takes minutes
+TOLERANCE = 1e-9  # relative: by which a command converted from degrees may exceed a bound
+MAX_TICKS = 1_000_000  # of a run, whose record then takes a gigabyte
+SEEDS = Whole(min=0, max=2**64 - 1)  # seeds that the core accepts
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Plant and sensors of a robot as the core simulates them, and the fastest rate of the plant."""
+    """The core's plant and sensors of a robot, and the fastest rate of the plant."""
 
     plant: _core.Plant
-    fastest: float  # of the plant's own rates [1/s]: Runge-Kutta's steps must resolve it
-    stiffest: tuple[str, str]  # key of what makes that rate, and what to do about it
+    fastest: float  # fastest rate at which the plant responds [1/s]; the integration step must resolve it
+    stiffest: tuple[str, str]  # key of the value that causes the fastest rate, and a fix for the user
     sensors: dict[str, list[float]]
     temperature: float  # of the oil [K]
 
 
 def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:
-    """Return plant and sensors of a robot in water or air, at a temperature of its oil [K]."""
+    """Return plant and sensors of a robot in water or air, at an oil temperature [K]."""
     return cached(robot, ("plant", medium, temperature), lambda: _make_parts(robot, medium, temperature))
 
 
@@ -59,10 +59,10 @@ def controller_of(robot: Robot) -> dict[str, list[float]]:
 
 
 def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
-    """Return plant and sensors for `parts_of`, which keeps them with the robot."""
+    """Build plant and sensors for `parts_of`, which caches them with the robot."""
     oil, models = circuits(robot, temperature), _viscous(robot)
     law, zeros = robot.model.water, [0.0] * len(robot.links.name)
-    # In air: no density, no added mass, no drag that needs no density.
+    # In air, the density is zero, and so are added mass and drag that do not depend on density.
     in_air = {"water.density": [0.0], **{f"water.{law}.{name}": zeros for name in LAWS[law].dry}}
     model = core_model(robot, None if medium == "water" else in_air)
     plant = _core.Plant(model, _plant_columns(robot, oil, models))
@@ -71,12 +71,12 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
 
 
 def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, Any]:
-    """Return the columns from which the core makes a robot's plant, at a temperature of its oil [K]."""
+    """Return the columns from which the core makes a robot's plant, at an oil temperature [K]."""
     return _plant_columns(robot, circuits(robot, temperature), _viscous(robot))
 
 
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:
-    """Return the plant's columns from circuits and joints."""
+    """Return the plant's columns for given oil circuits and joint models."""
     require_mass_at_hinge(robot)
     require_passive_hinges(robot)
     fin_servos = [servo for servo in robot.servos if servo.drives != DRIVES]
@@ -99,7 +99,7 @@ def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) ->
 
 
 def _viscous(robot: Robot) -> tuple[JointModel, ...]:
-    """Return the joint models, after a check that silicone has the viscosity against which its axis shortens."""
+    """Return the joint models, after checking that all silicone has an axial viscosity, which the twin needs."""
     models = joint_models(robot)
     viscosities = [m["axial_viscosity"] for m, group in zip(models, robot.joints, strict=True) if group.drive.oil]
     if min(viscosities, default=1.0) <= 0:
@@ -109,7 +109,7 @@ def _viscous(robot: Robot) -> tuple[JointModel, ...]:
 
 
 def _armature(robot: Robot) -> list[float]:
-    """Rotor inertia on each coordinate [kg m^2]: of the servo on axle or drum, over the bend that it turns."""
+    """Return the inertia of the servo's rotor about each joint or hinge [kg m^2]; zero without a servo on it."""
     rotors = [0.0 if group.servo is None else group.turns**2 * group.servo.inertia for group in robot.joints]
     return rotors + [0.0] * len(robot.hinges)
 
@@ -117,10 +117,10 @@ def _armature(robot: Robot) -> list[float]:
 def _fastest(
     robot: Robot, plant: _core.Plant, clamped: bool, oil: Circuits, models: Sequence[JointModel]
 ) -> tuple[float, tuple[str, str]]:
-    """Return the fastest rate of the plant at the hard limit [1/s], with the key behind it and a fix.
+    """Return the fastest rate of the plant at the hard pressure limit [1/s], the key that causes it, and a fix.
 
-    Another is that of all joints together against the viscosity of their silicones. Beside the fastest stands the key
-    of what makes it, and what to do about it.
+    Rates come from each joint's oil or servo, from each hinge, and from all joints moving together against the
+    viscosity of their silicone.
     """
     coordinates = len(models) + len(robot.hinges)
     response = plant.accelerations(  # rad/s^2 per N m of every coordinate of the straight tail
@@ -153,16 +153,16 @@ def _fastest(
 def _oil_rates(
     robot: Robot, model: JointModel, column: dict[str, Array], pair: Array, mobility: float
 ) -> dict[tuple[str, str], float]:
-    """Return bounds of the rates of a joint that oil bends [1/s] by key and fix; mobility [rad/s^2 per N m]."""
+    """Return upper bounds of the rates of a hydraulic joint [1/s], by key and fix; mobility [rad/s^2 per N m]."""
     pressure = 0.0 if robot.controller is None else robot.controller.pressure_hard or 0.0
     swelling = 1 / column["bulk_modulus"]
     swelling = swelling + column["air"] * _core.ATMOSPHERE / (_core.ATMOSPHERE + pressure) ** 2
-    compliance = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa of the units' side
-    straight = model.at(0.0, -model["rest"])  # unfilled, where a muscle's volume changes fastest
+    compliance = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa: drive units and the oil in them
+    straight = model.at(0.0, -model["rest"])  # without filling, where a muscle's volume changes fastest
     swing = math.sqrt(float((straight["slope"][0] ** 2 / compliance).sum() * mobility))
     spans = [
         [at - SMALL, at + SMALL] for at in (0.0, -model["rest"])
-    ]  # filled, where the axis may have buckled, and not
+    ]  # with filling, where the axis may have buckled, and without
     silicone = max(-float(np.diff(model.at(0.0, span)["axial"])[0]) / (2 * SMALL) for span in spans)
     axial_stiffness = silicone + float((straight["gain"][0] ** 2 / compliance).sum())
     material = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"
@@ -172,9 +172,9 @@ def _oil_rates(
 
 
 def check_command(robot: Robot, gait: Gait) -> None:
-    """Refuse a command beyond the controller's bounds, to which the robot on board would clamp it."""
+    """Raise an error for a command beyond the controller's bounds; on board, the controller would clamp it."""
     limit = require_controller(robot).frequency_max
-    if gait.frequency > limit * (1 + EXACT):
+    if gait.frequency > limit * (1 + TOLERANCE):
         rule = f"must be at most {limit:g} Hz, the controller.frequency_max_hz of {robot.name}"
         raise InputError(rule, key="frequency", value=f"{gait.frequency:g}", fix="give less")
     for j, group in enumerate(robot.joints):
@@ -183,43 +183,43 @@ def check_command(robot: Robot, gait: Gait) -> None:
 
 
 def check_bend(group: JointGroup, bend: float, key: str) -> None:
-    """Refuse a bend [rad] beyond the largest of a joint group by its description."""
-    if group.bend_max is not None and abs(bend) > group.bend_max * (1 + EXACT):
+    """Raise an error for a bend [rad] beyond the largest bend that the joint group's description allows."""
+    if group.bend_max is not None and abs(bend) > group.bend_max * (1 + TOLERANCE):
         rule = f"must be at most {math.degrees(group.bend_max):g} deg, the bend_max_deg of joint {group.name}"
         raise InputError(rule, key=key, value=f"{math.degrees(bend):g} deg", fix="give a bend that the joint reaches")
 
 
 def steps_of(tick: float, parts: Parts, robot: Robot, step: float | None = None) -> int:
-    """Return the number of inner steps in a tick [s], of a given length [s] or as short as the plant requires."""
+    """Return the number of integration steps per tick [s]; without a given step [s], as many as the plant needs."""
     if step is None:
-        step = min(STEP, tick, STABLE / parts.fastest)
-        if step < SHORTEST:
+        step = min(STEP, tick, MAX_RATE_STEP / parts.fastest)
+        if step < MIN_STEP:
             key, fix = parts.stiffest
-            rule = f"must not be so stiff that the twin needs steps of less than {SHORTEST:g} s"
+            rule = f"must not be so stiff that the twin needs steps of less than {MIN_STEP:g} s"
             value = f"so stiff that it needs {step:.1g} s"
             raise InputError(rule, file=robot.file or None, key=key, value=value, fix=f"describe {fix}")
-    elif not SHORTEST <= FINITE.check(step, "step", f"omit it for {STEP:g}") <= tick * (1 + 1e-12):
-        rule = f"must be from {SHORTEST:g} to the control tick of {tick:g} s"
+    elif not MIN_STEP <= FINITE.check(step, "step", f"omit it for {STEP:g}") <= tick * (1 + 1e-12):
+        rule = f"must be from {MIN_STEP:g} to the control tick of {tick:g} s"
         raise InputError(rule, key="step", value=f"{step:g}", fix=f"omit it for {STEP:g}")
     return math.ceil(tick / step * (1 - 1e-12))
 
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """A command with all that the core needs to simulate it."""
+    """A command, and all that the core needs to simulate it."""
 
-    fields: dict[str, Any]  # of its `Run`, but for time, data and status
+    fields: dict[str, Any]  # fields of its `Run`, except time, data and status
     core: dict[str, Any]  # arguments of `_core.simulate`
 
     def run(self) -> dict[str, Any]:
         """Simulate the command, and return the fields of its `Run`."""
-        return self.ran(_core.simulate(**self.core))
+        return self.fields_of(_core.simulate(**self.core))
 
-    def ran(self, record: dict[str, Array]) -> dict[str, Any]:
-        """Return the fields of its `Run` from what the core recorded."""
+    def fields_of(self, record: dict[str, Array]) -> dict[str, Any]:
+        """Return the fields of its `Run` from the core's record."""
         ticks_run, every, robot = int(record.pop("ticks")[0]), self.core["every"], self.fields["robot"]
         tick = 1 / require_controller(robot).rate
-        rows = max(-(-ticks_run // every), 1)  # of a run that breaks at once, the start
+        rows = max(-(-ticks_run // every), 1)  # at least the start, if the run diverges at once
         return self.fields | {
             "time": np.arange(rows, dtype=np.float64) * tick * every,
             "data": _named(record, rows, robot),
@@ -246,9 +246,10 @@ def plan_command(
     fins: Callable[[int, float], Array] | None = None,
     every: int = 1,
 ) -> PlannedRun:
-    """Return a command with its plant and start; `speed` [m/s] None is the speed of the settled beat.
+    """Plan a run: check the command, and build plant, sensors, controller and start.
 
-    `fins` returns the fins' angles (ticks, 2) [rad] of a number of ticks of a length [s].
+    speed: at the start [m/s]; None: that of the settled beat. fins: called with the number of ticks and their length
+    [s], it returns the angles of the fins (ticks, 2) [rad].
     """
     if temperature is not None:
         require_oil(robot, "temperature")
@@ -298,7 +299,7 @@ def plan_command(
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:
-    """Return the record cut to its rows and to the robot's parts, with hinges apart and speed positive ahead."""
+    """Cut a record to `rows` and to the robot's drives, split off hinges, and turn surge into speed, positive ahead."""
     joints = len(robot.joints)
     data = existing({name: column[:rows] for name, column in record.items()}, robot)
     if "surge" in data:
@@ -310,7 +311,7 @@ def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array
 
 
 def existing(data: dict[str, Array], robot: Robot) -> dict[str, Array]:
-    """Return a record cut to the robot's circuits and servos; a joint with a servo on its axle has one, without oil."""
+    """Drop a record's columns of circuits and servos that the robot lacks: a servo on an axle has no oil circuit."""
     names = drive_names(robot)
     drives = [c for c, name in enumerate(names) if name]
     oil = [c for c, name in enumerate(drive_names(robot, oil=True)) if name]

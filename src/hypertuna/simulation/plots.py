@@ -1,4 +1,4 @@
-"""Figures of the twin: a whole run, and the pressures over a beat."""
+"""Figures of the twin: a whole run, pressures over a beat, posture tests, dives, and runs at sea."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from hypertuna.display import plots
 from hypertuna.errors import InputError
 from hypertuna.figures import COLORS, FAINT, GRID, INK, POINTS, SHAPES, TIGHT, WIDTH, sequence, styled
 from hypertuna.simulation.dive import Dive
-from hypertuna.simulation.posture import CLOSE, Held, PostureTest
+from hypertuna.simulation.posture import MAX_ERROR, Held, PostureTest
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea_run import SeaRun
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
 
 KILO = 1e3
-FINE = 100  # samples of a beat
-LETTERS, HANDLE = 52, 4  # that a legend above a panel has room for; as many of them take the line and gap of an entry
-BEATS = 4  # that are shown of angles, pressures and power
-SIDES = ("-", (0, (4, 1.5)))  # lines of left and right circuits
+BEAT_SAMPLES = 100  # samples per beat; coarser records fold several beats onto one
+LETTERS, HANDLE = 52, 4  # letters that fit into a legend above a panel; width of an entry's line and gap [letters]
+BEATS = 4  # last beats of which angles, pressures and power are shown
+SIDES = ("-", (0, (4, 1.5)))  # line styles of left and right circuits
 
 
 @plots.of(TwinRun)
 @styled
 def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
-    """Plot a run of the twin: `width` [inch]."""
+    """Plot a run of the twin; `width` [inch]."""
     two_columns = width > 6
     water = run.medium == "water"
     oil = [_draw_pressures] if run.circuits else []
@@ -55,11 +55,11 @@ def plot_twin(run: TwinRun, *, width: float = WIDTH) -> Figure:
 
 @styled
 def plot_pressures(run: TwinRun, *, width: float = WIDTH) -> Figure:
-    """Plot the pressures of one beat, in the pumps and in the drive units: a panel for each joint; `width` [inch]."""
+    """Plot the pressures in pumps and drive units over one beat, a panel for each joint; `width` [inch]."""
     joints = [group.name for group in run.robot.joints if group.drive.oil]
     if not joints:
         raise InputError("has no oil: servos turn its joints", key=f"robot {run.robot.name}", fix="plot the run itself")
-    beats = max(1, round(FINE * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
+    beats = max(1, round(BEAT_SAMPLES * (run.time[1] - run.time[0]) * run.gait.frequency)) if run.settled else 1
     rows = _last(run, beats)
     phase = (run.time[rows] - run.time[rows][0]) * run.gait.frequency
     phase = phase % 1.0 if beats > 1 else phase
@@ -88,7 +88,7 @@ def _last(run: TwinRun, beats: int) -> NDArray[np.intp]:
 
 
 def _draw_angles(axes: Axes, run: TwinRun) -> None:
-    """Draw the bends of the last beats, measured and set."""
+    """Draw the bends of the last beats and their setpoints."""
     rows = _last(run, BEATS)
     for j, group in enumerate(run.robot.joints):
         color = COLORS[j % len(COLORS)]
@@ -99,7 +99,7 @@ def _draw_angles(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_pressures(axes: Axes, run: TwinRun) -> None:
-    """Draw pressures in the pumps over the last beats: values at the ticks, and bands of values within ticks."""
+    """Draw pump pressures over the last beats: lines at the ticks, bands from lowest to highest within ticks."""
     rows = _last(run, BEATS)
     _draw_bounds(axes, run)
     for c, name in enumerate(run.circuits):
@@ -111,7 +111,7 @@ def _draw_pressures(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_bounds(axes: Axes, run: TwinRun) -> None:
-    """Draw the soft limit and the pressure of cavitation."""
+    """Draw the soft pressure limit and the pressure of cavitation."""
     cavitation = require(run.robot.oil, "oil").cavitation
     style: Any = {"textcoords": "offset points", "ha": "right", "va": "bottom", "fontsize": 7, "color": INK}
     style["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.5}
@@ -141,7 +141,7 @@ def _draw_speed(axes: Axes, run: TwinRun) -> None:
 
 
 def _draw_peaks(axes: Axes, run: TwinRun) -> None:
-    """Draw the bends of the whole run, and the peaks that the setpoints give."""
+    """Draw the bends of the whole run, and the peaks that the setpoints ask for."""
     for j, group in enumerate(run.robot.joints):
         color = COLORS[j % len(COLORS)]
         axes.plot(run.time, np.degrees(run.data["angle"][:, j]), color=color, lw=0.8, label=f"joint {group.name}")
@@ -166,15 +166,15 @@ def _finish(axes: Axes, time: Array, label: str) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=max(1, min(4, LETTERS // longest)), **TIGHT)
 
 
-LARGEST_ERROR = 1.3  # height of the panel of errors, in largest ones
-HEADROOM = 1.08
-ERRORS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg, that are marked
+ERROR_HEADROOM = 1.3  # top of the error axis over the largest error
+HEADROOM = 1.08  # top of the amplitude axis over its default
+ERROR_TICKS = (0, 0.25, 0.5, 1, 2, 5, 10, 20, 40)  # deg
 
 
 @plots.of(PostureTest)
 @styled
 def plot_posture(test: PostureTest, *, width: float = WIDTH) -> Figure:
-    """Plot the paper's Fig. 8: the growth of a joint's bend to its set angle, and errors of peaks: `width` [inch]."""
+    """Plot the paper's Fig. 8: how a joint's bend grows to its set angle, and the errors of peaks; `width` [inch]."""
     joints = list(dict.fromkeys(one.joint for one in test.held))
     frequencies = sorted({one.frequency for one in test.held})
     frequency = frequencies[min(1, len(frequencies) - 1)]
@@ -203,9 +203,9 @@ def plot_limits(
     *,
     width: float = WIDTH,
 ) -> Figure:
-    """Plot the amplitude that joints reach against the frequency, beside a first-order lag.
+    """Plot the amplitude that joints reach over frequency, compared with a first-order lag.
 
-    `frequency` (frequencies,) [Hz], `ratio` (frequencies,), `bandwidth` [Hz], `width` [inch].
+    `frequency` (frequencies,) [Hz], `ratio` of reached to set amplitude (frequencies,) by joint, `bandwidth` [Hz].
     """
     figure = Figure(figsize=(width, 0.62 * width), layout="constrained")
     axes = figure.subplots()
@@ -221,7 +221,7 @@ def plot_limits(
 
 
 def _draw_bend(axes: Axes, held: Held) -> None:
-    """Draw the bend from rest, with the set angle to both sides."""
+    """Draw a joint's bend from rest, and lines at its set angle to both sides."""
     time, angle = held.run.time, np.degrees(held.run.data["angle"][:, held.joint])
     for sign in (-1, 1):
         axes.axhline(sign * np.degrees(held.angle_set), color=INK, lw=1.0, ls=(0, (4, 2)))
@@ -231,22 +231,22 @@ def _draw_bend(axes: Axes, held: Held) -> None:
 
 
 def _draw_errors(axes: Axes, held: Sequence[Held]) -> None:
-    """Draw the error of each beat's peak bend: linear where it counts as settled, then by powers of ten."""
-    axes.axhspan(0, np.degrees(CLOSE), color=GRID, lw=0)
+    """Draw the error of each beat's peak bend; its scale is linear where settled, logarithmic beyond."""
+    axes.axhspan(0, np.degrees(MAX_ERROR), color=GRID, lw=0)
     marks: Any = {"marker": "o", "ms": 2.5, "lw": 1.2}
     for one, color in zip(held, sequence(len(held)), strict=True):
         axes.plot(one.time, np.degrees(one.error), color=color, label=f"{one.frequency:g} Hz", **marks)
     axes.set(xlabel="time [s]", ylabel="error of the\npeak bend [deg]", xlim=(0, max(one.time[-1] for one in held)))
     largest = max(np.degrees(held[0].angle_set), *(float(np.degrees(one.error).max()) for one in held))
-    axes.set_yscale("symlog", linthresh=np.degrees(CLOSE), linscale=0.8)
-    ticks = [tick for tick in ERRORS if tick < largest]
+    axes.set_yscale("symlog", linthresh=np.degrees(MAX_ERROR), linscale=0.8)
+    ticks = [tick for tick in ERROR_TICKS if tick < largest]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    axes.set_ylim(0, LARGEST_ERROR * largest)
+    axes.set_ylim(0, ERROR_HEADROOM * largest)
 
 
 def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
-    """Draw the largest amplitude that a joint holds over frequency, beside a first-order lag of its static bend."""
+    """Draw the largest amplitude that a joint holds over frequency, compared with a first-order lag."""
     hertz, largest = np.transpose([(far.frequency, far.amplitude_max) for far in test.reach if far.joint == joint])
     axes.plot(hertz, np.degrees(largest), color=COLORS[0], marker="o", **POINTS, label="held")
     group = test.robot.joints[joint]
@@ -256,14 +256,14 @@ def _draw_reach(axes: Axes, test: PostureTest, joint: int) -> None:
         axes.plot(curve_hertz, lag, color=FAINT, lw=1.1, ls=(0, (4, 2)), label=f"lag of {group.bandwidth:g} Hz")
     axes.axhline(np.degrees(test.angle[joint]), color=INK, lw=0.9, ls=(0, (1, 2)), label="set")
     axes.set(xlabel="frequency [Hz]", ylabel="largest amplitude\nheld [deg]", xlim=(0, None))
-    axes.set_ylim(0, HEADROOM * axes.get_ylim()[1])  # the largest bend is a flat top
+    axes.set_ylim(0, HEADROOM * axes.get_ylim()[1])  # keeps the curve's flat top off the panel's edge
     axes.legend(loc="lower left", ncols=3, **TIGHT)
 
 
 @plots.of(Dive)
 @styled
 def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
-    """Plot a dive: `width` [inch]."""
+    """Plot a dive; `width` [inch]."""
     run = dive.run
     figure = Figure(figsize=(width, 0.85 * width + 1.2 if width > 6 else 1.6 * width), layout="constrained")
     depth, pitch, speed, fins = figure.subplots(4, 1, sharex=True, height_ratios=[1.5, 1, 1, 0.8])
@@ -273,7 +273,7 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
     for middle, leg in zip(middles, dive.legs, strict=False):
         place = run.depth[np.searchsorted(run.time, middle)]
         text = f"{100 * abs(leg.depth_rate):.2g} cm/s {'down' if leg.depth_rate > 0 else 'up'}"
-        side = 8 if leg.depth_rate > 0 else -8  # above the line, which falls or rises
+        side = 8 if leg.depth_rate > 0 else -8  # keeps the text above the falling or rising line
         look = {"color": FAINT, "fontsize": 8.5, "ha": "left" if side > 0 else "right"}
         depth.annotate(text, (middle, place), (side, 8), textcoords="offset points", **look)
     swings = ((pitch, np.degrees(run.pitch), "pitch, nose up\n[deg]"), (speed, run.speed, "speed ahead\n[m/s]"))
@@ -298,7 +298,7 @@ def plot_dive(dive: Dive, *, width: float = WIDTH) -> Figure:
 @plots.of(SeaRun)
 @styled
 def plot_sea(run: SeaRun, *, width: float = WIDTH) -> Figure:
-    """Plot a run at sea: `width` [inch]."""
+    """Plot a run at sea; `width` [inch]."""
     figure = Figure(figsize=(width, 0.9 * width), layout="constrained")
     plan, depth, pitch, speed = figure.subplots(4, 1, height_ratios=[2.2, 1, 1, 1])
     east, north = run.position[:, 0], run.position[:, 1]

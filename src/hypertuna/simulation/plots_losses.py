@@ -1,4 +1,4 @@
-"""Flow picture of losses: power flows down from the battery to the water, and losses branch off to the right."""
+"""Sankey diagram of losses: power flows down from the battery to the water, and losses branch off to the right."""
 
 import textwrap
 
@@ -12,17 +12,17 @@ from hypertuna.display import number, plots
 from hypertuna.figures import BODY, COLORS, FAINT, WIDTH, styled
 from hypertuna.simulation.losses import PLACES, Losses
 
-REACH, TURN, TIP = 0.3, 0.06, 0.12  # in widths of the flow: of a branch, radius of its turn, length of its head
-LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: a line of text, space above the flow, a letter
-WIDEST = 1.3  # inch, of the flow
+REACH, TURN, TIP = 0.3, 0.06, 0.12  # of a branch, in widths of the flow: length, inner radius, length of its arrowhead
+LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: height of a text line, space above the flow, width of a letter
+MAX_FLOW = 1.3  # inch: largest width of the flow
 
 
 @plots.of(Losses)
 @styled
 def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
-    """Plot the flow of power from place to place: `width` [inch]."""
-    scale = min(WIDEST, 0.25 * width)  # inches of the whole power
-    edge = 1 + TURN + REACH + 0.08  # of the texts
+    """Plot the flow of power from place to place; `width` of the figure [inch]."""
+    scale = min(MAX_FLOW, 0.25 * width)  # inch: width of the flow at the battery
+    edge = 1 + TURN + REACH + 0.08  # left edge of the texts, in widths of the flow
     letters = int((width - edge * scale) / LETTER)
     texts = {place: textwrap.wrap(losses.named(place), letters) for place in PLACES}
     shares = {place: min(1.0, max(0.0, losses.at(place) / losses.power)) for place in PLACES}
@@ -55,12 +55,12 @@ def plot_losses(losses: Losses, *, width: float = WIDTH) -> Figure:
 
 
 def _draw(axes: Axes, corners: Array, color: str) -> None:
-    """Draw a part of the flow as a polygon; its heights count downward."""
+    """Draw a part of the flow as a polygon; the corners' heights are positive down."""
     axes.add_patch(Polygon(corners * [1, -1], closed=True, fc=color, ec=color, lw=0.4))
 
 
 def _branch(start: float, right: float, size: float) -> Array:
-    """Return corners of a branch that turns from the right edge of the flow to the right, with an arrow's head."""
+    """Return the corners of an arrow that branches off the flow's right edge and turns to the right."""
     turn = np.linspace(0, np.pi / 2, 25)
     arc = np.stack([-np.cos(turn), np.sin(turn)], axis=1)
     center, end, tip = np.array([right + TURN, start]), 1 + TURN + REACH, min(0.5 * size, TIP)
@@ -70,7 +70,7 @@ def _branch(start: float, right: float, size: float) -> Array:
 
 
 def _end(start: float, size: float, length: float) -> Array:
-    """Return corners of the end of the flow, an arrow down."""
+    """Return the corners of the last part of the flow, which ends in an arrow down."""
     tip = min(0.5 * size, TIP)
     end = start + length - tip
     return np.array([(0, start), (size, start), (size, end), (size / 2, end + tip), (0, end)])

@@ -1,4 +1,4 @@
-"""Test of the posture control, the paper's Fig. 8: times in which peak bends reach the set angle, and their limits."""
+"""Test posture control as in the paper's Fig. 8: how soon peak bends reach the set angle, and which limits act."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ from hypertuna.swimming.gait import Gait
 if TYPE_CHECKING:
     import xarray as xr
 
-CLOSE = math.radians(0.5)  # error of a peak bend that counts as none
-RESOLUTION = math.radians(0.5)  # of the largest amplitude
-TRIAL, TRIAL_BEATS = 8.0, 8  # s and beats, whichever is longer, of the run that tries an amplitude
-MAX_BEND = math.radians(45)  # is tried where the description has no largest bend
-EASED = 0.9  # of the largest amplitude: what is set where the set angle is not reached
-STEP_DOWN = 0.8  # from a trial that failed to the next, at least
+MAX_ERROR = math.radians(0.5)  # rad: a peak bend with a smaller error has reached the set angle
+RESOLUTION = math.radians(0.5)  # rad: to which the largest amplitude is found
+TRIAL_TIME, TRIAL_BEATS = 8.0, 8  # length of the run that tries an amplitude: s or beats, whichever is longer
+MAX_BEND = math.radians(45)  # rad: first trial if the description has no largest bend
+EASED = 0.9  # fraction of the largest amplitude, to which joints are set that do not reach the set angle
+STEP_DOWN = 0.8  # smallest ratio of a trial amplitude to the last one, which failed
 MAX_FREQUENCIES = 100
-LONGEST = 600.0  # s
-HARMONICS = 3  # of a beat by the bending sensor
-FINE = 360  # instants of a beat at which the harmonics' sum is looked up
+MAX_DURATION = 600.0  # s: of a run
+HARMONICS = 3  # fitted to each beat of the bend sensor's readings
+CURVE_POINTS = 360  # per beat, at which the fitted curve is evaluated
 
 
 @dataclass(frozen=True)
 class Held:
-    """How one joint group reached its set angle at one frequency: peak bends of each beat, limits and run."""
+    """Result of one joint group at one frequency: its peak bends in each beat, the limits that acted, and the run."""
 
     joint: int  # index of the joint group
     frequency: float  # [Hz]
-    angle_set: float  # peak bend asked for to both sides [rad]
+    angle_set: float  # peak bend commanded to both sides [rad]
     time: Array  # (beats,) end of each beat [s]
     peaks: Array  # (beats, 2) peak bend to the left and to the right, both positive [rad]
-    measured: Array  # (beats, 2) the same by the bending sensor, from harmonics fitted to each beat [rad]
-    limits: tuple[str, ...]  # that acted in the last beats, by the names of their flags
+    measured: Array  # (beats, 2) peak bends by the bend sensor, from harmonics fitted to each beat [rad]
+    limits: tuple[str, ...]  # names of the limits that acted in the last beats
     run: TwinRun
 
     @property
@@ -65,27 +65,27 @@ class Held:
 
     @property
     def error_measured(self) -> Array:
-        """Larger error of both peak bends of each beat (beats,) [rad], by the bend sensor that the controller reads."""
+        """Larger error of the two peak bends of each beat (beats,) [rad], by the bend sensor."""
         return np.asarray(np.abs(self.measured - self.angle_set).max(axis=1))
 
     @property
     def settling(self) -> float | None:
-        """Time after which the error stays below half a degree [s]; None if it does not."""
+        """Time after which the error stays below half a degree [s]; None if that does not happen."""
         return _settling(self.time, self.error)
 
     @property
     def settling_measured(self) -> float | None:
-        """Time by the bend sensor after which the error stays below half a degree [s]; None if it does not."""
+        """As `settling`, but with the error by the bend sensor [s]."""
         return _settling(self.time, self.error_measured)
 
 
 class Reach(NamedTuple):
-    """Largest amplitude that a joint group holds at a frequency, and the limits that stop it there."""
+    """Largest amplitude that a joint group holds at a frequency, and the limits that prevent a larger one."""
 
     joint: int
     frequency: float  # [Hz]
     amplitude_max: float  # [rad]
-    limits: tuple[str, ...]  # flags that acted at the smallest amplitude that was not held
+    limits: tuple[str, ...]  # names of the limits that acted at the smallest amplitude not held
 
 
 @dataclass(frozen=True)
@@ -97,21 +97,21 @@ class PostureTest(Plotted, Tabular):
     angle: Array  # (groups,) set angle of each joint group [rad]; those with 0 stay straight
     duration: float  # of each run [s]
     held: tuple[Held, ...]  # one for each frequency and moving joint group, by frequency
-    reach: tuple[Reach, ...]  # the same; empty if not asked for
-    eased: tuple[Held, ...]  # where the set angle is out of reach: the same with 90 % of the largest amplitude
+    reach: tuple[Reach, ...]  # in the order of `held`; empty if not asked for
+    eased: tuple[Held, ...]  # runs at 90 % of the largest amplitude, for joints that do not reach the set angle
     seed: int
     temperature: float  # of the oil [K]
 
     @property
     def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:
-        """Each joint and frequency: the run at the set angle, the largest amplitude held, and the run just below it."""
+        """For each joint and frequency: the run at the set angle, the largest amplitude, and the eased run, if made."""
         reach = {(held.joint, held.frequency): held for held in self.reach}
         eased = {(held.joint, held.frequency): held for held in self.eased}
         keys = [(held.joint, held.frequency) for held in self.held]
         return [(held, reach.get(key), eased.get(key)) for held, key in zip(self.held, keys, strict=True)]
 
     def dataset(self) -> xr.Dataset:
-        """Label the result: dimensions frequency, joint, beat and side."""
+        """Return the result as a data set with dimensions frequency, joint, beat and side."""
         frequencies = list(dict.fromkeys(held.frequency for held in self.held))
         joints = list(dict.fromkeys(held.joint for held in self.held))
         shape = (len(frequencies), len(joints), max(len(held.time) for held in self.held))
@@ -154,7 +154,7 @@ def posture_test(
     limits: bool = True,
     progress: Callable[[int, int], None] | None = None,
 ) -> PostureTest:
-    """Test the posture control as the paper's Fig. 8 does: from rest to a set angle, at several frequencies.
+    """Test posture control as in the paper's Fig. 8: run joints from rest to a set angle, at several frequencies.
 
     `frequencies` [Hz], `angle` (groups,) [rad], `duration` [s], `temperature` [K].
     """
@@ -162,13 +162,13 @@ def posture_test(
     moving = sum(value > 0 for value in angle)
     conditions: Any = {"medium": medium, "temperature": temperature, "seed": seed}
     total = len(frequencies) * (1 + moving * limits)
-    held = _hold(robot, [Asked(f, tuple(angle), duration) for f in frequencies], **conditions)
+    held = _hold(robot, [Request(f, tuple(angle), duration) for f in frequencies], **conditions)
     largest: list[Reach] = []
     if limits:
         report = None if progress is None else lambda done: progress(len(frequencies) + done, total)
         largest = _reach(robot, [(one.joint, one.frequency) for one in held], report, **conditions)
     retries = [
-        Asked(one.frequency, _alone(robot, one.joint, EASED * limit.amplitude_max), duration)
+        Request(one.frequency, _alone(robot, one.joint, EASED * limit.amplitude_max), duration)
         for one, limit in zip(held, largest, strict=False)
         if one.settling is None and one.angle_set > limit.amplitude_max > 0
     ]
@@ -181,29 +181,29 @@ def posture_test(
 
 def hold(robot: Robot, frequency: float, angle: Sequence[float], *, duration: float, **options: Any) -> list[Held]:
     """Run joints at set angles and one frequency, and measure their peak bends; options are those of `twin`."""
-    return _hold(robot, [Asked(frequency, tuple(angle), duration)], **options)
+    return _hold(robot, [Request(frequency, tuple(angle), duration)], **options)
 
 
-class Asked(NamedTuple):
-    """A run to make: frequency, angle of each joint group and duration."""
+class Request(NamedTuple):
+    """Request for a run: frequency, angle of each joint group, and duration."""
 
     frequency: float  # [Hz]
     angle: tuple[float, ...]  # (groups,) [rad]
     duration: float  # [s]
 
 
-def _hold(robot: Robot, asked: Sequence[Asked], **options: Any) -> list[Held]:
-    """Return peak bends of all joints that the asked runs move; options are those of `twin`."""
-    gaits = [Gait(run_asked.frequency, run_asked.angle, (0.0,) * len(run_asked.angle)) for run_asked in asked]
+def _hold(robot: Robot, requests: Sequence[Request], **options: Any) -> list[Held]:
+    """Make the requested runs, and measure the peak bends of all joints that they move; options are those of `twin`."""
+    gaits = [Gait(request.frequency, request.angle, (0.0,) * len(request.angle)) for request in requests]
     runs = [
-        {"robot": robot, "gait": gait, "duration": run_asked.duration, **options}
-        for run_asked, gait in zip(asked, gaits, strict=True)
+        {"robot": robot, "gait": gait, "duration": request.duration, **options}
+        for request, gait in zip(requests, gaits, strict=True)
     ]
     return [held for measured in twins(runs, measure=_held) for held in measured]
 
 
 def _held(run: TwinRun) -> list[Held]:
-    """Measure the joints that a run moves: one `Held` for each."""
+    """Return a `Held` for each joint that a run moves."""
     held = []
     for joint, angle in enumerate(run.gait.amplitude):
         if angle > 0:
@@ -214,7 +214,7 @@ def _held(run: TwinRun) -> list[Held]:
 
 
 def _alone(robot: Robot, joint: int, angle: float) -> tuple[float, ...]:
-    """Return the angles (groups,) with one joint group at an angle, the others at 0."""
+    """Return angles (groups,) [rad] with one joint group at `angle` and the others at 0."""
     return tuple(angle if j == joint else 0.0 for j in range(len(robot.joints)))
 
 
@@ -230,17 +230,17 @@ def reach(robot: Robot, joint: int, frequency: float, *, medium: str = "air", **
 def _reach(
     robot: Robot, cases: Sequence[tuple[int, float]], report: Callable[[int], None] | None, **options: Any
 ) -> list[Reach]:
-    """Find the largest amplitude held in each case, a joint and a frequency; a round's trials run side by side."""
+    """Find the largest amplitude for each case (joint, frequency); trials of all cases run at the same time."""
     searches = [_search(robot.joints[joint]) for joint, _ in cases]
     results: dict[int, Reach] = {}
     answers: dict[int, Held | None] = dict.fromkeys(range(len(cases)))
     while answers:
-        trials: dict[int, Asked] = {}
+        trials: dict[int, Request] = {}
         for k, held in answers.items():
             joint, frequency = cases[k]
             try:
                 angle = _alone(robot, joint, searches[k].send(held))
-                trials[k] = Asked(frequency, angle, max(TRIAL, TRIAL_BEATS / frequency))
+                trials[k] = Request(frequency, angle, max(TRIAL_TIME, TRIAL_BEATS / frequency))
             except StopIteration as end:
                 results[k] = Reach(joint, frequency, *end.value)
         if report is not None:
@@ -250,7 +250,7 @@ def _reach(
 
 
 def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, ...]]]:
-    """Yield amplitudes to try, receive each as `Held`, and return the largest that was held and the limits above it."""
+    """Search the largest amplitude: yield one to try, receive its `Held`; return the largest held, and its limits."""
     low, high = 0.0, math.inf
     trial = group.bend_max or group.amplitude_max or MAX_BEND
     limits: tuple[str, ...] = ()
@@ -258,19 +258,19 @@ def _search(group: JointGroup) -> Generator[float, Any, tuple[float, tuple[str, 
         held = yield trial
         settled_beats = held.time >= max(held.time, default=0.0) - max(1.0, 1.5 / held.frequency)
         reached = float(held.peaks[settled_beats].mean()) if settled_beats.any() else math.nan
-        if held.run.status != "diverged" and abs(reached - trial) < CLOSE:
+        if held.run.status != "diverged" and abs(reached - trial) < MAX_ERROR:
             low = trial
             if math.isinf(high):
-                break  # the first one
+                break  # the first trial, the largest amplitude that may be tried, was held
         else:
             high, limits = trial, held.limits
-        lower = min(reached + CLOSE / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
+        lower = min(reached + MAX_ERROR / 2, trial - RESOLUTION) if math.isfinite(reached) else 0.0
         trial = (low + high) / 2 if low > 0 else max(lower, STEP_DOWN * trial)
     return low, limits
 
 
 def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
-    """Return the ends of the beats [s] and each beat's peak bends to both sides [rad], refined by a parabola.
+    """Return the end of each beat [s] and its peak bends to both sides [rad], refined by a parabola.
 
     `time` (times,) [s], `angle` (times,) [rad], `frequency` [Hz]; returns `end` (beats,) [s], `peaks` (beats, 2) [rad].
     """
@@ -283,10 +283,10 @@ def peak_bends(time: Array, angle: Array, frequency: float) -> tuple[Array, Arra
 
 
 def fitted_peaks(time: Array, angle: Array, frequency: float) -> tuple[Array, Array]:
-    """Return the ends of the beats [s] and peak bends [rad] of noisy readings: of mean and harmonics fitted to each.
+    """Return the end of each beat [s] and its peak bends [rad], from mean and harmonics fitted to noisy readings.
 
-    The largest of noisy readings is too large, by 0.2 deg with the noise of HyperTuna's sensor at 1 Hz. Of noise s in n
-    readings the fit passes s sqrt(7 / n). Arguments and results are those of `peak_bends`.
+    The largest of noisy readings would be too large: by 0.2 deg for HyperTuna's sensor at 1 Hz. With noise s in each of
+    n readings, the fitted curve's noise is s sqrt(7 / n). Arguments and results are those of `peak_bends`.
     """
     end, edges = _beats(time, frequency)
     peaks = np.empty((len(end), 2))
@@ -294,14 +294,14 @@ def fitted_peaks(time: Array, angle: Array, frequency: float) -> tuple[Array, Ar
         order = max(1, min(HARMONICS, (last - first - 1) // 3))
         phase = 2 * math.pi * frequency * (time[first:last] - time[first])
         weights = np.linalg.lstsq(_harmonics(phase, order), angle[first:last], rcond=None)[0]
-        curve = _harmonics(np.linspace(0, 2 * math.pi, FINE), order) @ weights
+        curve = _harmonics(np.linspace(0, 2 * math.pi, CURVE_POINTS), order) @ weights
         peaks[beat] = curve.max(), -curve.min()
     return end, peaks
 
 
 def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
-    """Return the end of each beat (beats,) [s], and the samples where beats begin and end (beats + 1,)."""
-    if len(time) < 2:  # of a run that diverged at once
+    """Return the end of each beat (beats,) [s], and the indices of samples where beats begin and end (beats + 1,)."""
+    if len(time) < 2:  # the run diverged at once
         return np.empty(0), np.zeros(1, dtype=int)
     step = time[1] - time[0]
     beats = int((time[-1] - time[0]) * frequency + 1e-9)
@@ -310,13 +310,13 @@ def _beats(time: Array, frequency: float) -> tuple[Array, NDArray[np.int_]]:
 
 
 def _harmonics(phase: Array, order: int) -> Array:
-    """Return columns 1, cosines and sines of a phase (instants, 2 order + 1)."""
+    """Return the design matrix (instants, 2 order + 1) of 1, cosines and sines of a phase [rad]."""
     turns = np.outer(phase, np.arange(1, order + 1))
     return np.column_stack([np.ones_like(phase), np.cos(turns), np.sin(turns)])
 
 
 def _top(values: Array, k: int) -> float:
-    """Top of the parabola through the largest sample and its neighbors; the sample itself if it is no local maximum."""
+    """Return the top of the parabola through sample k and its neighbors; the sample itself if no local maximum."""
     if not 0 < k < len(values) - 1:
         return float(values[k])
     left, center, right = values[k - 1 : k + 2]
@@ -327,14 +327,14 @@ def _top(values: Array, k: int) -> float:
 
 
 def _settling(time: Array, error: Array) -> float | None:
-    """Time after the last beat with too large an error, at its end [s]; None if that is the last beat of all."""
-    too_large = np.flatnonzero(~(error < CLOSE))  # NaN is late, too
+    """Return the end of the first beat after which all errors are small [s]; None if the last beat's error is large."""
+    too_large = np.flatnonzero(~(error < MAX_ERROR))  # NaN counts as too large
     first = too_large[-1] + 1 if too_large.size else 0
     return None if first == len(time) else float(time[first])
 
 
 def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], duration: float) -> None:
-    """Check frequencies, angles and duration of a test: every run must have beats."""
+    """Check frequencies, angles and duration of a test: every run must have at least two beats."""
     if len(angle) != len(robot.joints):
         names = ", ".join(group.name for group in robot.joints)
         rule, fix = f"must be {len(robot.joints)} values, for joint groups {names}", "give one angle for each"
@@ -349,6 +349,6 @@ def _check(robot: Robot, frequencies: Sequence[float], angle: Sequence[float], d
         raise InputError(rule, key="frequency", value=f"{len(frequencies)} long", fix="ask for fewer")
     for frequency in frequencies:
         POSITIVE.check(frequency, "frequency", "give it in Hz")
-        if not 2 / frequency <= duration <= LONGEST:
-            rule, value = f"must be from two beats to {LONGEST:g} s", f"{duration:g} s at {frequency:g} Hz"
+        if not 2 / frequency <= duration <= MAX_DURATION:
+            rule, value = f"must be from two beats to {MAX_DURATION:g} s", f"{duration:g} s at {frequency:g} Hz"
             raise InputError(rule, key="duration", value=value, fix=f"give {max(8.0, 4 / frequency):g}")

@@ -2,11 +2,11 @@
 
 from hypertuna import _core
 
-# Conditions of the controller's status, by bit: name to place ("joint", "circuit", "servo" or "robot") and meaning.
+# Conditions in the controller's status, in order of bits: by name, place ("joint", "circuit", ...) and meaning.
 CONDITIONS = {name: (place, text) for name, place, text in _core.condition_table()}
-# Losses of the servos' power, which they add up to: name to place ("servos", "oil", "joints", "water") and meaning.
+# Losses that add up to the servos' power: by name, place ("servos", "oil", "joints", "water") and meaning.
 LOSSES = {name: (place, text) for name, place, text in _core.loss_table()}
-# Dimension beside time, unit and meaning of everything that is recorded.
+# By name of a recorded quantity: its dimension in addition to time, unit and meaning.
 Variables = dict[str, tuple[str, str, str]]
 VARIABLES: Variables = {
     "x": ("", "m", "position of the nose"),
@@ -45,5 +45,5 @@ VARIABLES: Variables = {
     "status": ("", "1", "flags of the controller's status"),
 }
 
-# Of these, those that datasets call otherwise.
+# Recorded quantities that have another name in datasets.
 NAMES = {"power": "electrical_power", "electrical_power": "servo_power"}

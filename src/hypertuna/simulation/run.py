@@ -26,15 +26,15 @@ from hypertuna.swimming.gait import Gait, gait_text
 if TYPE_CHECKING:
     import xarray as xr
 
-LAST = 0.3  # part of the run that its last whole beats are taken from
-SETTLED = 2e-3  # largest relative change of speed or amplitude per beat of a run that counts as settled
-DRY = 0.02  # a pressure this near to the oil's cavitation pressure, relative, is at it
-FINER = 8  # instants between two ticks where a peak is looked for
+LAST_PART = 0.3  # fraction of the run whose whole beats are averaged
+MAX_CHANGE = 2e-3  # largest relative change per beat of speed or amplitude in a settled run
+CAVITATION_MARGIN = 0.02  # oil counts as cavitating within this fraction of its cavitation pressure
+SUBSTEPS = 8  # points per tick at which peaks are searched
 
 
 @dataclass(frozen=True)
 class Run(Tabular, data=lambda run: run.dataset()):
-    """A run of the twin, in the plane or at sea: its command, its record, and what follows from both."""
+    """A run of the twin, in the plane or at sea: its command, its record, and results computed from both."""
 
     robot: Robot = field(repr=False)
     gait: Gait  # command
@@ -45,7 +45,9 @@ class Run(Tabular, data=lambda run: run.dataset()):
     faults_given: tuple[str, ...]  # as on the command line
     step: float  # of the inner integration [s]
     time: Array = field(repr=False)  # (T,) start of every recorded control tick [s]
-    data: dict[str, Array] = field(repr=False)  # by the names of VARIABLES, (T,) or (T, n) [SI]; status_at has bits
+    data: dict[str, Array] = field(
+        repr=False
+    )  # by the names of VARIABLES, (T,) or (T, n) [SI]; status_at: bits of places
     status: str  # "completed" or "diverged"
 
     @property
@@ -65,7 +67,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Names of the servos that move the joints: those of circuits, and for a servo on an axle its joint."""
+        """Names of the servos that move the joints: the circuit's name, or the joint's for a servo on an axle."""
         return tuple(name for name in drive_names(self.robot) if name)
 
     @property
@@ -85,19 +87,19 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @cached_property
     def beat_count(self) -> int:
-        """Number of whole beats at the end that means are over, at least one; 0 if the run is shorter than a beat."""
+        """Number of whole beats at the end that are averaged, at least one; 0 if the run is shorter than a beat."""
         beats = len(self.time) * self.interval * self.gait.frequency * (1 + 1e-9)
-        return int(min(beats - self.gait.frequency * self.interval, max(1.0, LAST * beats)))
+        return int(min(beats - self.gait.frequency * self.interval, max(1.0, LAST_PART * beats)))
 
     @cached_property
     def beats(self) -> slice:
-        """Rows of the beats that means are over."""
+        """Rows of the last whole beats, which are averaged."""
         rows = round(self.beat_count / (self.gait.frequency * self.interval))
         return slice(max(0, len(self.time) - max(1, rows)), len(self.time))
 
     @property
     def losses(self) -> Losses:
-        """Where the power goes, means over the last whole beats."""
+        """Where the power goes: means over the last whole beats."""
         return losses_of(self.robot, f"{self.robot.name}, {gait_text(self.gait)}", self.data, self.beats)
 
     @property
@@ -107,14 +109,14 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @property
     def divergence(self) -> str:
-        """Sentence that the run diverged, and when."""
+        """Sentence that says when the run diverged."""
         seconds = self.time.size * self.tick
         return f"The run diverged after {seconds:.2f} s: the plant's state is no longer a robot's."
 
     def _labeled(
         self, names: Variables, coordinates: Mapping[str, Sequence[str]], attributes: dict[str, Any]
     ) -> xr.Dataset:
-        """Label the record: units and meaning of every variable, names along every dimension."""
+        """Return the record as a data set, with units, meanings, and names along every dimension."""
         variables = {
             NAMES.get(name, name): (("time", dim) if dim else ("time",), self.data[name], unit, text)
             for name, (dim, unit, text) in names.items()
@@ -165,14 +167,14 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def change_per_beat(self) -> float:
-        """Largest relative change per beat, beyond noise, of the speed or a joint's swing [1]."""
+        """Largest relative change per beat of the speed or a joint's swing, less the trend's uncertainty [1]."""
         trends = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
         if self.medium == "water":
             trends.append(_trend(self.speeds))
         return max(trends, key=abs, default=math.nan)
 
     def summary(self) -> dict[str, Quantity]:
-        """Summarize speed, power and cost of transport; in air power alone has a label.
+        """Summarize speed, power and cost of transport; in air, only power has a label and is shown.
 
         Returns
         -------
@@ -195,16 +197,16 @@ class TwinRun(Run, Plotted):
     @property
     def settled(self) -> bool:
         """Whether speed and swings change by less than 0.2 % per beat."""
-        return self.status == "completed" and abs(self.change_per_beat) < SETTLED
+        return self.status == "completed" and abs(self.change_per_beat) < MAX_CHANGE
 
     @cached_property
     def first_harmonic(self) -> Array:
-        """First harmonic of each joint group's bend (joints,) [rad]."""
+        """Amplitude of the first harmonic of each joint group's bend (joints,) [rad]."""
         return np.abs(self._harmonic("angle"))
 
     @cached_property
     def phase(self) -> Array:
-        """Lag of each joint group's first harmonic behind the clock that gaits are written in (joints,) [rad]."""
+        """Phase lag of each joint group's first harmonic behind the gait's clock (joints,) [rad]."""
         target, bend = self._harmonic("angle_set"), self._harmonic("angle")
         g = int(abs(target).argmax())
         clock = np.angle(target[g]) + self.gait.phase[g]
@@ -233,7 +235,7 @@ class TwinRun(Run, Plotted):
 
     @property
     def cost_of_transport(self) -> float:
-        """Electrical power over mass and speed [J/(kg m)] (Eq. 38, with the mass that it forgets)."""
+        """Electrical power over mass and speed [J/(kg m)] (Eq. 38, in which the paper omits the mass)."""
         return self.electrical_power / (self.robot.body.mass * abs(self.speed)) if self.speed else math.inf
 
     @property
@@ -270,10 +272,10 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def acting(self) -> dict[str, float]:
-        """Fraction of the last beats' ticks in which each condition held, cavitation among them [1]."""
+        """Fraction of the last beats' ticks in which each condition held, including cavitation [1]."""
         fractions = dict(zip(CONDITIONS, self._held[self.beats].mean(axis=0).tolist(), strict=True))
         if self.circuits:
-            limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - DRY)
+            limit = require(self.robot.oil, "oil", self.robot).cavitation * (1 - CAVITATION_MARGIN)
             fractions["cavitation"] = float((self.data["pump_pressure_low"][self.beats].min(axis=1) < limit).mean())
         return {name: fraction for name, fraction in fractions.items() if fraction > 0}
 
@@ -291,7 +293,7 @@ class TwinRun(Run, Plotted):
 
     @cached_property
     def sentences(self) -> tuple[str, ...]:
-        """One sentence on the run, and one on each condition that held in it: where and how often."""
+        """A sentence on whether the run settled, and one for each condition that held: where and how often."""
         settled = "settled" if self.settled else "not settled"
         first = f"The run is {settled}: the largest change is {_percent(abs(self.change_per_beat))} per beat."
         if math.isnan(self.change_per_beat):
@@ -318,7 +320,7 @@ class TwinRun(Run, Plotted):
         return tuple(sentences)
 
     def dataset(self) -> xr.Dataset:
-        """Label what was recorded: dimensions time, joint, circuit, drive, servo; units and meaning in the attributes.
+        """Return the record as a data set: dimensions time, joint, circuit, drive, servo; units in the attributes.
 
         Returns
         -------
@@ -344,7 +346,7 @@ class TwinRun(Run, Plotted):
         angle, rate = self.data["angle"], self.data["rate"]
         if not self.beat_count:
             return np.full((1, angle.shape[1]), math.nan)
-        samples = round(FINER / (self.gait.frequency * self.tick))  # instants of a beat
+        samples = round(SUBSTEPS / (self.gait.frequency * self.tick))  # points per beat
         instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
         columns = zip(angle.T, rate.T, strict=True)
         paths = np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
@@ -352,7 +354,7 @@ class TwinRun(Run, Plotted):
         return np.asarray(np.ptp(paths[beats], axis=1) / 2)
 
     def _harmonic(self, name: str) -> NDArray[np.complex128]:
-        """First harmonic of a column over the last beats (joints,): a for Re(a exp(i (2 pi f t - pi/2)))."""
+        """Return the first harmonic of a column over the last beats: a (joints,) in Re(a exp(i (2 pi f t - pi/2)))."""
         values, t = self.data[name][self.beats], self.time[self.beats]
         turn = 2 * math.pi * self.gait.frequency * t
         basis = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
@@ -362,13 +364,13 @@ class TwinRun(Run, Plotted):
 
 
 def _percent(part: float) -> str:
-    """Return a part of 1 as a percentage of two digits, never with an exponent."""
+    """Return a fraction as a percentage with two digits and no exponent."""
     percent = 100 * float(part)
     return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
 
 
 def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
-    """Return values at instants between ticks, by cubics through the ticks' values and rates."""
+    """Return values at times `at`, from cubics through the values and rates at the ticks."""
     step = time[1] - time[0]
     k = np.clip(((at - time[0]) / step).astype(int), 0, len(time) - 2)
     t = (at - time[k]) / step
@@ -379,7 +381,7 @@ def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
 
 
 def _trend(series: Array) -> float:
-    """Return the relative change of a series per item, by least squares, less twice its standard error."""
+    """Return the relative slope per item of a fitted line, its magnitude reduced by twice its standard error."""
     n = len(series)
     mean = float(series.mean())
     if n < 2 or not math.isfinite(mean) or mean == 0:

@@ -1,4 +1,4 @@
-"""Sea: the water around a robot in space, and the columns of water and robot for the core."""
+"""Sea: current, bottom and magnetic field around a robot, and the core's columns of sea and robot in space."""
 
 import math
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ from hypertuna.description.robot import Robot, require
 from hypertuna.errors import InputError, shown
 from hypertuna.ranges import FINITE, POSITIVE, Range
 
-DIP = math.radians(60)  # of the Earth's magnetic field below the horizon, at the latitudes of most lakes
-BOTTOM_RATE = 2 * math.pi * 10  # rad/s of the robot on the bottom: stiff, and resolved by the twin's steps
-AIR = Range(min=30e3, max=110e3, unit="Pa")  # from the highest lakes to the highest weather
-FASTEST = 10.0  # m/s: no current is faster
-# Columns of a link in space, and their attributes in the table [spatial].
+DIP = math.radians(60)  # typical angle of the Earth's magnetic field below the horizon at temperate latitudes
+BOTTOM_RATE = 2 * math.pi * 10  # rad/s: natural frequency of the robot on the bottom, which acts as a stiff spring
+AIR = Range(min=30e3, max=110e3, unit="Pa")  # air pressure, from the highest lakes to the strongest anticyclone
+MAX_CURRENT = 10.0  # m/s
+# By name of the core's column of a link in space: attribute of the table [spatial].
 LINKS = {name: name for name in ("com_height", "volume", "height", "width", "drag_vertical", "drag_roll")}
 LINKS |= {"center": "buoyancy_center", "center_height": "buoyancy_height", "added_vertical": "added_mass_vertical"}
 
@@ -29,7 +29,9 @@ class Sea:
     """Current, bottom and magnetic field around a robot; the still surface is at depth zero."""
 
     current: tuple[float, float] = (0.0, 0.0)  # velocity of the water at the surface toward east and north [m/s]
-    current_bottom: tuple[float, float] | None = None  # at the bottom, linear between; None for uniform [m/s]
+    current_bottom: tuple[float, float] | None = (
+        None  # at the bottom, with a linear profile between [m/s]; None: uniform
+    )
     bottom: float = math.inf  # depth of the bottom [m]
     dip: float = DIP  # of the magnetic field below the horizon [rad]
     declination: float = 0.0  # of the magnetic field east of north [rad]
@@ -51,7 +53,7 @@ class Sea:
 
     @property
     def shear(self) -> tuple[float, float]:
-        """Change of the current per depth toward east and north [1/s]."""
+        """Rate of change of the current with depth, toward east and north [1/s]."""
         if self.current_bottom is None:
             return (0.0, 0.0)
         east, north = (
@@ -61,30 +63,30 @@ class Sea:
 
 
 def _current(key: str, values: Any) -> tuple[float, float]:
-    """Return a current as two finite numbers, east and north [m/s]."""
+    """Check that a current is two finite numbers, toward east and north [m/s], and return it."""
     fix = "give the velocities toward east and north in m/s"
     try:
         east, north = (FINITE.check(value, key, fix) for value in values)
     except (TypeError, ValueError):
         raise InputError("must be two numbers", key=key, value=shown(values), fix=fix) from None
-    if math.hypot(east, north) > FASTEST:
-        raise InputError(f"must be at most {FASTEST:g} m/s", key=key, value=shown(values), fix=fix)
+    if math.hypot(east, north) > MAX_CURRENT:
+        raise InputError(f"must be at most {MAX_CURRENT:g} m/s", key=key, value=shown(values), fix=fix)
     return (east, north)
 
 
 def world_at_sea(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> _core.World:
-    """Return the core's world around a robot at sea, without satellites in the gaps [s]."""
+    """Return the core's world around a robot at sea; gaps: (start, end) [s] of times without satellites."""
     space_columns(robot)  # raises where a table is missing
     return _core.World(world_columns(robot, sea, gaps))
 
 
 def world_columns(robot: Robot, sea: Sea, gaps: Sequence[tuple[float, float]] = ()) -> dict[str, Any]:
-    """Columns of the core for the world around a robot at sea, and for the gaps [s] without satellites."""
+    """Return the core's columns of the world at sea; gaps: (start, end) [s] of times without satellites."""
     return sea_columns(robot, sea) | {"gaps": np.array(gaps, dtype=np.float64).reshape(-1, 2)}
 
 
 def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
-    """Columns of the core for water, bottom and magnetic field around a robot at sea."""
+    """Return the core's columns of water, bottom and magnetic field around a robot at sea."""
     east, north = sea.shear
     numbers = {
         "density": robot.water.density,
@@ -103,7 +105,7 @@ def sea_columns(robot: Robot, sea: Sea) -> dict[str, Any]:
 
 
 def space_columns(robot: Robot) -> dict[str, Any]:
-    """Columns of the core for the body in space: links, fins, shedding, antenna."""
+    """Return the core's columns of the body in space: links, fins, vortex shedding, antenna."""
     links, fins = link_bodies(robot), require(robot.fins, "fins", robot)
     return {
         **{f"link.{name}": values for name, values in links.items()},
@@ -119,7 +121,7 @@ def ellipsoid_inertia(mass: Any, *diameters: Any) -> Any:
 
 
 def link_bodies(robot: Robot) -> dict[str, Array]:
-    """Return the columns of the links in space; an ellipsoid's moments of inertia where none are given."""
+    """Return the columns of the links in space, with the moments of inertia of an ellipsoid if none are given."""
     spatial = require(robot.spatial, "spatial", robot)
     links = {name: np.array(getattr(spatial, field)) for name, field in LINKS.items()}
     mass, length = np.array(robot.links.mass), np.array(robot.links.length)

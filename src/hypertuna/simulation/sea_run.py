@@ -19,9 +19,9 @@ from hypertuna.simulation.sea import Sea
 if TYPE_CHECKING:
     import xarray as xr
 
-PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # of the head in the plane
+PLANAR = ("x", "y", "heading", "speed", "sway", "yaw")  # quantities of the head that only a planar run records
 
-# Dimension beside time, unit and meaning of what is recorded of the head; the rest is as in the plane.
+# By name of a quantity recorded at sea: dimension in addition to time, unit and meaning. The rest is as in the plane.
 VARIABLES: Variables = {
     "position": ("axis", "m", "position of the nose: east, north, up, the surface at zero"),
     "attitude": ("quaternion", "1", "unit quaternion w, x, y, z from body axes to east, north, up"),
@@ -39,7 +39,7 @@ VARIABLES: Variables = {
 class Motion:
     """Motion of the head in a record at sea."""
 
-    data: dict[str, Array]  # "position", "attitude" and "velocity" among it, as in `VARIABLES`
+    data: dict[str, Array]  # by the names of `VARIABLES`; has "position", "attitude" and "velocity"
 
     @property
     def position(self) -> Array:
@@ -102,7 +102,7 @@ class SeaRun(Run, Motion, Plotted):
         return round((self.time[1] - self.time[0]) / self.tick) if len(self.time) > 1 else 1
 
     def averaged(self, values: Array) -> Array:
-        """Average over the beat: each value becomes the mean of a beat around it, shorter at the ends.
+        """Return a moving average: the mean over a beat around each row, or over less near the ends.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class SeaRun(Run, Motion, Plotted):
         return result
 
     def dataset(self) -> xr.Dataset:
-        """Label what was recorded; units and meaning in the attributes.
+        """Return the record as a data set, with units and meanings in the attributes.
 
         Returns
         -------

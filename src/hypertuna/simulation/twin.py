@@ -1,4 +1,4 @@
-"""Twin: the whole robot in closed loop, from a command through servos, oil and silicone to the wake.
+"""Twin: simulate the whole robot in closed loop, from a command through servos, oil and silicone to the wake.
 
 The equations are in core tail.hpp, body6.hpp, plant.hpp and twin.hpp, with docs/twin.md and docs/spatial.md.
 """
@@ -24,7 +24,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.frames import attitude_of
 from hypertuna.parallel.executors import Executors, map_shards, thread_count
 from hypertuna.ranges import FINITE, POSITIVE_WHOLE, check_choice
-from hypertuna.simulation.plant import EXACT, PlannedRun, plan_command
+from hypertuna.simulation.plant import TOLERANCE, PlannedRun, plan_command
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
@@ -33,8 +33,8 @@ from hypertuna.swimming.gait import Gait, gait_of
 Fins = float | ArrayLike | Callable[[float], ArrayLike]
 T = TypeVar("T")
 
-STILL = Sea()
-CHUNK = 64  # runs of a task of an executor
+STILL = Sea()  # still, deep water
+CHUNK = 64  # runs per task of an executor
 
 
 @checked
@@ -53,7 +53,7 @@ def twin(
     command_lost_at: float = math.inf,
     controller_robot: Robot | None = None,
 ) -> TwinRun:
-    """Run the robot's twin: command in, servo pulses, oil, bending tail, water, sensors, controller.
+    """Run the robot's twin in the plane under one command: controller, servos, oil, bending tail, water and sensors.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def twin(
 
 
 def _planned(robot: Robot | str | Path, gait: Gait | str, *, medium: str, start: str, **options: Any) -> PlannedRun:
-    """Return the planned run for the arguments of `twin`."""
+    """Plan the run that the arguments of `twin` describe."""
     robot = robot_of(robot)
     gait = gait_of(robot, gait)
     check_choice(medium, ("water", "air"), "medium")
@@ -137,7 +137,7 @@ def twin_at_sea(
     command_lost_at: float = math.inf,
     every: int = 1,
 ) -> SeaRun:
-    """Run the robot's twin in space under one command.
+    """Run the robot's twin at sea, in three dimensions, under one command.
 
     Parameters
     ----------
@@ -209,11 +209,11 @@ def twins(
     threads: int = 1,
     executor: Executors | None = None,
 ) -> list[T]:
-    """Run many twins: side by side in the lanes of a processor, and over threads.
+    """Run many twins at once, in the vector lanes of a processor and in threads.
 
-    Robots of the same structure (links, joints, water law) under commands of the same length share an instruction; they
-    may differ in everything else. Each run has the bits that `twin` gives. Memory is bounded by what `measure` keeps
-    and a batch of records per thread, 1 MB per run and 10 s.
+    Robots of the same structure (links, joints, water law) under commands of the same length share vector instructions;
+    they may differ in everything else. Each run equals that of `twin` to the last bit. Memory holds the results of
+    `measure` and one batch of records per thread: 1 MB per run and 10 s.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def twins(
 
     def run(batch: list[tuple[int, PlannedRun]]) -> None:
         for (index, plan), record in zip(batch, _simulated([plan.core for _, plan in batch]), strict=True):
-            results[index] = measure(TwinRun(**plan.ran(record)))
+            results[index] = measure(TwinRun(**plan.fields_of(record)))
 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(run, batches))
@@ -261,7 +261,7 @@ def twins(
 
 
 def _simulated(batch: list[dict[str, Any]]) -> list[dict[str, Array]]:
-    """Return the records of plans of the same kind, simulated side by side."""
+    """Simulate plans of the same structure and length at once, and return their records."""
     if len(batch) == 1:
         return [_core.simulate(**batch[0])]
     rows = [tuple(core[key] for key in ("plant", "command", "world", "sensors", "faults", "twist")) for core in batch]
@@ -269,7 +269,7 @@ def _simulated(batch: list[dict[str, Any]]) -> list[dict[str, Array]]:
 
 
 def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> Array:
-    """Return position, attitude and fins at the start for the core."""
+    """Return the core's initial pose (9,): position, attitude quaternion, fin angles."""
     fix = "give the depth of the nose in m"
     if not 0 <= FINITE.check(depth, "depth", fix) < sea.bottom:
         rule = f"must be from 0 to the bottom at {sea.bottom:g} m"
@@ -281,7 +281,7 @@ def _pose(depth: float, roll: float, pitch: float, heading: float, sea: Sea) -> 
 
 
 def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Array:
-    """Return target angles of both fins in every tick (ticks, 2) [rad] from one angle, two, or a function of time."""
+    """Return target angles of both fins in every tick (ticks, 2) [rad]; fins: one angle, two, or a function of time."""
     pairs: list[Any] = [fins(tick * k) for k in range(ticks)] if callable(fins) else [fins]
     try:
         angles = np.array([np.broadcast_to(np.asarray(pair, dtype=float), 2) for pair in pairs])
@@ -289,7 +289,7 @@ def _fin_angles(fins: Fins, ticks: int, tick: float, control: Controller) -> Arr
         fix = "give one angle in radians, or two, port first"
         raise InputError("must be one angle, or one for each fin", key="fins", value=shown(pairs[0]), fix=fix) from None
     largest = abs(angles).max()
-    if not largest <= control.fin_max * (1 + EXACT):
+    if not largest <= control.fin_max * (1 + TOLERANCE):
         rule = f"must be at most {math.degrees(control.fin_max):g} deg, the controller.fin_max_deg"
         raise InputError(rule, key="fins", value=f"{math.degrees(largest):g} deg", fix="give less")
     return np.ascontiguousarray(np.broadcast_to(angles, (ticks, 2)))

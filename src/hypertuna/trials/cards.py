@@ -19,7 +19,7 @@ from hypertuna.trials.trials import Trials
 
 @cards.of(Trials)
 def trials_card(trials: Trials) -> Card:
-    """Return the card of trials: how many of each kind, and a row with gait and speed for each run."""
+    """Return the card of trials: the number of each kind, and a row with gait and speed for each run."""
     facts = {f"{kind.label}s": f"{len(members)}" for kind, members in trials.kinds.items()}
     rows = [kind_of(trial).cells(trial) for trial in trials.members]
     content: list[Part] = [Facts(facts), Table(("run", "gait", "speed"), rows)]
@@ -27,7 +27,7 @@ def trials_card(trials: Trials) -> Card:
 
 
 def _trials_svg(trials: Trials) -> str:
-    """Return an SVG of the trials of the first kind, as that kind draws its own."""
+    """Return an SVG of the trials of the first kind that has any."""
     return next((kind.picture(members) for kind, members in trials.kinds.items()), "")
 
 
@@ -42,7 +42,7 @@ def trial_columns(trials: Trials) -> dict[str, Any]:
 
 @tables.of(SteadyRun)
 def steady_columns(run: SteadyRun) -> dict[str, Any]:
-    """Return a steady run as columns of one row: its gait and what was measured, units in the names."""
+    """Return a steady run as columns of one row: its gait and measurements, units in the names."""
     columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
     for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
         value = getattr(run, key)

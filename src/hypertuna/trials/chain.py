@@ -1,4 +1,4 @@
-"""The chain of a robot over tracked markers: pose and joint angles of every frame by robust least squares."""
+"""Fit a robot's chain of links to tracked markers: pose and joint angles of every frame by robust least squares."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from hypertuna.errors import InputError
 
 Flags = NDArray[np.bool_]
 
-ITERATIONS = 60  # of Levenberg and Marquardt, in one round
-SMALL = 1e-9  # body lengths or rad: a smaller step ends the iteration
-TINY, MAX_DAMPING = 1e-9, 1e6  # of Levenberg and Marquardt, of the diagonal
-HUBER, TUKEY = 1.5, 6.0  # standard deviations beyond which a marker weighs less, and nothing
-ROUNDS = 6  # of estimating the noise in turn with the chain
-SAME_NOISE = 1e-3  # relative change that ends these rounds
+ITERATIONS = 60  # of Levenberg-Marquardt per round
+MIN_STEP = 1e-9  # body lengths or rad: a smaller step ends the iteration
+RIDGE, MAX_DAMPING = 1e-9, 1e6  # least and largest damping of Levenberg-Marquardt, over the diagonal
+HUBER, TUKEY = 1.5, 6.0  # standard deviations beyond which a marker weighs less (Huber), or nothing (Tukey)
+ROUNDS = 6  # of fitting the chain and estimating the noise in turns
+NOISE_TOLERANCE = 1e-3  # relative change of the noise that ends these rounds
 MEDIAN_NORM = 1.1774  # median distance of a marker whose coordinates have a standard deviation of 1: sqrt(2 ln 2)
 REJECTED = 0.1  # robust weight below which a marker counts as rejected
-MAX_SD = 0.2  # rad: beyond it an angle of a frame is not determined
+MAX_SD = 0.2  # rad: largest standard deviation of an angle that counts as determined
 MIN_NOISE = 1e-9  # m
-MIN_RANK = 1e-6  # of the largest singular value of the marker Jacobian, scaled
+MIN_RANK = 1e-6  # smallest over largest singular value of the scaled marker Jacobian that has full rank
 
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot's links and markers on them. Unknowns of a frame: x, y, heading of the nose, then the joint angles."""
+    """A robot's links with markers on them. Unknowns of a frame: x, y and heading of the nose, then joint angles."""
 
     length: Array  # (links,) [m]
     share: Array  # (links, groups): heading of a link = that of the head + share @ joint angles
-    along: Array  # (markers, links) [m] of the links' axes that lead from the nose to a marker
-    across: Array  # (markers, links) [m] of the links' normals
+    along: Array  # (markers, links) [m]: distance to go along each link's axis from the nose to a marker
+    across: Array  # (markers, links) [m]: distance to go along each link's normal, to starboard
     groups: tuple[str, ...]
 
     def __call__(self, z: Array) -> tuple[Array, Array]:
@@ -56,14 +56,14 @@ class Chain:
 
 @dataclass(frozen=True)
 class ChainFit:
-    """The chain over the markers of every frame."""
+    """Result of fitting the chain to the markers of every frame."""
 
     pose: Array  # (frames, 3): x, y [m] and heading [rad] of the nose, without jumps by whole turns
     angle: Array  # (frames, groups) [rad]
     covariance: Array  # (frames, n, n) of pose and angles: linearized, noise^2 (J' W J)^-1
-    residual: Array  # (frames, markers, 2) [m], chain minus marker; NaN where it is missing
-    rejected: Flags  # (frames, markers): seen, but too far from the chain to count
-    determined: Flags  # (frames,)
+    residual: Array  # (frames, markers, 2) [m]: place on the chain minus marker; NaN where a marker is missing
+    rejected: Flags  # (frames, markers): whether a marker was seen, but is too far from the chain to count
+    determined: Flags  # (frames,): whether the markers determine all angles
     noise: float  # m: standard deviation of a coordinate of a marker of weight 1
 
     @property
@@ -86,9 +86,9 @@ def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: 
 
 
 def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -> tuple[Chain, Array]:
-    """Return the chain with the groups in each of `joints` merged to one bend, and each group's share (groups, bends).
+    """Return a chain in which the groups of each tuple in `joints` share one bend, and the shares (groups, bends).
 
-    A group takes as much of the bend as it has joints (`sizes`).
+    A group's share of the bend is proportional to its number of joints (`sizes`).
     """
     first_names = {name: members[0] for members in joints for name in members}
     bends = list(dict.fromkeys(first_names.get(name, name) for name in chain.groups))
@@ -100,15 +100,15 @@ def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -
     return replace(chain, share=chain.share @ share, groups=tuple(names)), share
 
 
-def apart(fit: ChainFit, share: Array) -> ChainFit:
-    """Return a fit of merged bends converted to angles of joint groups, by the shares (groups, bends) of `merge`."""
+def unmerged(fit: ChainFit, share: Array) -> ChainFit:
+    """Convert a fit of merged bends to the angles of joint groups, with the shares (groups, bends) from `merge`."""
     jacobian = np.zeros((3 + len(share), fit.covariance.shape[1]))
     jacobian[:3, :3], jacobian[3:, 3:] = np.eye(3), share
     return replace(fit, angle=fit.angle @ share.T, covariance=jacobian @ fit.covariance @ jacobian.T)
 
 
 def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:
-    """Check that markers, if all are seen, determine pose and joint angles, with more coordinates than unknowns."""
+    """Check that markers, if all are seen, determine pose and joint angles and have more coordinates than unknowns."""
     unknowns, size = 3 + chain.share.shape[1], float(chain.length.sum())
     _, slope = chain(np.zeros((1, unknowns)))
     jacobian = slope[0].reshape(-1, unknowns) / np.append([1.0, 1.0], np.full(unknowns - 2, size))
@@ -126,9 +126,9 @@ def check_rank(chain: Chain, names: Sequence[str], file: str) -> None:
 
 
 def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
-    """Fit the chain to markers (frames, markers, 2) [m] of weights (frames, markers), which are 0 where missing.
+    """Fit the chain to markers (frames, markers, 2) [m] with weights (frames, markers), 0 where a marker is missing.
 
-    Each frame is fitted by itself: Huber's loss, then Tukey's, on the distance of each marker. The noise is that of
+    Each frame is fitted by itself, with Huber's and then Tukey's loss of each marker's distance. The noise is that of
     all frames together. A frame that ends far from its markers starts again from its neighbors.
     """
     unknowns = 3 + chain.share.shape[1]
@@ -136,10 +136,10 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     target = np.where(seen[..., np.newaxis], place, 0.0)
     z = _first_guess(chain, place, seen)
     noise = math.inf
-    z, _ = _minimize(chain, target, weight, z, _typical(chain, z, target, seen), tukey=False)
+    z, _ = _minimize(chain, target, weight, z, _estimated_noise(chain, z, target, seen), tukey=False)
     for _ in range(ROUNDS):
-        estimate = _typical(chain, z, target, seen)
-        if abs(estimate / noise - 1) < SAME_NOISE:
+        estimate = _estimated_noise(chain, z, target, seen)
+        if abs(estimate / noise - 1) < NOISE_TOLERANCE:
             break
         noise = estimate
         z, cost = _minimize(chain, target, weight, z, noise, tukey=True)
@@ -149,7 +149,7 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     distance = np.sqrt(weight * np.nansum(residual**2, axis=2))
     robust = np.where(seen, _tukey(distance / noise), 0.0)
     inliers = robust >= REJECTED
-    # the variance of the markers that count, by the degrees of freedom that they leave
+    # variance of the inliers: their squared distances over the degrees of freedom
     overdetermined = 2 * inliers.sum(axis=1) > unknowns
     freedom = float((2 * inliers.sum(axis=1) - unknowns)[overdetermined].sum())
     if freedom > 0:
@@ -159,19 +159,19 @@ def fit_chain(chain: Chain, place: Array, weight: Array) -> ChainFit:
     covariance = noise**2 * _inverse(information, float(chain.length.sum()))
     sd = np.sqrt(np.einsum("fii->fi", covariance))
     determined = (sd[:, 2:] < MAX_SD).all(axis=1) & (2 * inliers.sum(axis=1) >= unknowns)
-    pose, angle = z[:, :3].copy(), _nearest(z[:, 3:])
+    pose, angle = z[:, :3].copy(), _wrapped(z[:, 3:])
     frames = np.flatnonzero(determined)
     pose[frames, 2] = np.unwrap(pose[frames, 2])
     return ChainFit(pose, angle, covariance, residual, seen & ~inliers, determined, noise)
 
 
-def _nearest(angle: Array) -> Array:
-    """Return angles [rad] less whole turns, from -pi to pi."""
+def _wrapped(angle: Array) -> Array:
+    """Return angles [rad] wrapped to -pi to pi."""
     return np.asarray((angle + math.pi) % (2 * math.pi) - math.pi)
 
 
 def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
-    """Return first unknowns (frames, n) from a line through the markers, with gaps filled and single jumps removed."""
+    """Guess the unknowns (frames, n) from a line through the markers, after filling gaps and removing single jumps."""
     frames = np.arange(len(place))
     filtered = np.zeros_like(place)
     for m in range(place.shape[1]):
@@ -184,7 +184,7 @@ def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
     order = [m for m in np.argsort(distance, kind="stable") if seen[:, m].any()]
     order = [m for k, m in enumerate(order) if k == 0 or distance[m] > distance[order[k - 1]] + 1e-12]
     ends = np.concatenate([[0.0], np.cumsum(chain.length)])
-    joints = np.stack([_between(ends, distance[order], filtered[:, order, axis]) for axis in range(2)], axis=-1)
+    joints = np.stack([_interpolated(ends, distance[order], filtered[:, order, axis]) for axis in range(2)], axis=-1)
     step = np.diff(joints, axis=1)
     heading = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)
     matrix = np.column_stack([np.ones(len(chain.length)), chain.share])
@@ -192,17 +192,17 @@ def _first_guess(chain: Chain, place: Array, seen: Flags) -> Array:
     return np.column_stack([joints[:, 0], angles])
 
 
-def _between(at: Array, known: Array, values: Array) -> Array:
+def _interpolated(at: Array, known: Array, values: Array) -> Array:
     """Return values (frames, known) interpolated linearly at positions `at`, and extrapolated beyond the ends."""
     index = np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2)
     fraction = (at - known[index]) / (known[index + 1] - known[index])
     return np.asarray(values[:, index] * (1 - fraction) + values[:, index + 1] * fraction)
 
 
-def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
-    """Return an estimate of the markers' noise [m]: their median distance from the chain, corrected for the unknowns.
+def _estimated_noise(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
+    """Estimate the markers' noise [m] from their median distance from the chain, corrected for the fitted unknowns.
 
-    A frame of as many coordinates as unknowns, or fewer, lies on its markers and says nothing.
+    Frames with no more coordinates than unknowns are left out, since the chain then passes through the markers.
     """
     redundant = 2 * seen.sum(axis=1) > z.shape[1]
     used = redundant if redundant.any() else np.ones(len(z), dtype=bool)
@@ -212,12 +212,12 @@ def _typical(chain: Chain, z: Array, target: Array, seen: Flags) -> float:
 
 
 def _tukey(t: Array) -> Array:
-    """Return Tukey's biweight of distances `t` over the noise."""
+    """Return Tukey's biweight of distances `t`, in units of the noise."""
     return np.asarray(np.where(t < TUKEY, (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 2, 0.0))
 
 
 def _losses(t: Array, tukey: bool) -> tuple[Array, Array]:
-    """Return the loss of distances `t`, over the noise, and the weight of that loss in least squares."""
+    """Return the robust loss of distances `t`, in units of the noise, and its weight in least squares."""
     if tukey:
         return TUKEY**2 / 6 * (1 - (1 - np.minimum(t / TUKEY, 1.0) ** 2) ** 3), _tukey(t)
     return np.where(t < HUBER, t**2 / 2, HUBER * (t - HUBER / 2)), np.minimum(1.0, HUBER / np.maximum(t, 1e-12))
@@ -244,7 +244,7 @@ def _minimize(
     gradient, matrix, cost = terms(z, active)
     for _ in range(ITERATIONS):
         diagonal = np.einsum("fii->fi", matrix[active])
-        floor = TINY * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
+        floor = RIDGE * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-300)
         ridge = damping[active, np.newaxis] * diagonal + floor
         system = matrix[active] + ridge[..., np.newaxis] * np.eye(n)
         step = -np.linalg.solve(system, gradient[active, :, np.newaxis])[..., 0]
@@ -255,7 +255,7 @@ def _minimize(
         z[frames] = trial[better]
         gradient[frames], matrix[frames], cost[frames] = (part[better] for part in new)
         damping[active] = np.clip(np.where(better, damping[active] / 5, damping[active] * 10), 1e-9, MAX_DAMPING)
-        settled = np.abs(step).max(axis=1) < SMALL
+        settled = np.abs(step).max(axis=1) < MIN_STEP
         active[active] = ~settled & (damping[active] < MAX_DAMPING)
         if not active.any():
             break
@@ -263,7 +263,7 @@ def _minimize(
 
 
 def _start_again(chain: Chain, target: Array, weight: Array, z: Array, cost: Array, noise: float) -> Array:
-    """Fit frames of large loss again, from unknowns of neighbors with small loss; keep fits of smaller loss."""
+    """Fit frames with a large loss again, starting from neighbors with a small loss; keep the better fit."""
     limit = 3 * float(np.median(cost)) + 1.0
     good, bad = np.flatnonzero(cost <= limit), np.flatnonzero(cost > limit)
     if not len(good) or not len(bad):

@@ -1,4 +1,4 @@
-"""The clock of tracked points: times from columns of time and frames, and rates; two that disagree are refused."""
+"""The clock of tracked points: times from columns of time or frames and from frame rates, which must agree."""
 
 import math
 
@@ -10,24 +10,24 @@ from hypertuna.ranges import Range
 from hypertuna.trials.points import Points
 
 RATE = Range(min=5, max=2000, unit="Hz")
-SAME = 0.01  # relative difference of two rates that are the same
-HALF = 0.5  # frames: a time that lies farther from that of its frame's number
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
-FAR = 1e5  # s: a clock that begins later counts from the first frame
+RATE_TOLERANCE = 0.01  # relative difference up to which two frame rates agree
+MAX_MISFIT = 0.5  # frames: largest difference of a time from that of its frame number
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # of time [s]
+SMALL_STEP = 5  # a column of whole numbers that grow by less may hold frame numbers
+LATE_START = 1e5  # s: a clock that begins later, such as Unix time, is set to 0 at the first frame
 
 
 def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:
-    """Return the time of each row [s], and sentences on the columns and rates that it follows from.
+    """Return the time of each row [s], and sentences on how it was found.
 
-    frame_rate: as the user says [Hz]. A column of frames or time is always used; the order of the rows only without.
+    frame_rate: given by the user [Hz]. Without a column of time or frames, each row counts as the next frame.
     """
     file, notes = points.file, []
     rate = points.rate if frame_rate is None else frame_rate
     for key, value in (("--frame-rate", frame_rate), ("the frame rate", points.rate)):
         if value is not None:
             RATE.check(value, key, "give frames per second", file=None if value is frame_rate else file)
-    if rate and points.rate and abs(rate / points.rate - 1) > SAME:
+    if rate and points.rate and abs(rate / points.rate - 1) > RATE_TOLERANCE:
         rule, fix = f"must be {points.rate:g} Hz, as the file says", "leave it out, or correct the file"
         raise InputError(rule, file=file, key="--frame-rate", value=f"{rate:g}", fix=fix)
     frame = points.frame
@@ -42,8 +42,8 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
         unit, note = _unit(points, rate if frame is None else None)
         notes += note
         start = float(points.time[0])
-        time = unit * (points.time - (start if abs(unit * start) > FAR else 0.0))
-        if abs(unit * start) > FAR:
+        time = unit * (points.time - (start if abs(unit * start) > LATE_START else 0.0))
+        if abs(unit * start) > LATE_START:
             notes.append(f"the clock counts from the first frame, at {unit * start:.3f} s")
         notes += _compare(points, time, frame, rate)
     elif rate is None:
@@ -60,7 +60,7 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
 
 
 def _check(points: Points, values: Array, name: str, fix: str) -> None:
-    """Check that a column of times or frame numbers has no gap and increases."""
+    """Check that a column of times or frame numbers has no empty cell and increases."""
     for k in np.flatnonzero(~np.isfinite(values))[:1]:
         key = f"{points.where[k]}, {name}"
         raise InputError("must be a finite number", file=points.file, key=key, value="missing", fix=fix)
@@ -71,16 +71,19 @@ def _check(points: Points, values: Array, name: str, fix: str) -> None:
 
 
 def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
-    """Return the unit [s] of the time column, by its name or by a possible frame rate, and sentences on a guess."""
+    """Return the seconds per unit of the time column, from its name or as the unit that gives a plausible frame rate.
+
+    Also return notes for the user if the unit was guessed.
+    """
     assert points.time is not None
     if points.time_unit is not None or len(points.time) < 2:
         return points.time_unit or 1.0, []
     step = float(np.median(np.diff(points.time)))
     candidates = [name for name, unit in UNITS.items() if 1 / (step * unit) in RATE]
     if candidates == ["s"] or not candidates:
-        return 1.0, []  # no unit gives a possible rate: the check of the rate says so
+        return 1.0, []  # if no unit gives a possible rate, `_check_rate` raises the error
     name, whole_steps = candidates[0], step == round(step) and step < SMALL_STEP
-    agrees = rate is not None and abs(1 / (step * UNITS[name]) / rate - 1) < SAME
+    agrees = rate is not None and abs(1 / (step * UNITS[name]) / rate - 1) < RATE_TOLERANCE
     if whole_steps and not agrees:
         key, rule = f"column {points.time_name}", "must say its unit in its name"
         fix = f"it grows by {step:g}: call it frame if it counts frames, or time_{name}"
@@ -90,17 +93,17 @@ def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
 
 
 def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:
-    """Check times against frame numbers and frame rate [Hz]; return sentences on frames left out and on differences."""
+    """Check times against frame numbers and frame rate [Hz]; return notes on skipped frames and on differences."""
     if len(time) < 2:
         return []
     step = np.diff(time) / (np.diff(frame) if frame is not None else 1.0)
-    # the mean over the whole run has no rounding errors of single times; without frames, lost ones must not count
+    # With frame numbers, the mean over the run averages rounding errors; without, the median ignores lost frames.
     interval = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
     if rate is not None:
         ratio = 1 / interval / rate
         stride = round(1 / ratio) if frame is None else 1
         rounded = 3 * _resolution(points) / interval if frame is None else 0.0
-        if abs(ratio * max(stride, 1) - 1) > SAME + rounded:
+        if abs(ratio * max(stride, 1) - 1) > RATE_TOLERANCE + rounded:
             rule = f"must be {1 / interval:.4g} Hz, as the column {points.time_name} says"
             fix = "leave it out, or correct the column"
             raise InputError(rule, file=points.file, key="--frame-rate", value=f"{rate:g}", fix=fix)
@@ -110,7 +113,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
         return []
     error = time - time[0] - interval * (frame - frame[0])
     k = int(np.argmax(np.abs(error)))
-    if abs(error[k]) > HALF * interval:
+    if abs(error[k]) > MAX_MISFIT * interval:
         return [
             f"the columns {points.time_name} and {points.frame_name} disagree by {abs(error[k]) / interval:.1f} frames "
             f"in {points.where[k]}: the times are those of {points.time_name}"
@@ -119,7 +122,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
 
 
 def _resolution(points: Points) -> float:
-    """Return the resolution of the time column [s]: the largest power of ten whose multiples all times are."""
+    """Return the resolution of the time column [s]: the largest power of ten that divides all times."""
     assert points.time is not None
     values = np.abs(points.time[: min(len(points.time), 200)])
     for digits in range(7):
@@ -129,7 +132,7 @@ def _resolution(points: Points) -> float:
 
 
 def _check_rate(points: Points, time: Array) -> None:
-    """Check that the frames follow each other at a possible rate."""
+    """Check that the frame rate is possible."""
     rate = 1 / float(np.median(np.diff(time)))
     if rate in RATE:
         return

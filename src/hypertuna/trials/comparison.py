@@ -1,4 +1,4 @@
-"""Recordings compared with the model: errors of a replay, repeatability, best time offset."""
+"""Compare recordings with the model: errors of a replay, repeatability, best time offset."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from hypertuna.trials.tracks import Track
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_SHIFT = 0.25  # s, to either side, of the best time offset
-GRID = 51  # offsets of the first search
-TINY = 1e-20  # m^2 or rad^2, for replays without error
+MAX_SHIFT = 0.25  # s: largest shift to either side in the search for the best time offset
+GRID_POINTS = 51  # time offsets tried first
+TINY = 1e-20  # m^2 or rad^2: keeps the logarithm finite for replays without error
 
 
 @checked
 def replay_recording(robot: Robot | str | Path, recording: Recording, *, step: float | None = None) -> xr.Dataset:
-    """Replay the joint angles of a recording, from rest or from the motion in which it begins.
+    """Swim the joint angles of a recording with the model, from rest or from the recording's initial motion.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def replay_recording(robot: Robot | str | Path, recording: Recording, *, step: f
 
 
 def how_begun(robot: Robot, recording: Recording, curve: SmoothSeries) -> tuple[Array | None, list[Track], str]:
-    """Return the twist (3,) at the start, None at rest; tracks with first poses corrected by a beat; how runs begin."""
+    """Return the initial twist (3,), None at rest; tracks with corrected first poses; a text on how the runs begin."""
     stated, inexact = recording.begin(robot)
     joints, step = joint_grid(robot, curve)
     arguments = robot, joints, step, recording.tracks, stated, inexact
@@ -76,7 +76,7 @@ def how_begun(robot: Robot, recording: Recording, curve: SmoothSeries) -> tuple[
 
 
 def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
-    """Return the recording with the time offset of the table [fit] of the robot, if there is one."""
+    """Return the recording with the time offset in the robot's table [fit], if that has one."""
     name = f"time_offset[{recording.name}]"
     if robot.fit is None or name not in robot.fit.names:
         return recording
@@ -85,7 +85,7 @@ def with_fitted_clock(robot: Robot, recording: Recording) -> Recording:
 
 @checked
 def compare_recording(robot: Robot | str | Path, recording: Recording, result: xr.Dataset) -> xr.Dataset:
-    """Compare a replay with every run of its recording.
+    """Compare a replay with every run of its recording, also at the best time offset.
 
     Parameters
     ----------
@@ -118,9 +118,9 @@ def compare_recording(robot: Robot | str | Path, recording: Recording, result: x
 
 
 def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) -> float:
-    """Return the shift of the clock of a replay [s] that fits tracked runs best: the maximum likelihood.
+    """Return the shift of a replay's clock [s] that fits the tracked runs best, by maximum likelihood.
 
-    Minimum of the product of the rmse of the three axes, at frames that the replay spans for all shifts.
+    It minimizes the product of the three axes' rmse, at frames that the replay spans for all shifts.
     """
     from scipy.optimize import minimize_scalar  # imported here: slow to import
 
@@ -137,9 +137,9 @@ def best_time_offset(robot: Robot, result: xr.Dataset, tracks: Sequence[Track]) 
     def cost(shift: float) -> float:
         return float(np.log(((at_times(clock, time + shift, computed) - target) ** 2).mean(axis=0) + TINY).sum())
 
-    grid = np.linspace(-limit, limit, GRID)
+    grid = np.linspace(-limit, limit, GRID_POINTS)
     k = int(np.argmin([cost(shift) for shift in grid]))
-    interval = (grid[max(k - 1, 0)], grid[min(k + 1, GRID - 1)])
+    interval = (grid[max(k - 1, 0)], grid[min(k + 1, GRID_POINTS - 1)])
     return float(minimize_scalar(cost, bounds=interval, method="bounded", options={"xatol": 1e-5}).x)
 
 

@@ -1,4 +1,4 @@
-"""Decays of a straight body that was let go: the speed of a glide, or the rate of a turn; from CSV files."""
+"""Decays of a straight body that was let go: the speed of a glide or the yaw rate of a turn; read from CSV files."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import CELL
 from hypertuna.trials.steady import SIZE, number
 
-MIN_ROWS = 4  # of a decay: one of them goes into the rate at its start
+MIN_ROWS = 4  # of a decay; one of them is spent on the fitted first value
 
 
 @dataclass(frozen=True)
 class Decay(Tabular, data=lambda decay: decay.rows()):
-    """Speed or yaw rate of a coasting body over time, its joints at 0; time increases, all numbers are finite."""
+    """Speed or yaw rate of a coasting body over time, with its joints at 0."""
 
     name: str
     time: Array  # (rows,) [s]
     value: Array  # (rows,) [m/s] or [rad/s]
-    sd: float | None = None  # of each value, independent of the others
+    sd: float | None = None  # standard deviation of each value; errors are independent
     file: str = ""
 
-    columns: ClassVar[Mapping[str, str]]  # of a file, by attribute
+    columns: ClassVar[Mapping[str, str]]  # by attribute: name of its column in a file
     per_si: ClassVar[float] = 1.0  # units of the file per SI unit
 
     def __post_init__(self) -> None:
@@ -48,7 +48,7 @@ class Decay(Tabular, data=lambda decay: decay.rows()):
             raise InputError(rule, file=self.file, key=f"run {self.name}", value="0 in its first row", fix=fix)
 
     def rows(self) -> dict[str, Array]:
-        """Return times and values as columns of a CSV file, in its units."""
+        """Return times and values as columns of a CSV file, in the file's units."""
         return {self.columns["time"]: self.time, self.columns["value"]: self.per_si * self.value}
 
 
@@ -75,12 +75,12 @@ class Glide(Decay):
     columns = {"value": "speed_m_s", "sd": "speed_sd_m_s"} | ENDS
 
     def coasting(self) -> tuple[float, float, float]:
-        """Return the distance [m] of an e-fold loss of speed, from a line through 1/u, and the span of speeds used.
+        """Fit a line to 1/u over time; return the distance [m] in which the speed u falls to 1/e.
 
         Returns
         -------
         length : float
-            Of a drag by the square of the speed the mass, with added mass, over 1/2 density and drag area [m].
+            For quadratic drag, mass with added mass over (1/2 density times drag area) [m].
         sd : float
             Its standard deviation, by that of the values, or by their residuals [m].
         u : float
@@ -91,7 +91,7 @@ class Glide(Decay):
         if len(time) < MIN_ROWS:
             rule, fix = f"must have at least {MIN_ROWS} speeds above 0", "track the glide while it moves ahead"
             raise InputError(rule, file=self.file, key=f"run {self.name}", value=f"{len(time)}", fix=fix)
-        weight = value**4  # equal errors of the speeds
+        weight = value**4  # of 1/u, for equal errors of all speeds u
         middle = np.average(time, weights=weight)
         spread = float(weight @ (time - middle) ** 2)
         slope = float(weight @ ((time - middle) / value)) / spread
@@ -123,7 +123,7 @@ D = TypeVar("D", bound=Decay)
 
 
 def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[D, ...]:
-    """Read decays of a type from a CSV file, a row per instant; without a column `run` the file is one run."""
+    """Read decays of a type `made` from a CSV file with a row per time; without a column `run` the file is one run."""
     table, names = table_of(path), made.columns
     needed = {key: names[key] for key in ("time", "value")}
     keys = table.keys({column: key for key, column in names.items()}, needed, fix="add it")
@@ -144,6 +144,6 @@ def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[
 
 
 def _decay(made: type[D], name: str, rows: Array, file: str) -> D:
-    """Return the decay of rows (rows, 3) of time, value and deviation; its one deviation is their root mean square."""
+    """Return a decay from rows (rows, 3) of time, value and standard deviation, of which the rms is kept."""
     sd = float(np.sqrt(np.mean(rows[:, 2] ** 2))) / made.per_si
     return made(name, rows[:, 0], rows[:, 1] / made.per_si, None if math.isnan(sd) else sd, file)

@@ -1,4 +1,4 @@
-"""Base of the text forms: points of named columns, columns of time and frames, and the error of one-point files."""
+"""Base of the text forms: read points from named columns, recognize columns of time and frames."""
 
 import re
 from collections.abc import Callable
@@ -15,7 +15,7 @@ FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
 
 
 class Text(NamedTuple):
-    """A form of text files or sheets."""
+    """A form of text files or sheets: its name, a test for it, and its reader."""
 
     name: str
     recognized: Callable[[Grid], bool]
@@ -31,7 +31,7 @@ def of_columns(
     infinite: bool = False,
     **known: Any,
 ) -> Points:
-    """Return the points of columns: of x, y and maybe z and weight, for each point."""
+    """Return points from their columns; columns: by point, that of "x" and "y", and optionally of "z" and "weight"."""
     if len(columns) < 2:
         raise InputError("must have at least two markers", file=samples.file, value=f"{len(columns)}", fix=FIX)
     for name, axes in columns.items():
@@ -55,7 +55,7 @@ def one_point(form: str, file: str, fix: str) -> InputError:
     return InputError(rule, file=file, fix=fix)
 
 
-# Names of columns of time and frames, lower case and without signs between the words; the unit of a time at its end.
+# Names of time and frame columns after `plain`; a name of time may end with one of these units [s].
 SECONDS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
     "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "milliseconds": 1e-3,
@@ -79,7 +79,7 @@ def plain(name: str) -> str:
 
 
 def time_and_frame(head: list[str]) -> tuple[int | None, float | None, int | None]:
-    """Return the time column's index, its unit [s] and the frame column's index; None where a name is missing."""
+    """Return the time column's index, its unit [s] and the frame column's index; None for any not in the names."""
     matches = [(k, match) for k, name in enumerate(head) if (match := TIME.fullmatch(plain(name)))]
     units = {k: SECONDS.get(match["unit"] or match["bare"] or "") for k, match in matches}
     time = next((k for k in units if units[k] is not None), next(iter(units), None))

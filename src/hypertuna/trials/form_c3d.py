@@ -1,4 +1,4 @@
-"""Tracked points in C3D: header, parameters, and frames of points as integers or floats, of three processors."""
+"""Read tracked points from C3D files: header, parameters, and frames as integers or floats of three processors."""
 
 import math
 import struct
@@ -14,10 +14,10 @@ from hypertuna.io.door import CELLS, read_bytes
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows
 
-BLOCK, MARK = 512, 80  # bytes; second byte of the file and of its parameters
-INTEL, DEC, SGI = 84, 85, 86  # kinds of processors: order of bytes, and form of floats
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "meters": 1.0, "millimeters": 1e-3}
-PARAMETERS, MOST = 5000, 65535
+BLOCK, FILE_MARK = 512, 80  # bytes of a block; second byte of every C3D file
+INTEL, DEC, SGI = 84, 85, 86  # processors, which differ in byte order and float format
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "meters": 1.0, "millimeters": 1e-3}  # units of length [m]
+MAX_PARAMETERS, MAX_FRAME = 5000, 65535
 AXES = {"+X": 0, "+Y": 1, "+Z": 2}
 
 
@@ -32,20 +32,20 @@ class _Numbers:
         return ">" if self.processor == SGI else "<"
 
     def floats(self, data: bytes) -> Array:
-        """Return the floats of some bytes; in DEC's format halves are swapped and the value is four times too large."""
+        """Return floats from bytes; DEC swaps 16-bit halves, and its values read as IEEE are 4 times too large."""
         if self.processor != DEC:
-            with np.errstate(invalid="ignore"):  # what is no number
+            with np.errstate(invalid="ignore"):  # some bytes are no valid number
                 return np.frombuffer(data, f"{self.order}f4").astype(float)
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
         with np.errstate(invalid="ignore"):
             return np.ascontiguousarray(halves).view("<f4").ravel().astype(float) / 4
 
     def words(self, data: bytes) -> Array:
-        """Return the signed 16-bit integers of some bytes."""
+        """Return signed 16-bit integers from bytes."""
         return np.frombuffer(data, f"{self.order}i2")
 
     def value(self, kind: int, data: bytes) -> Any:
-        """Return the value of a parameter by its kind: an array of numbers, or bytes for text."""
+        """Return a parameter's value by its kind: an array of numbers, or bytes for text."""
         return data if kind in (-1, 1) else self.words(data) if kind == 2 else self.floats(data)
 
 
@@ -62,9 +62,9 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 
 def _points(file: str, content: bytes) -> Points:
-    """Return the points of the bytes of a C3D file."""
+    """Parse the bytes of a C3D file, and return its points."""
     start_ = (content[0] - 1) * BLOCK
-    if content[1] != MARK or start_ < BLOCK:
+    if content[1] != FILE_MARK or start_ < BLOCK:
         raise ValueError
     numbers = _Numbers(content[start_ + 3])
     if numbers.processor not in (INTEL, DEC, SGI):
@@ -78,7 +78,7 @@ def _points(file: str, content: bytes) -> Points:
     start = about.get("POINT:DATA_START")
     begin = ((int(start[0]) & 0xFFFF if start is not None and len(start) else head[8]) - 1) * BLOCK
     width = (4 if scale < 0 else 2) * (4 * count + analog)
-    if count > 0 and last == MOST:  # what the header can state: the rest of the file is frames
+    if count > 0 and last == MAX_FRAME:  # the largest number in the header: count frames to the end of the file
         last = max(last, first - 1 + (len(content) - begin) // width)
     frames = last - first + 1
     if count < 1 or frames < 1 or begin < BLOCK:
@@ -92,7 +92,7 @@ def _points(file: str, content: bytes) -> Points:
     data = content[begin : begin + frames * width]
     rows = (numbers.floats(data) if scale < 0 else numbers.words(data)).reshape(frames, -1)[:, : 4 * count]
     rows = rows.reshape(frames, count, 4).astype(float)
-    # a negative residual marks a point that was not seen; some programs write zeros alone
+    # a negative residual marks a point that was not seen; some programs write only zeros instead
     visible = (rows[..., 3] >= 0) & (rows[..., :3] != 0).any(axis=2)
     place = np.where(visible[..., np.newaxis], rows[..., :3] * (1.0 if scale < 0 else scale), np.nan)
     return _named(file, about, place, rate, np.arange(float(first), last + 1.0))
@@ -125,7 +125,7 @@ def _named(file: str, about: dict[str, Any], place: Array, rate: float, frame: A
 
 
 def _long(about: dict[str, Any], name: str, own: int) -> int:
-    """Return the parameter of two 16-bit words as one number; `own` where the file lacks it."""
+    """Return a parameter that is stored as two 16-bit words; `own` if the file lacks it."""
     words = about.get(name)
     if words is None or len(words) != 2 or words.dtype.kind != "i":
         return own
@@ -133,10 +133,10 @@ def _long(about: dict[str, Any], name: str, own: int) -> int:
 
 
 def _parameters(content: bytes, at: int, numbers: _Numbers) -> dict[str, Any]:
-    """Return the parameters at a byte offset by GROUP:NAME; text also as a list of strings by GROUP:NAME:text."""
+    """Read the parameters from a byte offset on, by GROUP:NAME; texts also as lists of strings by GROUP:NAME:text."""
     groups: dict[int, str] = {}
     entries: list[tuple[int, str, int, list[int], bytes]] = []
-    for _ in range(PARAMETERS):
+    for _ in range(MAX_PARAMETERS):
         length, group = struct.unpack_from("bb", content, at)
         if length == 0 or group == 0:
             break

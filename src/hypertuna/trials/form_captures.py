@@ -1,4 +1,4 @@
-"""Text forms of motion capture and of digitizing by hand: Motive (OptiTrack), Qualisys, and DLTdv."""
+"""Text forms of motion capture and manual digitizing: Motive (OptiTrack), Qualisys, and DLTdv."""
 
 import re
 
@@ -10,10 +10,10 @@ from hypertuna.trials.form import Text, of_columns, time_and_frame
 from hypertuna.trials.grid import FIRST_LINES, Grid
 from hypertuna.trials.points import Points, choose_individual
 
-MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}
-Y_UP, Z_UP = 1, 2
-POINTS = ("marker", "rigid body marker", "skeleton marker", "bone marker")  # types of columns of Motive
-DIGITIZED = re.compile(r"pt(?P<point>\d+)(?:_cam(?P<camera>\d+))?_(?P<axis>[xyz])")
+MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}  # in m
+Y_UP, Z_UP = 1, 2  # index of the axis that points up
+POINTS = ("marker", "rigid body marker", "skeleton marker", "bone marker")  # types of Motive's columns that are read
+DIGITIZED = re.compile(r"pt(?P<point>\d+)(?:_cam(?P<camera>\d+))?_(?P<axis>[xyz])")  # a column of DLTdv
 
 
 def _is_motive(grid: Grid) -> bool:
@@ -71,7 +71,7 @@ def _motive(grid: Grid, individual: str | None) -> Points:
 
 
 def _unique(columns: dict[str, dict[str, int]]) -> bool:
-    """Whether the names of markers stay unique without their prefix before a colon."""
+    """Return whether the markers' names remain unique without their prefix before a colon."""
     return len({name.rpartition(":")[2] for name in columns}) == len(columns)
 
 
@@ -80,9 +80,9 @@ def _is_qualisys(grid: Grid) -> bool:
 
 
 def _qualisys(grid: Grid, individual: str | None) -> Points:
-    """Read a TSV export of Qualisys: lines of settings, maybe names of columns, then x, y, z of each marker in mm.
+    """Read a TSV export of Qualisys: settings, optional column names, then x, y, z of each marker in mm.
 
-    A marker at the origin is one that was not seen.
+    A marker that was not seen is written at the origin.
     """
     stated = {row[0].upper(): row[1:] for _, row in grid.rows[:FIRST_LINES] if re.fullmatch("[A-Z_]+", row[0])}
     # a marker that was not seen may leave the first cell of numbers empty

@@ -1,4 +1,4 @@
-"""Text forms of plain columns: a row for each frame (nose_x, nose_y, ...; Anipose), or for each frame and marker."""
+"""Text forms with plain columns: a row per frame (nose_x, nose_y, ...; Anipose), or per frame and marker."""
 
 import re
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
 
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
-OTHERS = ("error", "ncams")  # of Anipose, without a use
+OTHERS = ("error", "ncams")  # columns of Anipose that are not used
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
 UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
 NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
@@ -22,8 +22,8 @@ NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNOREC
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
-INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
-GROWING = 3  # rows from which on a column of growing numbers may be a clock
+INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # name of an index column, as pandas writes it
+MIN_CLOCK_ROWS = 3  # rows from which on a column of growing numbers may be a clock
 
 
 def _is_long(grid: Grid) -> bool:
@@ -80,7 +80,7 @@ def _long(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_lone(grid: Grid) -> bool:
-    """Whether each row has one point: x and y, without the name of a marker."""
+    """Return whether each row is one point of an animal: x and y without the name of a marker."""
     head = [plain(name) for name in grid.cells(0)]
     return {"x", "y"} <= set(head) and any(ANIMAL.fullmatch(name) for name in head)
 
@@ -135,7 +135,7 @@ def _plain(grid: Grid, individual: str | None) -> Points:
 
 
 def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
-    """Return each marker's columns by axis and weight, the length unit in their names, and the unused names."""
+    """Return each marker's columns by axis or "weight", the length unit in their names [m], and the unused names."""
     found: dict[str, dict[str, int]] = {}
     ignored, units = [], set()
     for k, name in enumerate(samples.head):
@@ -149,7 +149,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
                 units.add((match["unit"] or "").lower())
         elif name:
             ignored.append(name)
-    # a column such as "body" or "yaw" is no pair of coordinates
+    # columns such as "body" or "yaw" match the pattern but are no coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
     for name in incomplete:
         is_word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in found[name].values())
@@ -164,16 +164,16 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
 
 
 def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
-    """Return the column of frame numbers without a name of its own: one whose whole numbers grow, or None.
+    """Return the nameless column of frame numbers: one of growing whole numbers, or None.
 
-    Beside a clock, an index that only counts the rows says nothing. Without one, a column of growing numbers and of no
-    known name may be a clock: nobody should have to guess.
+    clock: whether there is a column of time or frames; then an index that only counts the rows is ignored. Otherwise, a
+    growing column of unknown name is an error, since it may be a clock.
     """
-    candidates, skipping = [], []  # columns that may be an index, and those of them that do not only count the rows
+    candidates, skipping = [], []  # columns that may be an index; those of them that skip numbers
     for k in (k for k in range(len(samples.head)) if k not in used):
         values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
         step = np.diff(values)
-        if len(values) < GROWING or not (np.isfinite(values).all() and (step > 0).all()):
+        if len(values) < MIN_CLOCK_ROWS or not (np.isfinite(values).all() and (step > 0).all()):
             continue
         if nameless and (values == np.round(values)).all():
             candidates.append(k)

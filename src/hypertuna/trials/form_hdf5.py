@@ -1,4 +1,4 @@
-"""Tracked points in HDF5: DeepLabCut (tables of pandas), SLEAP (analysis), MATLAB 7.3; errors name other files."""
+"""Read tracked points from HDF5 files of DeepLabCut (pandas tables), SLEAP (analysis) and MATLAB 7.3."""
 
 import pickletools
 from pathlib import Path
@@ -16,8 +16,8 @@ from hypertuna.trials.form_matlab import points_of_arrays
 from hypertuna.trials.points import Points, Rows, choose_individual
 
 AXES = ("x", "y", "z")
-LEVELS = 6  # of names of columns: scorer, individuals, bodyparts, coords
-LABELS = "the labels of single pictures, not a track"
+MAX_LEVELS = 6  # of column names: scorer, individuals, bodyparts, coords
+LABELS = "the labels of single pictures, not a track"  # in an error
 
 
 def read(path: str | Path, individual: str | None) -> Points:
@@ -44,7 +44,7 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 
 def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points:
-    """Read a table of pandas, in its format `table` or `fixed`: columns of scorer, (individuals), bodyparts, coords."""
+    """Read a pandas table in the format `table` or `fixed`; column names: scorer, (individuals), bodyparts, coords."""
     name = "df_with_missing" if "df_with_missing" in frames else frames[0]
     columns, values, frame = _table(file, name) if f"{name}/table" in file.attributes else _fixed(file, name)
     if not columns or len({len(one) for one in columns}) > 1 or len(columns[0]) not in (2, 3, 4):
@@ -76,7 +76,7 @@ def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points
 def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
     """Return column names, numbers and frame numbers of pandas' format `table`, whose column names are pickled."""
     settings, columns, blocks = file.attributes[f"{name}/table"], [], []
-    for k in range(LEVELS):
+    for k in range(MAX_LEVELS):
         block = f"values_block_{k}"
         if f"{name}/table/{block}" in (*file.arrays, *file.left_out):
             array = file.array(f"{name}/table/{block}", 2)
@@ -93,7 +93,7 @@ def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array |
 def _fixed(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
     """Return column names, numbers and frame numbers of pandas' format `fixed`, whose column names are indices."""
     values, names = file.array(f"{name}/block0_values", 2), []
-    for k in range(LEVELS):
+    for k in range(MAX_LEVELS):
         level, label = (f"{name}/block0_items_{word}{k}" for word in ("level", "label"))
         if level in file.texts:
             words, codes = file.texts[level], file.array(label, 1)
@@ -106,17 +106,17 @@ def _fixed(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array |
 
 
 def _frames(index: Array | None, count: int) -> Array | None:
-    """Return the frame numbers (count,) of an index; None where it has names of pictures instead."""
+    """Return the frame numbers (count,) in a table's index; None if the index has names of pictures."""
     return index.astype(float) if index is not None and index.shape == (count,) and index.dtype.kind in "iuf" else None
 
 
 def _damaged(file: Hdf5, name: str) -> InputError:
-    """Return the error to raise for a pandas table whose parts do not match."""
+    """Return the error for a pandas table whose parts do not match."""
     return InputError("must be a whole table of pandas", file=file.file, key=name, value="not", fix="export it again")
 
 
 def _names(pickled: str) -> list[tuple[str, ...]]:
-    """Return the string tuples of a pickled list, read from its opcodes without running any of them."""
+    """Return the tuples of strings in a pickled list, read from its opcodes without executing them."""
     memo: dict[int, str] = {}
     row: list[str] = []
     rows: list[tuple[str, ...]] = []
@@ -133,7 +133,7 @@ def _names(pickled: str) -> list[tuple[str, ...]]:
             elif code.name == "TUPLE":
                 rows.append(tuple(row))
                 row = []
-    except ValueError:  # damaged, also of an encoding
+    except ValueError:  # damaged, or of a wrong encoding
         return []
     return rows
 

@@ -1,4 +1,4 @@
-"""Tracked points in MATLAB's files: x and y, points, or the points of DLTdv, by the names of variables."""
+"""Read tracked points from MATLAB files: variables of x and y, of points, or of DLTdv, recognized by their names."""
 
 import re
 from pathlib import Path
@@ -12,8 +12,9 @@ from hypertuna.trials.form import one_point
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows, choose_individual
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}
-END = re.compile(r"_(m|cm|mm|px)$")
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}  # in m
+END = re.compile(r"_(m|cm|mm|px)$")  # unit at the end of a variable's name
+# Name of a variable with x coordinates.
 X = re.compile(r"(?P<before>.*?)(?P<x>x)(?P<after>[a-z]*|_?(?:pos|position|coords?|data|pts|points))", re.IGNORECASE)
 PAIRS = (
     "xypts",
@@ -24,19 +25,19 @@ PAIRS = (
     "xyz",
     "markers",
     "midline",
-)  # names of x1, y1, x2, y2, ... in columns
+)  # names of variables with columns x1, y1, x2, y2, ...
 TIMES, RATES = ("t", "time", "times", "time_s", "t_s"), ("fps", "framerate", "frame_rate", "fs", "rate")
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
 
 def read(path: str | Path, individual: str | None) -> Points:
-    """Read the points of a file of MATLAB of version 5."""
+    """Read the points of a MATLAB file of version 5."""
     variables = read_matlab(path)
     return points_of_arrays("MATLAB", variables.file, variables.arrays, individual)
 
 
 def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
-    """Return the points of variables whose names and shapes suit points; `individual` names one of several."""
+    """Return points from the variables whose names and shapes fit; `individual` chooses one of several variables."""
     candidates = {**_pairs(arrays), **_blocks(arrays)}
     if not candidates:
         if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
@@ -48,7 +49,9 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
     name = choose_individual(file, list(candidates), individual, what="variable")
     place = candidates[name]
     if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
-        place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)  # of DLTdv: empty where none was set
+        place = np.where(
+            (place == 0).all(axis=-1, keepdims=True), np.nan, place
+        )  # DLTdv writes 0 for points that were not set
         form = "DLTdv"
     count, end = len(place), END.search(name.split(" ")[0])
     time = next((one.ravel() for key, one in arrays.items() if _last(key) in TIMES and one.size == count), None)
@@ -74,7 +77,7 @@ def _last(name: str) -> str:
 
 
 def _other(name: str, axis: str = "y") -> str:
-    """Return the name of the y (or z) variable that belongs to an x variable's name; "" where the name is not of x."""
+    """Return the name of the y (or z) variable that belongs to a variable of x; "" for other variables."""
     before, dot, last = name.rpartition(".")
     match = X.fullmatch(last)
     if match is None:
@@ -84,7 +87,7 @@ def _other(name: str, axis: str = "y") -> str:
 
 
 def _by_frames(arrays: dict[str, Array], place: Array) -> Array:
-    """Return places (frames, points, 2): frames are along the side as long as the times, else along the longer side."""
+    """Return places as (frames, points, 2): the frames' axis is as long as the times, or else the longer one."""
     rows, columns = (
         any(_last(key) in TIMES and one.size == size for key, one in arrays.items()) for size in place.shape[:2]
     )
@@ -103,7 +106,7 @@ def _pairs(arrays: dict[str, Array]) -> dict[str, Array]:
 
 
 def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return places (frames, points, 2 or 3) by name of single variables, in 3 dimensions or columns x1, y1, x2, ..."""
+    """Return places (frames, points, 2 or 3) by variable's name, from 3-D arrays or columns x1, y1, x2, y2, ..."""
     blocks = {}
     for name, array in arrays.items():
         sides = [k for k, size in enumerate(array.shape) if size in (2, 3)]

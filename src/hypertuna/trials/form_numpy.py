@@ -1,4 +1,4 @@
-"""Tracked points in NumPy's archives: poses and midlines of TRex; archives of one point per animal are refused."""
+"""Read tracked points from NumPy archives of TRex: poses or midlines; one point per animal is refused."""
 
 import re
 from pathlib import Path
@@ -14,11 +14,11 @@ from hypertuna.trials.points import Points, Rows
 
 POSE = re.compile(r"pose([XY])(\d+)")
 FIX = "track several points of one body, by DeepLabCut or SLEAP"
-STATIONS = 11  # along a midline, nose and tail among them
+STATIONS = 11  # points along a midline, including nose and tail
 
 
 def read(path: str | Path, individual: str | None) -> Points:
-    """Read the points of an archive (.npz) of TRex: one animal a file."""
+    """Read the points of an archive (.npz) of TRex, which holds one animal per file."""
     file = str(path)
     with opened(path, "points") as stream:
         if stream.read(6) == b"\x93NUMPY":
@@ -38,7 +38,7 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 
 def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, ...]) -> Array:
-    """Return the array of an archive under a name, after a check of its type and shape."""
+    """Return an array of an archive by name, after checking its type and shape."""
     array = arrays.get(name)
     if array is None or array.shape != shape or array.dtype.kind not in "biuf":
         value = "missing" if array is None else f"of the shape {array.shape}"
@@ -48,7 +48,7 @@ def _numbers(file: str, arrays: dict[str, Array], name: str, shape: tuple[int, .
 
 
 def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Points:
-    """Read TRex's poses: points [px], infinite in the file where they are missing."""
+    """Read TRex's poses: points [px], which are infinite in the file if missing."""
     count = next(iter(poses.values())).shape[:1]
     numbers = sorted({int(match[2]) for name in poses if (match := POSE.fullmatch(name))})
     axes = [np.stack([_numbers(file, arrays, f"pose{axis}{k}", count) for k in numbers], axis=1) for axis in "XY"]
@@ -56,7 +56,7 @@ def _poses(file: str, arrays: dict[str, Array], poses: dict[str, Array]) -> Poin
 
 
 def _midlines(file: str, arrays: dict[str, Array]) -> Points:
-    """Read TRex's midlines [px] of varying length, resampled at equal steps along each, from its first point."""
+    """Read TRex's midlines [px], and resample each at equal steps from its first to its last point."""
     count = arrays["frames"].shape[:1]
     lengths, total = _numbers(file, arrays, "midline_lengths", count), len(arrays["midline_points"])
     points = seen(_numbers(file, arrays, "midline_points", (total, 2)))
@@ -76,7 +76,7 @@ def _midlines(file: str, arrays: dict[str, Array]) -> Points:
 
 
 def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place: Array, frames: str) -> Points:
-    """Return the points of places (frames, points, 2) with the frame numbers, times and rate of the archive."""
+    """Return places (frames, points, 2) as points, with the archive's frame numbers, times and rate."""
     count = place.shape[:1]
     frame = _numbers(file, arrays, frames, count) if frames in arrays else None
     time = _numbers(file, arrays, "time", count) if "time" in arrays else None

@@ -1,4 +1,4 @@
-"""Text forms of programs that track poses: DeepLabCut and Lightning Pose, SLEAP, TRex, idtracker.ai."""
+"""Text forms of pose-tracking programs: DeepLabCut and Lightning Pose, SLEAP, TRex, idtracker.ai."""
 
 import re
 
@@ -9,7 +9,7 @@ from hypertuna.trials.form import Text, of_columns, one_point
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 
-HEADS = ("individuals", "bodyparts", "coords")  # lines of names in a file of DeepLabCut, below that of the scorer
+HEADS = ("individuals", "bodyparts", "coords")  # first cells of DeepLabCut's lines of names below the scorer's
 
 
 def _is_deeplabcut(grid: Grid) -> bool:
@@ -19,9 +19,9 @@ def _is_deeplabcut(grid: Grid) -> bool:
 
 
 def _deeplabcut(grid: Grid, individual: str | None) -> Points:
-    """Read a file of DeepLabCut or Lightning Pose: three lines of names, or four, and one column before the points.
+    """Read a file of DeepLabCut or Lightning Pose: three or four lines of names, and a column of frames before points.
 
-    Labels of pictures (CollectedData) have the names of the pictures there, or their three parts.
+    Labels of pictures (CollectedData) have the pictures' names instead of frames, in one column or in three.
     """
     names = {row[0].lower(): row for _, row in grid.rows[:4] if row[0].lower() in (*HEADS, "scorer")}
     if not {"bodyparts", "coords"} <= set(names):
@@ -62,7 +62,7 @@ def _deeplabcut(grid: Grid, individual: str | None) -> Points:
 
 
 def _check_labels(samples: Samples, first: int) -> tuple[str, ...]:
-    """Check that hand labels, rows named by pictures, are of one video; return sentences for the user about them."""
+    """Check that hand labels, whose rows are named by pictures, are of one video; return notes about them."""
     texts = samples.text(first - 1)
     if first == 1 and not any("/" in text or "\\" in text or ("." in text and text[-1:].isalpha()) for text in texts):
         return ()
@@ -78,7 +78,7 @@ def _is_sleap(grid: Grid) -> bool:
 
 
 def _sleap(grid: Grid, individual: str | None) -> Points:
-    """Read an analysis file of SLEAP: points that a person set have no score; tracks that follow each other are one."""
+    """Read an analysis file of SLEAP; tracks that follow each other are joined; points set by hand have no score."""
     head = grid.rows[0][1]
     samples = grid.below(1, head)
     samples.check_once([k for k, name in enumerate(head) if name])

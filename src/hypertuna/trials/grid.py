@@ -1,4 +1,4 @@
-"""Cells of a text file or a sheet: separators, decimal commas, numbers, words, and names of frames."""
+"""Read the cells of a text file or a sheet: separators, decimal commas, numbers, words, and frame numbers."""
 
 import math
 import re
@@ -16,24 +16,22 @@ from hypertuna.ranges import CELL
 from hypertuna.trials.points import Rows
 
 MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
-WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # of visibility
-MARKS, FIRST_LINES = (";", "\t", ","), 30  # between cells, and lines in which they are sought
+WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # visibility of a point
+MARKS, FIRST_LINES = (";", "\t", ","), 30  # separators of cells; number of lines searched for them
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-IMAGE = re.compile(
-    r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
-)  # the number of a frame at the end of its image's name
+IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # frame number at the end of an image's name
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The rows of a text file or a sheet, lines of names among them; empty lines and comments are left out."""
+    """The rows of a text file or a sheet, including lines of names, without empty lines and comments."""
 
     file: str
     rows: list[tuple[int, list[str]]]  # number of the line from 1, and cells
-    comment: str = ""  # first comment
+    comment: str = ""  # the file's first comment
 
     def cells(self, row: int) -> list[str]:
-        """Return the cells of a row, lower case; none beyond the end."""
+        """Return the cells of a row in lower case; an empty list beyond the end."""
         return [cell.lower() for cell in self.rows[row][1]] if row < len(self.rows) else []
 
     def below(self, row: int, head: list[str]) -> "Samples":
@@ -48,7 +46,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Samples:
-    """Rows of as many cells as there are names of columns."""
+    """Rows with one cell per column name."""
 
     file: str
     head: list[str]
@@ -56,11 +54,11 @@ class Samples:
 
     @property
     def where(self) -> Rows:
-        """Names of the rows in errors: "line" and the number of each."""
+        """Names of the rows in errors, such as "line 12"."""
         return Rows("line", [line for line, _ in self.rows])
 
     def only(self, keep: Sequence[int]) -> "Samples":
-        """Return the samples of some rows, by index."""
+        """Return only the rows with some indices."""
         return Samples(self.file, self.head, [self.rows[k] for k in keep])
 
     def text(self, column: int) -> list[str]:
@@ -68,9 +66,9 @@ class Samples:
         return [row[column] for _, row in self.rows]
 
     def numbers(self, column: int, *, words: bool = False, infinite: bool = False, limit: bool = True) -> Array:
-        """Return the numbers of a column, NaN for missing ones; words, infinite: whether such cells may occur.
+        """Return the numbers of a column, NaN for missing ones; a comma is a decimal sign in a column without points.
 
-        A comma is a decimal sign where the cells of the column have no point.
+        words, infinite: whether cells with words of `WORDS` or infinite numbers may occur; limit: check for `CELL`.
         """
         return np.fromiter(self._numbers(column, words, infinite, limit), float, len(self.rows))
 
@@ -113,7 +111,7 @@ class Samples:
         return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
 
     def check_once(self, columns: Sequence[int]) -> None:
-        """Check that the names of the columns to be used occur once each."""
+        """Check that the name of each used column occurs only once."""
         names = [self.head[k] for k in columns]
         for name in names:
             if (count := names.count(name)) > 1:
@@ -122,7 +120,7 @@ class Samples:
 
 
 def frame_number(text: str) -> float | None:
-    """Return the number of a frame: 12, 12.0, 1.2e+01, or img012.png; None if there is none."""
+    """Return the frame number in a text such as 12, 12.0, 1.2e+01 or img012.png; None if there is none."""
     value = parse_float(text)
     if math.isfinite(value) or text.lower() in MISSING:
         return value if math.isfinite(value) else math.nan
@@ -145,7 +143,7 @@ def read_grid(path: str | Path) -> Grid:
     if len(content) < 2:
         fix = "give a line of column names, then one line per frame"
         raise InputError("must be a table", file=file, value="empty", fix=fix)
-    excel_mark = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # as Excel begins
+    excel_mark = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # first line in files of Excel
     content = content[1:] if excel_mark else content
     first = next((line for _, line in content[:FIRST_LINES] if any(mark in line for mark in MARKS)), content[0][1])
     counts: Callable[[str], int] = first.count

@@ -1,4 +1,4 @@
-"""Importers: manifests for published files of tracked runs."""
+"""Importers: write manifests for published data sets of tracked runs, whose files stay unchanged."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -8,9 +8,12 @@ from typing import Any
 from hypertuna.errors import InputError
 from hypertuna.ranges import check_name
 
-ANGLES, POSES = "deg_hardware_motor_angles.csv", "deg_hardware_trajectories.csv"  # of the robot eel, by amplitude
+ANGLES, POSES = (
+    "deg_hardware_motor_angles.csv",
+    "deg_hardware_trajectories.csv",
+)  # ends of the robot eel's file names, after the amplitude
 EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
-# 122 cm by 122 cm, the robot starts in the middle; nearer to a wall than its height the water is no longer open.
+# 122 cm by 122 cm, start in the middle. Closer to a wall than the robot's height, the water is not open.
 EEL_TANK = {"x_m": [0.0, 1.22], "y_m": [0.0, 1.22], "wall_distance_m": 0.0935}
 
 
@@ -36,9 +39,9 @@ def manifest_text(document: Mapping[str, Any], comment: str) -> str:
 
 
 def _rexeel(folder: str, files: list[str], place: Path) -> dict[str, Any]:
-    """Return the manifest of a robot eel's free swims; its yaw is clockwise from -x: the robot faces +y at 90 deg.
+    """Return the manifest of a robot eel's free swims, whose yaw is clockwise from -x: 90 deg faces +y.
 
-    The servos report late, so the robot made the commanded angles.
+    It uses the commanded angles, since the servos report theirs late.
     """
     amplitudes = {name.removesuffix(end) for name in files for end in (ANGLES, POSES) if name.endswith(end)}
     if not amplitudes:

@@ -1,4 +1,4 @@
-"""Base of the kinds of trials: what a kind adds to a fit, to tables and to figures."""
+"""Base of the kinds of trials: how a kind is fitted, listed in tables and drawn."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-T = TypeVar("T", bound=Any)  # of trials: each has a `name`, unique among those of its kind, a `file`, and `to_pandas`
+T = TypeVar("T", bound=Any)  # a type of trial, with a `name` (unique in its kind), a `file`, and `to_pandas`
 
-FAILED = 10.0  # error of a run without a settled beat: times what was measured, or body lengths, or rad
+FAILED = 10.0  # error of a run without a settled beat: multiples of the measured value, body lengths, or rad
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class Quantity:
 
     name: str
     unit: str  # SI
-    error: str  # unit of its errors: m, deg, or "relative" of single numbers, over what was measured
+    error: str  # unit of its errors: "m", "deg", or "relative" for single numbers (error over measured value)
     shown: str  # displayed unit of the errors
     factor: float  # displayed units per unit of the error
-    level: float  # first noise level where neither a file nor repeated runs state it: relative, or SI
-    source: str  # what sentences call the measurement
-    path: str = ""  # of components: name of the vector, whose length is the size that their errors are judged by
+    level: float  # initial noise level if neither a file nor repeated runs state it: relative, or SI
+    source: str  # name of the measurement in sentences
+    path: str = ""  # of a vector's component: name of the vector, with whose length the error is compared
     per_si: float = 1.0  # units of the error per SI unit
 
     @property
@@ -50,7 +50,7 @@ class Quantity:
 
     @property
     def relative(self) -> bool:
-        """Whether a run is one number, with a relative error."""
+        """Whether a run is a single number, with a relative error."""
         return self.error == "relative"
 
 
@@ -59,50 +59,50 @@ class Sample:
     """One independent measurement: a number, or all frames of a run along one axis."""
 
     quantity: str
-    run: int  # in its rows
-    sd: float  # standard deviation [SI]; where unknown, the factor on the noise level
+    run: int  # index of the run in its `Rows`
+    sd: float  # standard deviation [SI]; if not known, a factor on the noise level
     known: bool  # whether `sd` is known
-    count: int  # elements
+    count: int  # number of elements
 
 
 @dataclass(frozen=True)
 class Point:
-    """A model at which trials are predicted: its coefficients, their derivatives, and the steps of integration."""
+    """A model with which trials are predicted: coefficients, their derivatives, and integration steps."""
 
     robot: Robot
-    model: Any  # of the core
-    columns: Mapping[str, Sequence[float]]  # of the robot that differ from the description
-    along: Array | None  # (parameters, n) by the scaled free coefficients; None for zero Jacobians
-    count: int  # n
-    nuisances: Mapping[str, tuple[int, float, float]]  # by name: position, value [SI], derivative by the scaled one
+    model: Any  # the core's model
+    columns: Mapping[str, Sequence[float]]  # columns of the model that differ from the robot's description
+    along: Array | None  # (parameters, n): derivatives by the scaled free coefficients; None: zero Jacobians
+    count: int  # n, number of free coefficients
+    nuisances: Mapping[str, tuple[int, float, float]]  # by name: index, value [SI], derivative by the scaled value
     levels: Mapping[str, float]  # noise by quantity
-    steps: int  # Runge-Kutta steps per beat, and of its derivatives
-    gradient_steps: int
+    steps: int  # Runge-Kutta steps per beat
+    gradient_steps: int  # Runge-Kutta steps per beat for derivatives
     threads: int
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Computed values of trials' rows, with Jacobian, failures and other quantities of the runs."""
+    """Computed values of `Rows`, with Jacobian, failures, and other quantities of the runs."""
 
-    computed: Array  # (elements,), in the units of what was measured
-    jacobian: Array  # (elements, n), by the free coefficients, each in its scale
-    failed: NDArray[np.bool_]  # (runs,), without a settled beat
-    unstable: NDArray[np.bool_]  # (runs,), periodic but unstable
+    computed: Array  # (elements,), in the units of the measurements
+    jacobian: Array  # (elements, n), with respect to the scaled free coefficients
+    failed: NDArray[np.bool_]  # (runs,): whether a run has no settled beat
+    unstable: NDArray[np.bool_]  # (runs,): whether a run's beat is periodic but unstable
     measurable: Mapping[str, tuple[Array, Array]]  # quantities of all runs, measured or not, and their Jacobians
 
 
 @dataclass(frozen=True)
 class Rows(ABC):
-    """Rows of the residual that are predicted together."""
+    """Rows of a fit's residual that are predicted together."""
 
     measured: Array  # (elements,) [SI]
-    sample: NDArray[np.intp]  # (elements,), index into samples
+    sample: NDArray[np.intp]  # (elements,): index of each element's sample in `samples`
     samples: Sequence[Sample]
     runs: int
 
     one_motion: ClassVar[bool] = False  # whether all runs repeat one motion
-    uncertain: ClassVar[Any] = False  # whether what the model is given has errors, see `drawn`
+    uncertain: ClassVar[Any] = False  # whether inputs of the model, such as joint angles, have errors (see `drawn`)
 
     @cached_property
     def sd(self) -> Array:
@@ -111,16 +111,16 @@ class Rows(ABC):
 
     @abstractmethod
     def predict(self, at: Point) -> Prediction:
-        """Return the computed rows; a run without a settled beat gets values far off and a zero Jacobian."""
+        """Return the computed rows; a run without a settled beat gets values that are far off and a zero Jacobian."""
 
     def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
-        """Return the rows with random errors of the model's inputs, such as joint angles, drawn anew."""
+        """Return the rows with new random errors in the model's inputs, such as joint angles."""
         return self
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return each trial's weights by element, which turn errors into the relative error of its speed.
+        """Return for each trial weights by element: the weighted sum of errors is its speed's relative error.
 
-        Only weights other than 0 are kept: rows of all elements would take memory by the square of the runs.
+        Only weights other than 0 are stored, since full rows would take memory quadratic in the number of runs.
         """
         return [{} for _ in range(1 if self.one_motion else self.runs)]
 
@@ -131,7 +131,7 @@ def spans(columns: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
 
 
 def span_lines(summary: Mapping[str, Any]) -> Iterator[str]:
-    """Yield lines of text for the minima and maxima in a summary, and for quantities that it lacks."""
+    """Yield a line of text for each range in a summary, and for each quantity that is missing (None)."""
     for name, span in summary.items():
         if isinstance(span, list):
             low, high = (f"{round(value, 12):.4g}" for value in span)
@@ -141,7 +141,7 @@ def span_lines(summary: Mapping[str, Any]) -> Iterator[str]:
 
 
 def evenly_spaced(trials: Sequence[T], count: int) -> Sequence[T]:
-    """Return about `count` of the trials, at equal steps through their order."""
+    """Return about `count` of the trials, evenly spaced in their order."""
     return trials[:: max(1, len(trials) // count)]
 
 
@@ -149,11 +149,11 @@ class Kind(ABC, Generic[T]):
     """A kind of trial, such as steady runs: how it is fitted, listed and drawn. Its trials have `name` and `file`."""
 
     trial: type[T]
-    key: ClassVar[str]  # in manifests, and in what `trials check` prints
-    label: ClassVar[str]  # of one
-    others: ClassVar[str]  # what else could be measured of this kind, in sentences
-    transient: ClassVar[bool] = False  # whether it shows transients
-    nuisance: ClassVar[str] = ""  # coefficient of the trials, not of the robot, that it may have
+    key: ClassVar[str]  # of the kind in manifests, and in the output of `trials check`
+    label: ClassVar[str]  # words for one trial of this kind
+    others: ClassVar[str]  # in sentences: further measurements of this kind that could be made
+    transient: ClassVar[bool] = False  # whether its trials show transients
+    nuisance: ClassVar[str] = ""  # a coefficient of the trials, not of the robot, that a fit may free
     quantities: ClassVar[tuple[Quantity, ...]]
 
     def runs(self, trial: T) -> tuple[str, ...]:
@@ -170,22 +170,22 @@ class Kind(ABC, Generic[T]):
 
     @abstractmethod
     def motion(self, trial: T) -> dict[str, float]:
-        """Return a trial's frequency [Hz], largest amplitude [rad] and speed [m/s], those of them that it has."""
+        """Return a trial's "frequency" [Hz], largest "amplitude" [rad] and "speed" [m/s], as far as it has them."""
 
     @abstractmethod
     def rows(self, robot: Robot, trials: Sequence[T], lowest: Mapping[str, float]) -> list[Rows]:
         """Return the rows of a fit's residual from trials; lowest: lower bounds of free nuisances by name [SI]."""
 
     def part(self, trials: Sequence[T], count: int) -> Sequence[T]:
-        """Return about `count` evenly spaced trials for a rough search; all of them in kinds of few trials."""
+        """Return about `count` evenly spaced trials for a rough search; kinds with few trials return all."""
         return trials
 
     def implausible(self, trials: Sequence[T], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Return errors on files that must be in wrong units, and warnings on files that are unlikely."""
+        """Return errors on files that must be in wrong units, and warnings about files with unlikely values."""
         return [], []
 
     def repeated(self, training: Sequence[T], validation: Sequence[T]) -> list[str]:
-        """Return warnings of validation runs that repeat motions of the training runs."""
+        """Return warnings if validation runs repeat motions of the training runs."""
         return []
 
     @abstractmethod
@@ -194,11 +194,11 @@ class Kind(ABC, Generic[T]):
 
     @abstractmethod
     def picture(self, trials: Sequence[T]) -> str:
-        """Return an <svg> element of one trial or more, with its caption."""
+        """Return an <svg> element that shows the trials, with its caption."""
 
     @abstractmethod
     def plot(self, trials: Sequence[T], *, width: float) -> Figure:
-        """Return a figure of one trial or more; `width` [inch]."""
+        """Return a figure that shows the trials; `width` [inch]."""
 
     def table(self, trials: Sequence[T]) -> pd.DataFrame:
         """Return a table with a row for each run."""
@@ -208,7 +208,7 @@ class Kind(ABC, Generic[T]):
 
     @abstractmethod
     def summaries(self, trials: Sequence[T], robot: Robot) -> list[dict[str, Any]]:
-        """Return a summary of each trial or file for JSON, units in the names."""
+        """Return a summary of each trial or file for JSON, with units in the names."""
 
     @abstractmethod
     def lines(self, summary: Mapping[str, Any]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Decays as kinds of trial: the speed of a glide, and the rate of a turn on the spot, from an unknown first one."""
+"""Decays as kinds of trial: the speed of a glide, and the yaw rate of a turn on the spot."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 D = TypeVar("D", bound=Decay)
-STEPS = 1000  # of a decay: linear interpolation between them is off by 1e-6 of the first value
-NEAR = 1e-4  # of the first value: differences of derivatives by it
-ROUNDS, SAME = 30, 1e-12  # of Gauss and Newton for the first value, and the relative change that ends them
+STEPS = 1000  # of a decay; the error of linear interpolation between them is 1e-6 of the first value
+DIFFERENCE_STEP = 1e-4  # of the first value, relative, for central differences of derivatives
+ITERATIONS, TOLERANCE = 30, 1e-12  # of Gauss-Newton for the first value; relative change that ends them
 
 
 @dataclass(frozen=True)
 class DecayRows(Rows):
-    """The rows of a decay, which is computed from the first value that fits its measured rows best."""
+    """Rows of a decay, computed from the first value that fits the measured rows best."""
 
     time: Array  # (rows,) from the first one [s]
-    axis: int  # of the pose's rate: 0 along x, 2 of the heading
-    begin: Array  # (3,) twist of the nose per unit of the first value; the value is that of the axis, of its sign
+    axis: int  # component of the pose's rate: 0 for x, 2 for the heading
+    begin: Array  # (3,): initial twist per unit of the first value, whose sign is that of its `axis`
 
     def predict(self, at: Point) -> Prediction:
-        """Return the computed values and their Jacobian, in which the best first value follows the coefficients."""
+        """Return the computed values and their Jacobian, which includes the change of the best first value."""
         along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
         joints, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
-        sign, none = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
+        sign, no_flag = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
 
         def decay(first: float) -> tuple[Array, Array, Array]:
             track = _core.track(
@@ -52,22 +52,22 @@ class DecayRows(Rows):
             return at_rows[:, 0], at_rows[:, 1:4] @ self.begin, at_rows[:, 4:]
 
         first = float(self.measured[0])
-        for _ in range(ROUNDS):
+        for _ in range(ITERATIONS):
             computed, by_first, by = decay(first)
             change = float(by_first @ (self.measured - computed) / (by_first @ by_first))
-            if not np.isfinite(computed).all() or not abs(change) > SAME * abs(first):
+            if not np.isfinite(computed).all() or not abs(change) > TOLERANCE * abs(first):
                 break
             first += change
         if not np.isfinite(computed).all() or not np.isfinite(by).all():
             far = np.full(len(self.time), FAILED * np.abs(self.measured).max())
-            return Prediction(far, np.zeros((len(far), at.count)), ~none, none, {})
-        # the first value moves with the coefficients so that the rest stays across what it changes
-        size = NEAR * max(abs(first), 1e-300)
+            return Prediction(far, np.zeros((len(far), at.count)), ~no_flag, no_flag, {})
+        # implicit derivative: the best first value keeps the residual orthogonal to its own derivative
+        size = DIFFERENCE_STEP * max(abs(first), 1e-300)
         (_, low, by_low), (_, high, by_high) = decay(first - size), decay(first + size)
         residual = self.measured - computed
         curvature, curves = (residual @ (high - low) / (2 * size), residual @ (by_high - by_low) / (2 * size))
         shift = (curves - by_first @ by) / (by_first @ by_first - curvature)
-        return Prediction(computed, by + np.outer(by_first, shift), none, none, {})
+        return Prediction(computed, by + np.outer(by_first, shift), no_flag, no_flag, {})
 
 
 class Decays(Kind[D]):
@@ -85,7 +85,7 @@ class Decays(Kind[D]):
         return {}
 
     def rows(self, robot: Robot, trials: Sequence[D], lowest: Mapping[str, float]) -> list[Rows]:
-        """Return each decay's rows: a sample each with a stated standard deviation, otherwise one sample together."""
+        """Return each decay's rows: a sample per row if the standard deviation is stated, otherwise one in all."""
         return [self._laid_out(robot, trial) for trial in trials]
 
     def _laid_out(self, robot: Robot, trial: D) -> DecayRows:
@@ -97,7 +97,7 @@ class Decays(Kind[D]):
         return DecayRows(trial.value, sample, samples, 1, *motion)
 
     def repeated(self, training: Sequence[D], validation: Sequence[D]) -> list[str]:
-        """Return a warning if decays validate decays, which are all one motion but for the first value."""
+        """Return a warning if decays are in both sets, since all decays are one motion except for the first value."""
         text = f"The validation runs that are {self.label}s are of the motion of those of the training."
         return [text] if training and validation else []
 
@@ -176,7 +176,7 @@ class Glides(Decays[Glide]):
 
 
 class YawDecays(Decays[YawDecay]):
-    """Turns on the spot that die away."""
+    """Decaying turns on the spot."""
 
     trial = YawDecay
     key, label, others, axis = "yaw_decays", "yaw decay", "yaw decays from other rates", 2

@@ -1,4 +1,4 @@
-"""Runs that are one measured number each as kinds of trial: drag, thrust, power or rate of turn."""
+"""Kinds of trial whose runs are one measured number each: drag, thrust, power or rate of turn."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ R = TypeVar("R", bound=NumberRun)
 
 @dataclass(frozen=True)
 class HeldRows(Rows):
-    """Rows of runs whose head is held on a straight path, with the mean force of the water."""
+    """Rows of runs whose head is towed or held on a straight path, and of which the mean force was measured."""
 
     gaits: tuple[Gait, ...]
-    u: Array  # (runs,) [m/s]
-    sign: float  # 1 of a force toward the head
+    u: Array  # (runs,): speed of the head through the water [m/s]
+    sign: float  # 1 if a positive number is a force toward the head (thrust), -1 for drag
 
     def predict(self, at: Point) -> Prediction:
         """Return the computed mean force of every run [N]."""
@@ -58,10 +58,10 @@ class HeldRows(Rows):
 
 @dataclass(frozen=True)
 class BeatRows(Rows):
-    """Rows of settled gaits of which one quantity was measured."""
+    """Rows of runs with settled gaits of which one quantity was measured."""
 
     gaits: tuple[Gait, ...]
-    quantity: str  # of a settled beat, as by `DIFFERENTIABLE`
+    quantity: str  # of a settled beat, one that has derivatives
 
     def predict(self, at: Point) -> Prediction:
         """Return the computed quantity of every run."""
@@ -89,7 +89,7 @@ class Numbers(Kind[R]):
         return {} if gait is None else {"frequency": gait.frequency, "amplitude": max(gait.amplitude)}
 
     def laid_out(self, trials: Sequence[R]) -> tuple[Array, NDArray[np.intp], list[Sample], int]:
-        """Return the first four fields of `Rows` for some runs: values, index and list of samples, number of runs."""
+        """Return the first four fields of `Rows` for these runs: values, sample indices, samples, number of runs."""
         name = self.quantities[0].name
         deviations = [(abs(run.value) if run.sd is None else run.sd) / math.sqrt(run.repeats) for run in trials]
         samples = [Sample(name, k, deviation, trials[k].sd is not None, 1) for k, deviation in enumerate(deviations)]
@@ -100,7 +100,7 @@ class Numbers(Kind[R]):
         return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[R], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Return a warning for each file whose numbers are far from the model's, or of the other sign; no errors."""
+        """Return no errors, but a warning for each file whose numbers are far from the model's or of the other sign."""
         point = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
         one, warnings = self.quantities[0], []
         for file in dict.fromkeys(run.file for run in trials):
@@ -114,7 +114,7 @@ class Numbers(Kind[R]):
         return [], warnings
 
     def repeated(self, training: Sequence[R], validation: Sequence[R]) -> list[str]:
-        """Return a warning of validation runs that repeat runs of the training."""
+        """Return a warning if validation runs repeat training runs."""
         trained = {(run.gait, run.u) for run in training}
         count = sum((run.gait, run.u) in trained for run in validation)
         text = f"{count} of {len(validation)} validation runs that are {self.label}s repeat those of the training."
@@ -128,7 +128,7 @@ class Numbers(Kind[R]):
         return trial.name, gait, number(trial.u, "m/s") if "u" in trial.columns else ""
 
     def axis(self, trials: Sequence[R]) -> tuple[list[float], str]:
-        """Return the abscissas of a figure of runs, speeds or frequencies, and their label."""
+        """Return the abscissas of a figure (speeds or frequencies) and their label."""
         if any(run.gait is None for run in trials):
             return [run.u for run in trials], "speed [m/s]"
         return [run.gait.frequency for run in trials if run.gait], "frequency [Hz]"

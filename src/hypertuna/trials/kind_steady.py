@@ -1,4 +1,4 @@
-"""Steady runs as a kind of trial: the gait settles, and its speed and cost of transport are compared."""
+"""Steady runs as a kind of trial: speed and cost of transport of settled gaits are compared."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-USABLE = (0, 2)  # settled, and periodic but unstable: both have derivatives
-UNSTABLE = 2
+USABLE = (0, 2)  # statuses of beats that have derivatives: settled, and periodic but unstable
+UNSTABLE = 2  # status of a beat that is periodic but unstable
 
 
 def with_cost_factor(at: Point, cost: Array, jacobian: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return mechanical costs or powers, and their Jacobian, times the factor to the measured, electrical ones."""
+    """Multiply mechanical costs or powers, and their Jacobian, by `cost_factor`, which makes them electrical."""
     if not (nuisance := at.nuisances.get("cost_factor")):
         return cost, jacobian
     k, factor, by_scaled = nuisance
@@ -64,7 +64,7 @@ class SteadyRows(Rows):
         return Prediction(computed, jacobian, ~usable, usable & (beats["status"] == UNSTABLE), table)
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return for each run the weight by element whose product with the error is the speed's relative error."""
+        """Return for each run the weight of its speed's element, which makes its error a relative error."""
         weights: list[dict[int, float]] = [{} for _ in self.gaits]
         for k, (sample, value) in enumerate(zip(self.samples, self.measured.tolist(), strict=True)):
             if sample.quantity == "speed" and value:
@@ -87,7 +87,7 @@ class Steady(Kind[SteadyRun]):
         return nuisance == self.nuisance and trial.cost_of_transport is not None
 
     def motion(self, trial: SteadyRun) -> dict[str, float]:
-        """Return a run's frequency [Hz], largest amplitude [rad], and speed [m/s] if it was measured."""
+        """Return a run's "frequency" [Hz], largest "amplitude" [rad] and, if it was measured, "speed" [m/s]."""
         beat = {"frequency": trial.gait.frequency, "amplitude": max(trial.gait.amplitude)}
         return beat if trial.speed is None else beat | {"speed": trial.speed}
 
@@ -113,11 +113,11 @@ class Steady(Kind[SteadyRun]):
         return evenly_spaced(trials, count)
 
     def implausible(self, trials: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Return errors on files with wrong units and warnings on unlikely ones, by speeds and amplitudes."""
+        """Return errors on files with wrong units, and warnings about unlikely speeds or amplitudes."""
         return implausible_runs(trials, robot)
 
     def repeated(self, training: Sequence[SteadyRun], validation: Sequence[SteadyRun]) -> list[str]:
-        """Return a warning of validation runs that repeat gaits of the training."""
+        """Return a warning if validation runs repeat gaits of the training runs."""
         gaits = {run.gait for run in training}
         count = sum(run.gait in gaits for run in validation)
         runs = f"{count} of {len(validation)} steady validation runs"
@@ -130,7 +130,7 @@ class Steady(Kind[SteadyRun]):
         return trial.name, gait_text(trial.gait), number(trial.speed if trial.speed is not None else np.nan, "m/s")
 
     def picture(self, trials: Sequence[SteadyRun]) -> str:
-        """Return an SVG of the first quantity that was measured, over the frequency."""
+        """Return an SVG of the first measured quantity over the frequency."""
         from hypertuna.pictures import captioned, curve_svg
 
         shown = next(q for q in self.quantities if any(getattr(run, q.name) is not None for run in trials))

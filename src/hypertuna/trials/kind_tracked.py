@@ -18,29 +18,29 @@ from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Row
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.replay import AXES, BORDER, joint_grid, replay_jacobian, seen_from_start
 from hypertuna.trials.smoothing import SmoothSeries
-from hypertuna.trials.start import Unknown, beat_of, begin_of, between, head_of, meet
+from hypertuna.trials.start import Unknown, beat_of, begin_of, between, fit_begin, head_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-MIN_RUNS = 4  # of a recording, for its noise to be computed from their scatter; that of fewer is estimated with the fit
+MIN_RUNS = 4  # of a recording, to compute the noise from their scatter; otherwise the fit estimates the noise
 
 
 @dataclass(frozen=True)
 class TrackedRows(Rows):
-    """The rows of a recording: its joint motion to be replayed, and the tracked poses at the frames of its runs."""
+    """Rows of a recording: its joint motion to replay, and the tracked poses at the frames of its runs."""
 
     recording: Recording
-    curve: SmoothSeries  # of its joint angles
-    joints: Array  # (2 * steps + 1, links, 3)
-    step: float  # s
-    time: Array  # (steps + 1,) s, on the clock of the tracks
+    curve: SmoothSeries  # smoothed joint angles
+    joints: Array  # (2 * steps + 1, links, 3): joint motion of `joint_grid`
+    step: float  # s, of the replay
+    time: Array  # (steps + 1,) s, of the replay, on the clock of the tracks
     frames: Array  # (frames,) s, of all runs
-    turn: Array  # (frames,) rad, from the axes of the replay to those of the run
-    twist: Array | None  # (3,) at the start, of a run that begins in motion: given, or a guess
-    error: Array  # (runs, 3), of the first poses: a guess
-    unknown: Unknown | None  # of how the runs begin
+    turn: Array  # (frames,) rad: rotation from the axes of the replay to those of the run
+    twist: Array | None  # (3,) initial twist of runs that begin in motion, given or guessed; None at rest
+    error: Array  # (runs, 3): guessed errors of the first poses
+    unknown: Unknown | None  # unknown twist or first poses, which are fitted; None if all are known
 
     one_motion: ClassVar[bool] = True
 
@@ -50,7 +50,7 @@ class TrackedRows(Rows):
         return bool(self.curve.noise.any())
 
     def drawn(self, robot: Robot, rng: np.random.Generator) -> Self:
-        """Return the rows with the noise of the joint angles drawn anew."""
+        """Return the rows with new random noise in the joint angles."""
         redrawn = replace(self.recording, joints=self.curve.drawn(rng))
         return replace(self, joints=joint_grid(robot, redrawn.smoothed())[0])
 
@@ -60,12 +60,12 @@ class TrackedRows(Rows):
         along = np.zeros((len(parameter_names(at.robot)), 0)) if at.along is None else at.along
         half = at.columns.get("links.length", at.robot.links.length)[0] / 2
         by_half = along[parameter_names(at.robot).index("links.length[0]")] / 2
-        # at the frames, between two steps of the replay; before its start the robot rests
+        # frames are interpolated between two steps of the replay; before its start the robot rests
         offset = at.nuisances.get(f"time_offset[{self.recording.name}]")
         shift = 0.0 if offset is None else offset[1] - self.recording.time_offset
         clock = (self.frames - shift - self.time[0]) / self.step
 
-        def swum(twist: Array | None) -> tuple[Array, Array, Array]:
+        def replayed(twist: Array | None) -> tuple[Array, Array, Array]:
             pose, _, by = replay_jacobian(at.robot, self.joints, self.step, along, model=at.model, twist=twist)
             twist_columns = 0 if twist is None else 3
             by_head = by_half if twist is None else np.append(np.zeros(3), by_half)
@@ -78,9 +78,9 @@ class TrackedRows(Rows):
             return at_frames, by[..., :twist_columns], by[..., twist_columns:]
 
         if self.unknown is None:
-            at_frames, _, by = swum(self.twist)
+            at_frames, _, by = replayed(self.twist)
         else:
-            at_frames, by = meet(self.unknown, swum, self.twist, self.error, self._noise(at.levels))[2:]
+            at_frames, by = fit_begin(self.unknown, replayed, self.twist, self.error, self._noise(at.levels))[2:]
         by = by if at.along is not None else np.zeros((frames, 3, n))
         runs = np.zeros(self.runs, dtype=bool)
         if not (np.isfinite(at_frames).all() and np.isfinite(by).all()):
@@ -93,10 +93,10 @@ class TrackedRows(Rows):
         return Prediction(at_frames.T.ravel(), np.moveaxis(by, 1, 0).reshape(3 * frames, n), runs, runs, {})
 
     def speed_errors(self) -> list[dict[int, float]]:
-        """Return the weights by element of the relative error of all runs' mean speed along their net displacement."""
+        """Return weights by element: the weighted sum of errors is the relative error of the runs' mean speed."""
         row: dict[int, float] = {}
         for run in range(self.runs):
-            # the error of the last frame over its distance from the start
+            # the last frame's error along its displacement, over that displacement
             of_run = (k for k, sample in enumerate(self.samples) if sample.run == run and sample.quantity in ("x", "y"))
             last_frames = [int(np.flatnonzero(self.sample == k)[-1]) for k in of_run]
             distance = max(float(np.sum(self.measured[last_frames] ** 2)), 1e-300)
@@ -104,7 +104,7 @@ class TrackedRows(Rows):
         return [row]
 
     def _noise(self, levels: Mapping[str, float]) -> Array:
-        """Return the standard deviation (3,) [m, m, rad] of a frame's pose: the root mean square over runs."""
+        """Return the standard deviation (3,) [m, m, rad] of a frame's pose, as the root mean square over runs."""
         level = {quantity.name: levels.get(quantity.name, quantity.level) for quantity in Tracked.quantities}
         sd = np.array([(1.0 if sample.known else level[sample.quantity]) * sample.sd for sample in self.samples])
         names = np.array([sample.quantity for sample in self.samples])
@@ -112,7 +112,7 @@ class TrackedRows(Rows):
 
 
 class Tracked(Kind[Recording]):
-    """Recordings: measured joint angles, and tracked poses of the runs that they made."""
+    """Recordings: measured joint angles, and tracked poses of the runs with these joint angles."""
 
     trial = Recording
     key, label, others, transient = "recordings", "tracked recording", "motions", True
@@ -124,7 +124,7 @@ class Tracked(Kind[Recording]):
     )
 
     def runs(self, trial: Recording) -> tuple[str, ...]:
-        """Return the names of a recording's runs, RECORDING/RUN each."""
+        """Return the names of a recording's runs, as RECORDING/RUN."""
         return trial.runs
 
     def only(self, trial: Recording, names: Collection[str]) -> Recording | None:
@@ -144,7 +144,7 @@ class Tracked(Kind[Recording]):
         return [_rows(robot, recording, lowest.get(f"time_offset[{recording.name}]")) for recording in trials]
 
     def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
-        """Return a warning of validation runs that repeat joint motions of the training."""
+        """Return a warning if validation runs repeat joint motions of the training runs."""
         trained = {recording.name for recording in training}
         names = ", ".join(recording.name for recording in validation if recording.name in trained)
         text = (
@@ -204,7 +204,7 @@ class Tracked(Kind[Recording]):
 def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRows:
     """Return a recording's rows: joint motion on the replay's grid, and poses seen from the first of each run.
 
-    lowest: lower bound of a free time offset [s]; only frames are used that the replay spans for all its values.
+    lowest: lower bound of a free time offset [s]; only frames that the replay spans for all allowed offsets are used.
     """
     curve = recording.smoothed()
     joints, step = joint_grid(robot, curve)

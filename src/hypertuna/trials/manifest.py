@@ -26,11 +26,11 @@ from hypertuna.trials.tracks import JointSeries, Track, lag_of, read_joints, rea
 
 # --- the schema; keys of the file carry the unit, attributes are SI and radians
 
-Real = Annotated[float, number(CELL)]  # as numbers in tables of measurements
+Real = Annotated[float, number(CELL)]  # within the limits for numbers in tables of measurements
 
 
 def _noise(value: Any) -> float | tuple[float, ...]:
-    """Return noise, a number or a list of numbers [deg], in radians."""
+    """Check noise, a number or a list of numbers [deg], and convert it to radians."""
     several = value if isinstance(value, list) else [value]
     if not several or any(isinstance(x, bool) or not isinstance(x, (int, float)) or x not in NOISE for x in several):
         raise ValueError("must not be negative: a number of degrees, or a list of one per joint group")
@@ -39,6 +39,7 @@ def _noise(value: Any) -> float | tuple[float, ...]:
 
 
 NOISE = Range(min=0, max=180, unit="deg")
+# JSON schema of noise: a number or a list of numbers.
 NUMBERS = {"anyOf": [{"type": "number", "minimum": 0}, {"type": "array", "items": {"type": "number"}}]}
 
 
@@ -95,14 +96,14 @@ class VelocityTable(Part):
 
 
 def _name(name: str) -> str:
-    """Return the name of a recording after a check of its characters."""
+    """Check the characters of a recording's name, and return it."""
     if "/" in name or "\0" in name or not name.strip(". "):
         raise ValueError("must be a name without /, and not of dots alone")
     return name
 
 
 def _window(window: tuple[float, ...]) -> tuple[float, ...]:
-    """Return a window [s] after a check that its end is later than its begin."""
+    """Check that a window [s] is two increasing times, and return it."""
     if not (len(window) == 2 and window[0] < window[1]):
         raise ValueError("must be two times, the first earlier")
     return window
@@ -170,26 +171,26 @@ class Recording(
     Tabular,
     data=lambda recording: series_columns(recording.joints.time, angle=recording.joints.angle),
 ):
-    """Swims with one joint motion, and the tracks of their runs."""
+    """One measured joint motion, and the tracks of the runs that used it."""
 
     name: str  # without /
     joints: JointSeries  # within the window, on its own clock
     noise: float | tuple[float, ...] | None  # standard deviation of the joint angles [rad]; None to estimate it
-    tracks: tuple[Track, ...]  # runs, within the window, each seen from its first frame: the start pose if given
+    tracks: tuple[Track, ...]  # of the runs, within the window; if a start pose is given, it is each one's first pose
     time_offset: float = 0.0  # added to the joints' clock to get that of the tracks [s]
     window: tuple[float, float] | None = None  # of the data in use, on the clock of the tracks [s]
-    start: Pose | None = None  # of the nose at the first frame, if the manifest gives it
+    start: Pose | None = None  # pose of the nose at the first frame, if the manifest gives it
     repeats: int = 1  # number of swims that each track is the mean of
     file: str = ""  # manifest or folder
     moving: bool = False  # whether the runs begin in motion: the first frame is at the first sample of the joints
-    velocity: Velocity | None = None  # at the first sample; None: 0 at rest, else from the first beat
+    velocity: Velocity | None = None  # at the first sample; None: 0 at rest, or estimated from the first beat if moving
     lag: tuple[float, ...] | None = None  # of the measured joint angles behind their targets [s], if both are known
-    ended: tuple[str, ...] = ()  # runs that a wall of the tank ended
+    ended: tuple[str, ...] = ()  # names of the runs that were cut near a wall of the tank
     align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
-    noise_tau: float | None = None  # memory of that noise [s]
+    noise_tau: float | None = None  # correlation time of the joint angles' noise [s]
 
     def begin(self, robot: Robot) -> tuple[Array | None, bool]:
-        """Return the twist (3,) [m/s, rad/s] at the start of the runs, and whether their first poses have errors.
+        """Return the initial twist (3,) [m/s, rad/s] of the runs, and whether their first poses have errors.
 
         Parameters
         ----------
@@ -207,7 +208,7 @@ class Recording(
         return twist, self.start is None and (self.moving or self.align)
 
     def smoothed(self) -> SmoothSeries:
-        """Return the joint angles as functions of time, smoothed by their noise as the manifest states it.
+        """Return the joint angles as smooth functions of time, with the noise that the manifest states.
 
         Returns
         -------
@@ -229,7 +230,7 @@ def read_manifest(path: str | Path, robot: Robot) -> tuple[Run | Recording, ...]
 def parse_manifest(
     document: Mapping[str, Any], robot: Robot, *, folder: Path, file: str
 ) -> tuple[Run | Recording, ...]:
-    """Return the trials of a manifest's document, after its checks, read from the files that it names."""
+    """Check a manifest's document, read the files that it names, and return the trials."""
     try:
         manifest = Manifest.model_validate(document)
         _check(manifest, robot)
@@ -319,7 +320,7 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
 
 
 def _joints(table: Joints, key: str, folder: Path, file: str) -> tuple[JointSeries, tuple[float, ...] | None]:
-    """Read the joint angles in use, and the lag [s] of each measured one behind its target, None without targets."""
+    """Read the joint angles to use, and the lag [s] of measured angles behind their targets (None without targets)."""
     options: dict[str, Any] = {"time": table.time, "unit": table.unit}
     if table.use == "targets" and table.targets is None:
         fix = "name their columns, or leave out use"
@@ -349,7 +350,7 @@ def _tracks(poses: Poses, key: str, folder: Path, file: str) -> list[Track]:
 def _begin_together(
     joints: JointSeries, tracks: Sequence[Track], offset: float, period: float, place: str
 ) -> tuple[JointSeries, list[Track]]:
-    """Cut joint angles and tracks to a common first time, as `begin_together`; its errors name file and key."""
+    """Call `begin_together`, and add file and key to its errors."""
     try:
         return begin_together(joints, tracks, offset, period)
     except InputError as error:
@@ -357,7 +358,7 @@ def _begin_together(
 
 
 def _frames(track: Track, kept: Any) -> Track:
-    """Return a track with some of its frames, chosen by a slice, indices or a mask."""
+    """Return a track with only some of its frames; kept: slice, indices or mask."""
     return replace(track, time=track.time[kept], pose=track.pose[kept])
 
 
@@ -374,7 +375,7 @@ def _before_walls(track: Track, robot: Robot, tank: Tank) -> Track:
 
 
 def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
-    """Return the joint angles from begin to end [s] of their own clock."""
+    """Cut joint angles to times from `begin` to `end` [s] on their own clock."""
     kept = np.flatnonzero((joints.time >= begin) & (joints.time <= end))
     if not len(kept):
         value = f"{joints.time[0]:g} to {joints.time[-1]:g} s"
@@ -385,7 +386,7 @@ def _cut_joints(joints: JointSeries, begin: float, end: float) -> JointSeries:
 
 
 def _from_start(track: Track, start: Array) -> Track:
-    """Return a track whose first pose is the start pose (3,), with the whole turns of yaw of the tracked one."""
+    """Replace a track's first pose by the start pose (3,), whose yaw gets the same number of whole turns."""
     turns = 2 * np.pi * np.round((track.pose[0, 2] - start[2]) / (2 * np.pi))
     first = start + np.array([0, 0, turns])
     return replace(track, pose=np.concatenate([first[np.newaxis], track.pose[1:]]))

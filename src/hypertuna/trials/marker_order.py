@@ -1,4 +1,4 @@
-"""The order of markers along the body, where nothing but their order says their places."""
+"""Find the order of markers along the body, if no places are given for them."""
 
 import re
 from collections.abc import Sequence
@@ -9,15 +9,15 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.trials.markers import Markers
 
-INVERTED = 0.35  # spacings by which a marker may lie before the one that it follows
-FRAMES = 200  # from which the order is found
+INVERTED = 0.35  # mean spacings by which a marker may lie ahead of the marker before it
+MAX_FRAMES = 200  # about the number of frames from which the order is found
 
 
 def in_order(markers: Markers) -> tuple[list[int], tuple[str, ...]]:
-    """Return the indices of markers from nose to tail, and a sentence if their order is not that of the file.
+    """Return the indices of markers from nose to tail, and a note if that is not the order of the file.
 
-    Names that are sorted as text (p1, p10, p2) follow their numbers. Markers that do not lie along the body in the
-    order that was found are refused.
+    Names sorted as text (p1, p10, p2) are put in the order of their numbers. Raise an error if the markers do not lie
+    along the body in the order found.
     """
     names = markers.names
     by_number = sorted(range(len(names)), key=lambda m: _parts(names[m]))
@@ -31,7 +31,7 @@ def in_order(markers: Markers) -> tuple[list[int], tuple[str, ...]]:
 
 
 def _parts(name: str) -> list[tuple[bool, int, str]]:
-    """Return the key to sort a name by: its words and numbers, so that m2 comes before m10."""
+    """Return a sort key for a name, made of its words and numbers, so that m2 comes before m10."""
     parts = re.findall(r"[0-9]{1,12}|[^0-9]+", name.lower())
     return [(part.isdecimal(), int(part) if part.isdecimal() else 0, part) for part in parts]
 
@@ -43,7 +43,7 @@ def _numbered(names: Sequence[str]) -> bool:
 
 def _check(markers: Markers, order: Sequence[int]) -> None:
     """Check, by the distances between markers, that they lie along the body in the given order."""
-    place = markers.place[:: len(markers.time) // FRAMES + 1][:, list(order)]
+    place = markers.place[:: len(markers.time) // MAX_FRAMES + 1][:, list(order)]
     if len(order) < 3 or not np.isfinite(place).all(axis=2).any(axis=0).all():
         return
     positions = _along(place)
@@ -69,7 +69,7 @@ def _along(place: Array) -> Array | None:
     for m in range(count):
         distance = np.linalg.norm(place - place[:, m : m + 1], axis=2)
         if not np.isfinite(distance).any(axis=0).all():
-            return None  # two that are never seen together
+            return None  # two markers are never seen in the same frame
         distances[m] = np.nanmedian(distance, axis=0)
     center = np.eye(count) - 1 / count
     value, vector = np.linalg.eigh(-0.5 * center @ (distances + distances.T) ** 2 / 4 @ center)

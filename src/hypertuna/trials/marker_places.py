@@ -1,4 +1,4 @@
-"""Where markers lie on a robot: a small CSV file, or equal spacing along the midline."""
+"""Places of markers on a robot: from a small CSV file, or equally spaced along the midline."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,9 +31,9 @@ def equal_spacing(robot: Robot, names: Sequence[str]) -> Places:
 
 
 def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Places:
-    """Read the places of markers; a marker that was not tracked is an error, a tracked one without a place is unused.
+    """Read the places of markers. A marker that was not tracked is an error; a tracked one without a place is not used.
 
-    Columns: marker; link and along_m, or from_nose_m; maybe across_m, to starboard.
+    Columns: marker; link and along_m, or from_nose_m; optionally across_m, to starboard.
     """
     table = read_table(path, RUNS)
     for column in table.head:

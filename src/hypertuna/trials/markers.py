@@ -1,4 +1,4 @@
-"""Tracked markers or midline points over time, of any form of file: times in s, places in m on the swimming plane."""
+"""Tracked markers or midline points from any form of file, with times in s and places in m on the swimming plane."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +14,9 @@ from hypertuna.trials.points import Points
 from hypertuna.trials.swimming_plane import on_plane
 
 MIN_FRAMES = 12
-SURE = 1.5  # a likelihood beyond it is no part of 1
-PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # flags of visibility: missing, hidden, seen
-SAME_UNIT = 0.01  # relative difference of two scales that are the same
+MAX_LIKELIHOOD = 1.5  # larger likelihoods cannot be fractions of 1: they are flags or percent
+PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # scale of percent; flags of visibility: missing, hidden, seen
+SCALE_TOLERANCE = 0.01  # relative difference up to which two scales agree
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Markers:
     time: Array  # (frames,) [s]
     place: Array  # (frames, markers, 2) [m], y counter-clockwise from x; NaN where a marker is missing
     weight: Array  # (frames, markers) likelihood or visibility of each marker, 0 where it is missing
-    names: tuple[str, ...]  # of the markers
+    names: tuple[str, ...]  # names of the markers
     file: str = ""
-    ignored: tuple[str, ...] = ()  # columns of the file without a use
-    form: str = ""  # of the file
+    ignored: tuple[str, ...] = ()  # names of the file's unused columns
+    form: str = ""  # name of the file's form
     notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
 
 
@@ -90,7 +90,7 @@ def markers_of(
     min_likelihood: float = 0.5,
     vertical: str | None = None,
 ) -> Markers:
-    """Return tracked points as markers in m and s, without those of low weight; options: as of `read_markers`."""
+    """Convert tracked points to markers in m and s, and drop those of low weight; options: as of `read_markers`."""
     scale, notes = _scale(points, scale)
     time, clock_notes = clock_of(points, frame_rate)
     if len(time) < MIN_FRAMES:
@@ -108,13 +108,13 @@ def markers_of(
 
 
 def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]:
-    """Return the scale [m per unit] that the user or the file states, and sentences on it; they must agree."""
+    """Return the scale [m per unit] that the user or the file states, and notes on it; both must agree."""
     if given is not None:
         POSITIVE.check(given, "scale", "give meters per unit")
     file_scale = points.length_unit
     if file_scale is None:
         return 1.0 if given is None else given, ()
-    if given is not None and abs(given / file_scale - 1) > SAME_UNIT:
+    if given is not None and abs(given / file_scale - 1) > SCALE_TOLERANCE:
         rule = f"must agree with the file, whose form is that of {points.form} and whose unit is {file_scale:g} m"
         fix = "leave out --unit and --scale"
         raise InputError(rule, file=points.file, key="--unit or --scale", value=f"{given:g} m", fix=fix)
@@ -122,14 +122,14 @@ def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]
 
 
 def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
-    """Return weights (rows, points) from 0 to 1, 1 for points set by hand without likelihood; and sentences on them."""
+    """Return weights (rows, points) from 0 to 1 (1 for points set by hand, without a likelihood), and notes on them."""
     weight = points.weight
     stated = weight[np.isfinite(weight)]
     notes: tuple[str, ...] = ()
-    if len(stated) and stated.max() > SURE:
+    if len(stated) and stated.max() > MAX_LIKELIHOOD:
         if np.isin(stated, FLAGS).all():
             weight, notes = np.minimum(weight, 1.0), ("visibility is taken as 0 missing, 1 hidden, 2 seen",)
-        elif stated.max() <= PERCENT and float(np.median(stated)) > SURE:
+        elif stated.max() <= PERCENT and float(np.median(stated)) > MAX_LIKELIHOOD:
             weight, notes = weight / PERCENT, ("likelihoods are taken as percent",)
         else:
             rule, fix = "must be parts of 1, or percent", "scale the column"

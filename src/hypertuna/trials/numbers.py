@@ -1,4 +1,4 @@
-"""Runs that are one measured number each: drag, thrust, power or rate of turn; from CSV files."""
+"""Runs that are one measured number each (drag, thrust, power or rate of turn), read from CSV files."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import Gait, gait_table
 from hypertuna.trials.steady import SIZE, gait_keys, gait_of, name_of, number, origin, unique
 
-U = Range(above=0, max=100, unit="m/s")
-NUMBER = Range(min=-1e9, max=1e9)  # SI
+U = Range(above=0, max=100, unit="m/s")  # speeds through the water
+NUMBER = Range(min=-1e9, max=1e9)  # measured values [SI]
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class NumberRun(Tabular, data=lambda run: run.row()):
 
     name: str
     value: float  # mean of the repeats [SI]
-    sd: float | None = None  # of a single repeat [SI]
+    sd: float | None = None  # standard deviation of a single repeat [SI]
     gait: Gait | None = None  # as commanded; None for a straight body
-    u: float = 0.0  # speed of the head through the water, where it is given [m/s]
+    u: float = 0.0  # speed of the towed or held head through the water [m/s]
     repeats: int = 1  # number of runs that the value is the mean of
     file: str = ""  # file and line of the run
     line: int = 0
 
-    columns: ClassVar[Mapping[str, str]]  # of a file, by attribute
-    beats: ClassVar[bool] = True  # whether it has a gait
+    columns: ClassVar[Mapping[str, str]]  # by attribute: name of its column in a file
+    beats: ClassVar[bool] = True  # whether runs of this type have a gait
     per_si: ClassVar[float] = 1.0  # units of the file per SI unit
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class NumberRun(Tabular, data=lambda run: run.row()):
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of runs that the value is the mean of")
 
     def row(self) -> dict[str, Any]:
-        """Return the run as columns of one row, by the names and in the units of a CSV file."""
+        """Return the run as columns of one row, with the names and units of a CSV file."""
         gait = {} if self.gait is None else gait_table([self.gait])
         sizes = {"u": 1.0, "value": self.per_si, "sd": self.per_si, "repeats": 1}
         given = {key: (getattr(self, key), size) for key, size in sizes.items() if key in self.columns}
@@ -63,7 +63,7 @@ ENDS = {"repeats": "repeats", "name": "run"}
 
 
 class Tow(NumberRun):
-    """The drag of the straight body, towed head first: a force gauge between carriage and head, joints at 0.
+    """Drag of the straight body towed head first, by a force gauge between carriage and head, with the joints at 0.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Tow(NumberRun):
 
 
 class HeldThrust(NumberRun):
-    """The mean thrust of a beat while the head is held, still or in a current: toward the head, less the drag.
+    """Mean thrust over a beat with the head held, in still water or a current: net of drag, positive toward the head.
 
     Parameters
     ----------
@@ -102,7 +102,9 @@ class HeldThrust(NumberRun):
 
 
 class PowerRun(NumberRun):
-    """The mean mechanical power of all joints over a settled beat, or what is drawn for it: free `cost_factor`.
+    """Mean mechanical power of all joints over a settled beat.
+
+    If it is the electrical power, free `cost_factor` in the fit.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ class PowerRun(NumberRun):
 
 
 class TurnRun(NumberRun):
-    """The mean rate of turn of a settled gait, counter-clockwise: of a circle, speed over radius.
+    """Mean rate of turn of a settled gait, counter-clockwise; on a circle, it is speed over radius.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ R = TypeVar("R", bound=NumberRun)
 
 
 def read_numbers(path: str | Path | Table, robot: Robot, made: type[R]) -> tuple[R, ...]:
-    """Read runs of a type from a CSV file: one row per run; docs/trials.md lists the columns."""
+    """Read runs of a type `made` from a CSV file with one row per run; docs/trials.md lists the columns."""
     table = table_of(path, RUNS)
     names = made.columns
     needed = {key: names[key] for key in ("value", *(() if made.beats else ("u",)))}

@@ -1,4 +1,4 @@
-"""Figures of replays, the pose of the head over time with the tracked runs; and of trials, by their kind."""
+"""Figures of replays (the head's pose over time, with the tracked runs) and of trials."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COLUMN = 2.6  # inch, minimum width of the panels of a recording
 @plots.of(Trials)
 @styled
 def plot_trials(trials: Trials, *, width: float = WIDTH) -> Figure:
-    """Plot the trials of the first kind among them, in the figure of that kind: `width` [inch]."""
+    """Plot the trials of the first kind that has any; `width` [inch]."""
     for kind, members in trials.kinds.items():
         return kind.plot(members, width=width)
     raise InputError("must hold a run", key="plot", fix="read a file with measured runs")
@@ -42,7 +42,7 @@ def plot_replay(robot: Robot, result: xr.Dataset, tracks: Sequence[Track], *, wi
 def plot_recordings(
     robot: Robot, recordings: Sequence[Recording], results: Sequence[xr.Dataset], *, width: float = WIDTH
 ) -> Figure:
-    """Plot replays of recordings side by side, as `plot_replay`, on one scale; width: the least one [inch]."""
+    """Plot replays of recordings side by side with a common scale; width: smallest width of the figure [inch]."""
     cases = [(recording.name, result, recording.tracks) for recording, result in zip(recordings, results, strict=True)]
     return _figure(robot, cases, max(width, COLUMN * len(cases)), WIDTH)
 
@@ -50,7 +50,7 @@ def plot_recordings(
 def _figure(
     robot: Robot, cases: Sequence[tuple[str, xr.Dataset, Sequence[Track]]], width: float, height: float
 ) -> Figure:
-    """Plot replays side by side: title, replay and tracked runs of each."""
+    """Plot replays side by side; cases: title, replay and tracked runs."""
     figure = Figure(figsize=(width, height), layout="constrained")
     panels = figure.subplots(3, len(cases), sharex="col", sharey="row", squeeze=False)
     for column, (title, result, tracks) in zip(panels.T, cases, strict=True):

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, line_style, styled
 from hypertuna.trials.marker_run import MarkerRun
 
-POSTURES = 3  # chains in the first panel: more would hide each other
-BAND, WIDEST = 2, 60.0  # standard deviations of the band about an angle, and its largest half width [deg]
+POSTURES = 3  # number of chains in the first panel; more would hide each other
+BAND, MAX_BAND = 2, 60.0  # half width of the band about an angle: standard deviations, and largest value [deg]
 
 
 @styled
@@ -52,7 +52,7 @@ def _plot_chain(panel: Axes, run: MarkerRun) -> None:
 
 
 def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
-    """Plot the distance of each marker from its place on the chain, all frames."""
+    """Plot the distance of each marker from its place on the chain, in all frames."""
     distance = 1e3 * np.linalg.norm(run.fit.residual, axis=2)
     names: Sequence[str] = run.places.names
     rng = np.random.default_rng(0)
@@ -80,7 +80,7 @@ def _plot_residuals(panel: Axes, run: MarkerRun) -> None:
         label="mean place of a marker from where it should be",
     )
     panel.set_yscale("log")
-    panel.set_ylim(bottom=max(panel.get_ylim()[0], run.fit.noise))  # a thousandth of the noise
+    panel.set_ylim(bottom=max(panel.get_ylim()[0], run.fit.noise))  # the axis need not show distances below the noise
     panel.set_xticks(range(len(names)), names, rotation=0 if len(names) < 12 else 90)
     panel.set_ylabel("distance [mm]")
     panel.set_title(f"Markers from the chain: {int(run.fit.rejected.sum())} rejected")
@@ -93,12 +93,12 @@ def _plot_angles(panel: Axes, run: MarkerRun) -> None:
         time = run.markers.time[frames]
         angle, sd = np.degrees(run.fit.angle[frames]), np.degrees(run.fit.sd[frames, 3:])
         for g, group in enumerate(run.chain.groups):
-            style, band = line_style(g), np.minimum(BAND * sd[:, g], WIDEST)
+            style, band = line_style(g), np.minimum(BAND * sd[:, g], MAX_BAND)
             low, high = angle[:, g] - band, angle[:, g] + band
             panel.fill_between(time, low, high, color=style["color"], alpha=0.2, linewidth=0)
             panel.plot(time, angle[:, g], **style, linewidth=1, label=f"joint {group}" * (k == 0))
     panel.set_xlabel("time [s]")
     panel.set_ylabel("joint angle [deg]")
     panel.set_title(f"Joint angles, band of {BAND} standard deviations")
-    panel.set_ylim(top=1.3 * max(panel.get_ylim()[1], 1.0))  # room for the legend
+    panel.set_ylim(top=1.3 * max(panel.get_ylim()[1], 1.0))  # space for the legend
     panel.legend(loc="upper left", ncols=max(1, min(6, len(run.chain.groups))))

@@ -13,13 +13,13 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.tracks import JointSeries, Track
 
-FINE = 10  # points of a smoothed curve for each sample
+POINTS_PER_SAMPLE = 10  # of a smoothed curve
 
 
 @plots.of(JointSeries)
 @styled
 def plot_series(series: JointSeries, *, width: float = WIDTH) -> Figure:
-    """Plot measured joint angles over time: `width` [inch]."""
+    """Plot measured joint angles over time; `width` [inch]."""
     figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
     _draw_angles(figure.subplots(), series, "-")
     figure.legend(loc="outside lower left", ncols=5, **TIGHT)
@@ -29,11 +29,11 @@ def plot_series(series: JointSeries, *, width: float = WIDTH) -> Figure:
 @plots.of(SmoothSeries)
 @styled
 def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
-    """Plot measured joint angles as dots, and their smooth curves: `width` [inch]."""
+    """Plot measured joint angles as dots, and their smooth curves; `width` [inch]."""
     figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
     axes, series = figure.subplots(), smoothed.series
     _draw_angles(axes, series, ".")
-    time = np.linspace(series.time[0], series.time[-1], FINE * len(series.time))
+    time = np.linspace(series.time[0], series.time[-1], POINTS_PER_SAMPLE * len(series.time))
     for g, angle in enumerate(np.degrees(smoothed(time)[..., 0]).T):
         axes.plot(time, angle, color=INK, lw=0.9, label="smoothed" if g == 0 else None)
     figure.legend(loc="outside lower left", ncols=5, **TIGHT)
@@ -42,12 +42,12 @@ def plot_smooth(smoothed: SmoothSeries, *, width: float = WIDTH) -> Figure:
 
 @plots.of(Track)
 def plot_track(track: Track, *, width: float = WIDTH) -> Figure:
-    """Plot the path of a tracked run from above: `width` [inch]."""
+    """Plot the path of a tracked run from above; `width` [inch]."""
     return _plot_tracks([track], width=width)
 
 
 def plot_paths(recordings: Sequence[Recording], *, width: float = WIDTH) -> Figure:
-    """Plot the paths of tracked runs from above: `width` [inch]."""
+    """Plot the paths of tracked runs from above; `width` [inch]."""
     return _plot_tracks([track for recording in recordings for track in recording.tracks], width=width)
 
 
@@ -63,7 +63,7 @@ def _plot_tracks(tracks: Sequence[Track], *, width: float) -> Figure:
 @plots.of(Recording)
 @styled
 def plot_recording(recording: Recording, *, width: float = WIDTH) -> Figure:
-    """Plot the joint angles of a recording, and the paths of its runs: `width` [inch]."""
+    """Plot the joint angles of a recording, and the paths of its runs; `width` [inch]."""
     figure = Figure(figsize=(width, 0.8 * width + 0.8), layout="constrained")
     upper, lower = figure.subplots(2, 1, height_ratios=(1, 1.3))
     _draw_angles(upper, recording.joints, "-")
@@ -87,7 +87,7 @@ def _draw_tracks(axes: Axes, tracks: Sequence[Track]) -> None:
     """Draw paths from above."""
     if not tracks:
         raise InputError("must hold a tracked run", key="plot", fix="read a manifest with tracks")
-    few = len(tracks) <= len(COLORS) - 2  # joint groups have the first two
+    few = len(tracks) <= len(COLORS) - 2  # the first two colors are those of joint groups
     for k, track in enumerate(tracks):
         name = track.run if few else "tracked runs" if k == 0 else None
         axes.plot(

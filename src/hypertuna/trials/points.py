@@ -1,4 +1,4 @@
-"""Tracked points of one animal or robot, as a file holds them: in its units, before anything is judged."""
+"""Tracked points of one animal or robot as read from a file, in its units, before any checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,11 +7,11 @@ from typing import Any
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 
-LISTED = 300  # characters of names that an error lists
+MAX_LISTED = 300  # largest length of the list of names in an error [characters]
 
 
 class Rows(Sequence[str]):
-    """Names of rows in errors: a word, such as "line", and the number of each."""
+    """Names of rows in errors, such as "line 12": a word, and the number of each row."""
 
     def __init__(self, word: str, number: Sequence[float] | Array) -> None:
         self.word, self.number = word, number
@@ -29,30 +29,30 @@ class Points:
 
     form: str  # name of the form, in sentences
     file: str
-    names: tuple[str, ...]  # of the points, in the order of the file
+    names: tuple[str, ...]  # names of the points, in the order of the file
     place: Array  # (rows, points, 2 or 3) in the file's unit; NaN where a point is missing
-    weight: Array  # (rows, points) likelihood as written, NaN where the file has none
-    where: Sequence[str]  # (rows,) what each row is called in errors, such as "line 12"
-    time: Array | None = None  # (rows,) as written, NaN where a cell is empty
+    weight: Array  # (rows, points) likelihood as in the file, NaN where the file has none
+    where: Sequence[str]  # (rows,) name of each row in errors, such as "line 12"
+    time: Array | None = None  # (rows,) as in the file, NaN where a cell is empty
     time_unit: float | None = None  # seconds per unit of `time`; None where the file does not say
-    frame: Array | None = None  # (rows,) numbers of frames as written, NaN where a cell is empty
-    rate: float | None = None  # frames per second, where the file says
-    length_unit: float | None = None  # meters per unit, where the file says
+    frame: Array | None = None  # (rows,) frame numbers as in the file, NaN where a cell is empty
+    rate: float | None = None  # frames per second, if the file states it
+    length_unit: float | None = None  # meters per unit, if the file states it
     y_down: bool | None = None  # whether y points down; None where the form does not say
-    vertical: int | None = None  # axis of three that points up, where the form says
-    ignored: tuple[str, ...] = ()  # columns without a use
+    vertical: int | None = None  # index of the axis that points up, if the form defines it
+    ignored: tuple[str, ...] = ()  # names of unused columns
     notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
-    time_name: str = "time"  # names of the columns of time and frames
-    frame_name: str = "frame"
+    time_name: str = "time"  # name of the time column
+    frame_name: str = "frame"  # name of the frame column
 
 
 def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, what: str = "animal") -> str:
-    """Return the animal (or camera, or other `what`) to read, of the known names in a file."""
+    """Return which of a file's animals (or cameras, or other `what`) to read: the chosen one, or the only one."""
     known = list(dict.fromkeys(known))
     if chosen is None and len(known) == 1:
         return known[0]
     if chosen not in known:
-        listable = len(", ".join(known)) <= LISTED
+        listable = len(", ".join(known)) <= MAX_LISTED
         rule = f"must be one of {', '.join(known)}" if listable else f"must be one of the {len(known)} of the file"
         fix = f"choose the {what}" if chosen is None and listable else did_you_mean(chosen or "", known)
         value = None if chosen is None else shown(chosen)

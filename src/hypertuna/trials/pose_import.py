@@ -1,4 +1,4 @@
-"""Poses and joint angles of other programs into trials: bags of ROS 2, MCAP files, tables with quaternions."""
+"""Import poses and joint angles of other programs: ROS 2 bags, MCAP files, tables with quaternions."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ from hypertuna.ranges import CELL
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.tracks import MIN_SAMPLES
 
-DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")
-STEEP = 0.5  # horizontal part of the direction that the head faces, below which it points up or down
-UNIT = 0.1  # how far a quaternion may be from a length of 1
+DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")  # names of axes
+MIN_HORIZONTAL = 0.5  # horizontal length of the head's unit vector, below which it points up or down
+UNIT_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
+# Names of columns.
 QUATERNION = re.compile(r"(?:.*[_. ])?(?:q|quat|quaternion|orientation|rotation|rot)[_. ]?([xyzw])")
 PLACE = re.compile(r"(?:(?:.*[_. ])?(?:p|pos|position|translation|t)[_. ])?([xyz])(?:[_. ]m)?")
 SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
@@ -31,11 +32,11 @@ SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
 
 @dataclass(frozen=True)
 class View:
-    """Axes by which poses of other programs become x, y and yaw of the center of the head link, seen from above."""
+    """Axes that define how another program's poses become x, y and yaw of the head link's center from above."""
 
     up: str = "z"  # axis of the world that points up
     forward: str = "x"  # axis of the body that points to the nose
-    ahead: float = 0.0  # of the center of the head link before the tracked point [m]
+    ahead: float = 0.0  # distance of the head link's center ahead of the tracked point [m]
 
 
 ROS = View()
@@ -43,7 +44,7 @@ ROS = View()
 
 @dataclass(frozen=True)
 class PoseRun:
-    """The poses of a run, and its joint angles where the file has them."""
+    """The poses of a run, and its joint angles if the file has them."""
 
     name: str
     file: str
@@ -66,7 +67,7 @@ def read_pose_run(
 ) -> PoseRun:
     """Read the poses of a robot, and its joint angles, from a bag of ROS 2, an MCAP file or a table.
 
-    topic: of the poses, of several; joints: names from head to tail, one per joint group (default: all, in order).
+    topic: of the poses, if there are several; joints: names from head to tail, one per joint group (default: all).
     """
     if Path(path).suffix.lower() in (".csv", ".tsv", ".txt"):
         return _of_table(robot, path, view, joints)
@@ -101,7 +102,7 @@ def read_pose_run(
 
 
 def _seconds(clock: NDArray[np.int64], start: int) -> Array:
-    """Return a clock [ns] as times [s] from a start [ns]."""
+    """Convert a clock [ns] to times [s] from a start [ns]."""
     return (clock - start) / 1e9
 
 
@@ -111,7 +112,7 @@ def _stem(path: str | Path) -> str:
 
 
 def _streams(file: str, topics: Mapping[str, Topic]) -> dict[str, tuple[list[int], list[Stamped]]]:
-    """Return the record times [ns] and poses of each topic, those of transforms by TOPIC:FRAME."""
+    """Return record times [ns] and poses of each stream, by TOPIC, or by TOPIC:FRAME for transforms."""
     streams: dict[str, tuple[list[int], list[Stamped]]] = {}
     for name, topic in topics.items():
         if topic.kind in (*POSES, *IN_JSON):
@@ -141,7 +142,7 @@ def _chosen(file: str, streams: Mapping[str, Any], topic: str | None, topics: Ma
 def _joints(
     robot: Robot, file: str, topics: Mapping[str, Topic], wanted: Sequence[str]
 ) -> tuple[list[tuple[int, Joints]], tuple[str, ...]]:
-    """Return record times [ns] and joint angles of a bag, one per joint group, and sentences; none without joints."""
+    """Return record times [ns] and joint angles in a bag, one angle per joint group, and notes for the user."""
     sets = [joints for name, topic in topics.items() if topic.kind in JOINTS for joints in decoded(file, name, topic)]
     names = tuple(dict.fromkeys(name for _, joints in sets for name in joints.names))
     chosen = _chosen_joints(robot, file, names, wanted)
@@ -158,7 +159,7 @@ def _joints(
 
 
 def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of joints from head to tail, those wanted or all; there must be one for each joint group."""
+    """Return the names of joints from head to tail, wanted ones or all; check that there is one per joint group."""
     for name in wanted:
         if name not in names:
             fix = did_you_mean(name, names) if names else "the file has no joints"
@@ -172,7 +173,7 @@ def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequen
 
 
 def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return times sorted and each once, the index of the sample of each, and a note if samples were left out."""
+    """Return sorted, distinct times, the index of each one's sample, and a note if samples were left out."""
     order = np.argsort(time, kind="stable")
     keep = order[np.append(True, np.diff(time[order]) > 0)]
     dropped = len(time) - len(keep)
@@ -180,17 +181,19 @@ def _ordered(time: Array, what: str) -> tuple[Array, Array, tuple[str, ...]]:
 
 
 def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: View) -> Array:
-    """Return x, y [m] and yaw [rad] (frames, 3), from places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
+    """Return x, y [m] and yaw [rad] (frames, 3) from places (frames, 3) and quaternions x, y, z, w (frames, 4)."""
     with np.errstate(over="ignore", invalid="ignore"):
         size = np.linalg.norm(turn, axis=1)
-    for k in np.flatnonzero(~((abs(size - 1) < UNIT) & np.array([all(x in CELL for x in row) for row in place])))[:1]:
+    for k in np.flatnonzero(
+        ~((abs(size - 1) < UNIT_TOLERANCE) & np.array([all(x in CELL for x in row) for row in place]))
+    )[:1]:
         key, fix = f"pose {k + 1} of {source}", "leave out poses without a direction"
         raise InputError("must be a place and a unit quaternion", file=file, key=key, value=shown([*turn[k]]), fix=fix)
     forward = _turned(turn / size[:, np.newaxis], _axis(view.forward))
     across, along = _plane(_axis(view.up))
     center = place + view.ahead * forward
     facing = np.column_stack([forward @ across, forward @ along])
-    if np.median(np.linalg.norm(facing, axis=1)) < STEEP:
+    if np.median(np.linalg.norm(facing, axis=1)) < MIN_HORIZONTAL:
         rule, fix = "must lie flat", "choose the axis of the body that points to the nose, or the one that points up"
         value = f"{view.forward} of the body, which points up or down most of the time"
         raise InputError(rule, file=file, key="--forward or --up", value=value, fix=fix)
@@ -205,20 +208,20 @@ def _axis(name: str) -> Array:
 
 
 def _plane(up: Array) -> tuple[Array, Array]:
-    """Return the axes of the plane seen from above: the first of x, y that lies in it, and the one to its left."""
+    """Return two axes of the horizontal plane: the first of x and y that lies in it, and the axis to its left."""
     first = np.eye(3)[0] if up[0] == 0 else np.eye(3)[1]
     return first, np.cross(up, first)
 
 
 def _turned(turn: Array, axis: Array) -> Array:
-    """Return an axis (3,) turned by unit quaternions x, y, z, w (frames, 4), as (frames, 3)."""
+    """Rotate an axis (3,) by unit quaternions x, y, z, w (frames, 4); return (frames, 3)."""
     vector, scalar = turn[:, :3], turn[:, 3:]
     twice = 2 * np.cross(vector, axis)
     return np.asarray(axis + scalar * twice + np.cross(vector, twice))
 
 
 def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str]) -> PoseRun:
-    """Read a table of time, place and quaternion, and maybe joints, as other simulators write it."""
+    """Read a table of time, place and quaternion, and optionally joint angles, as other simulators write it."""
     table = read_table(path)
     names = [name.lower() for name in table.head]
     found: dict[str, int] = {}
@@ -266,7 +269,7 @@ def _values(table: Table, columns: Sequence[int]) -> Array:
 
 
 def _checked(run: PoseRun) -> PoseRun:
-    """Return a run after checks that it has enough poses, and joint angles over the same time."""
+    """Check that a run has enough poses, and joint angles at the same time, and return it."""
     if len(run.time) < MIN_SAMPLES:
         rule, value = f"must hold at least {MIN_SAMPLES} poses", f"{len(run.time)} of {run.source}"
         raise InputError(rule, file=run.file, value=value, fix="record a longer run")
@@ -296,7 +299,7 @@ def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str)
 
 
 def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> Path:
-    """Write a CSV file of a comment, a line of names and rows of numbers; return its path."""
+    """Write a CSV file with a comment, a line of names and rows of numbers; return its path."""
     lines = [f"# {comment}", ",".join(heads), *(",".join(f"{x:.9g}" for x in row) for row in rows.tolist())]
     write_atomically(path, ("\n".join(lines) + "\n").encode())
     return path

@@ -1,4 +1,4 @@
-"""Radio logs as measurements: steady runs of a tank, and rows of a bench."""
+"""Read measurements from radio logs: steady runs of a tank, and rows of a bench test."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -15,39 +15,40 @@ from hypertuna.radio.log import RadioLog, read_radio_log
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.steady import SteadyRun
 
-CDEG = math.pi / 18000  # rad
-SETTLING = 6.0  # s at the start of a gait that are left out
-MIN_BEATS, MIN_PARTS, PART = 5, 4, 1.0  # of a settled run; s of whole beats for one mean position
-SAMPLES = 4  # poses in a part
-VENTED, STEP = 5e3, 5e3  # Pa: maximum pressure of a vented side, minimum pressure between rows
-MAX_RATE = 30e3  # Pa/s that a joint follows
+CENTIDEGREE = math.pi / 18000  # rad
+SETTLING = 6.0  # s at the start of a gait that are not used
+MIN_BEATS, MIN_PARTS, PART = 5, 4, 1.0  # of a run: least beats, least parts; least length of a part [s]
+MIN_POSES = 4  # in a part
+MAX_VENTED, PRESSURE_STEP = 5e3, 5e3  # Pa: largest pressure of a vented side; least change between two rows
+MAX_RATE = 30e3  # Pa/s: fastest change of pressure that a joint follows quasi-statically
 
 
 class BenchRow(NamedTuple):
     """One row of a bench test."""
 
-    joint: int  # joint group, from 0
+    joint: int  # index of the joint group, from 0
     side: int  # 0 for left, 1 for right, 2 for both
     pressure: float  # gauge pressure of that side [Pa]; that of the other side is 0
     angle: float  # bend [rad], positive toward the passive side, NaN if not measured
     unload: bool  # whether pressure was falling
     run: str
     file: str
-    line: int  # of a log: number of the row
+    line: int  # line of a file; in a log, number of the row
     angle_sd: float = math.nan  # standard deviation [rad], NaN if unknown
     volume: float = math.nan  # oil pumped since rest [m^3], NaN if not measured
     volume_sd: float = math.nan
     shortening: float = math.nan  # of the axis [m]
     shortening_sd: float = math.nan
-    moment: float = math.nan  # that holds the joint straight [N m]
+    moment: float = math.nan  # moment that holds the joint straight [N m]
     moment_sd: float = math.nan
-    arm: float = math.inf  # of the force that makes this moment [m]
+    arm: float = math.inf  # lever arm of the force that makes this moment [m]
 
 
 def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
-    """Return the steady runs in a tank run's log: each commanded gait, and its speed from ATT_POS_MOCAP, camera poses.
+    """Return the steady runs in a log of the tank: each commanded gait, with its speed from camera poses.
 
-    The speed is the mean distance between the mean positions of parts of whole beats, over their time.
+    The poses are ATT_POS_MOCAP messages. Each gait is cut into parts of whole beats; its speed is the mean distance
+    between mean positions of successive parts, over the time between them.
     """
     camera = "have the tank's camera send the robot's pose to the ground station"
     log = _read_log(path, {"GAIT": "record while the robot swims", "ATT_POS_MOCAP": camera})
@@ -65,7 +66,7 @@ def steady_runs(path: str | Path, robot: Robot) -> tuple[SteadyRun, ...]:
 
 
 def _read_log(path: str | Path, fixes: Mapping[str, str]) -> RadioLog:
-    """Read a log, and check that it has the messages of some names; fixes: the advice for each that is missing."""
+    """Read a log, and check that it has these messages; fixes: by name, the advice if a message is missing."""
     log = read_radio_log(path)
     for name, fix in fixes.items():
         if not log.has(name):
@@ -76,7 +77,7 @@ def _read_log(path: str | Path, fixes: Mapping[str, str]) -> RadioLog:
 def _gaits(log: RadioLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
     """Yield begin and end [s] of each commanded gait."""
     fields, time = log.fields["GAIT"], log.sent("GAIT")
-    angles = [_both(fields, name)[:, :joints] * CDEG for name in ("amplitude", "lag", "bias")]
+    angles = [_both(fields, name)[:, :joints] * CENTIDEGREE for name in ("amplitude", "lag", "bias")]
     rows = np.column_stack([fields["frequency"] * 1e-3, *angles])
     order = np.argsort(time, kind="stable")
     time, rows = time[order], rows[order]
@@ -89,7 +90,7 @@ def _gaits(log: RadioLog, joints: int) -> Iterator[tuple[float, float, Gait]]:
 
 
 def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[float, float] | None:
-    """Return the mean speed over ground [m/s] and its standard deviation; None for too few beats or poses."""
+    """Return the mean speed over ground [m/s] and its standard error; None for too few beats or poses."""
     time, fields = log.time["ATT_POS_MOCAP"], log.fields["ATT_POS_MOCAP"]
     beats = max(1, math.ceil(PART * frequency))
     width = beats / frequency
@@ -99,7 +100,7 @@ def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[f
     means = []
     for k in range(count):
         inside = (begin + k * width <= time) & (time < begin + (k + 1) * width)
-        if np.count_nonzero(inside) < SAMPLES:
+        if np.count_nonzero(inside) < MIN_POSES:
             return None
         means.append([np.mean(fields[axis][inside]) for axis in ("x", "y")] + [np.mean(time[inside])])
     steps = np.diff(np.array(means), axis=0)
@@ -108,13 +109,13 @@ def _speed(log: RadioLog, begin: float, end: float, frequency: float) -> tuple[f
 
 
 def bench_rows(path: str | Path, robot: Robot) -> list[BenchRow]:
-    """Return the rows of a bench test: one side of a joint under a slowly changing pressure, the other vented."""
+    """Return the rows of a bench test in which one side of a joint is slowly pressurized, the other vented."""
     log = _read_log(path, {"HYDRAULICS": "record during the bench test"})
     fields, time = log.fields["HYDRAULICS"], log.sent("HYDRAULICS")
     # NaN for sensors that did not answer
     bend, pressure = (
         np.where(counts == SILENT, np.nan, counts) * unit
-        for counts, unit in ((_both(fields, "bend"), CDEG), (_both(fields, "pressure"), 100.0))
+        for counts, unit in ((_both(fields, "bend"), CENTIDEGREE), (_both(fields, "pressure"), 100.0))
     )
     rows: list[BenchRow] = []
     for joint in range(len(robot.joints)):
@@ -122,31 +123,31 @@ def bench_rows(path: str | Path, robot: Robot) -> list[BenchRow]:
             pressed, vented = pressure[:, 2 * joint + side], pressure[:, 2 * joint + 1 - side]
             rows += _loading(joint, side, time, pressed, vented, bend[:, joint] * (1 - 2 * side))
     if not rows:
-        rule = f"must have a joint with one side under pressure and the other below {VENTED / 1e3:g} kPa"
+        rule = f"must have a joint with one side under pressure and the other below {MAX_VENTED / 1e3:g} kPa"
         fix = f"vent the other side, and change the pressure by less than {MAX_RATE / 1e3:g} kPa/s"
         raise InputError(rule, file=log.file, fix=fix)
     return [row._replace(file=str(path), line=k) for k, row in enumerate(rows, 1)]
 
 
 def _both(fields: Mapping[str, Array], name: str) -> Array:
-    """Return a field of all joints, which a message splits into two fields."""
+    """Return a quantity of all joints, which a message splits into two fields."""
     return np.concatenate([fields[name], fields[f"{name}_34"]], axis=1)
 
 
 def _loading(joint: int, side: int, time: Array, own: Array, other: Array, away: Array) -> list[BenchRow]:
-    """Return the bench rows of one side of a joint, a pressure step apart; each return to zero pressure ends a run."""
+    """Return bench rows of one side of a joint, at each pressure step; a run ends when the pressure returns to zero."""
     rows: list[BenchRow] = []
     run, last_pressure, highest, falling = 0, 0.0, 0.0, False
     valid = np.isfinite(own) & np.isfinite(other) & np.isfinite(away)
     time, own, other, away = time[valid], own[valid], other[valid], away[valid]
     rate = np.abs(np.gradient(own, time)) if len(own) > 1 else np.zeros(len(own))
     for k in range(len(own)):
-        if own[k] < VENTED:
+        if own[k] < MAX_VENTED:
             run, last_pressure, highest, falling = run + (last_pressure > 0), 0.0, 0.0, False
             continue
         highest = max(highest, float(own[k]))
-        falling = falling or own[k] < highest - STEP
-        if abs(other[k]) > VENTED or rate[k] > MAX_RATE or abs(own[k] - last_pressure) < STEP:
+        falling = falling or own[k] < highest - PRESSURE_STEP
+        if abs(other[k]) > MAX_VENTED or rate[k] > MAX_RATE or abs(own[k] - last_pressure) < PRESSURE_STEP:
             continue
         last_pressure = float(own[k])
         rows.append(BenchRow(joint, side, last_pressure, float(away[k]), falling, f"{joint}{side}-{run}", "", 0))

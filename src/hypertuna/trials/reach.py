@@ -1,4 +1,4 @@
-"""Ranges of frequency, amplitude and speed that runs cover, and warnings of swims outside of them."""
+"""Find the ranges of frequency, amplitude and speed that runs cover, and warn of swims outside of them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,8 +11,8 @@ from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.start import beat_of
 from hypertuna.trials.trials import Trials
 
-MARGIN = 0.1  # of the ends of a range: a swim is outside beyond it
-QUANTITIES = {  # label, unit and units per SI unit
+MARGIN = 0.1  # relative distance beyond an end of a range at which a swim is outside
+QUANTITIES = {  # by name: label, unit, and units per SI unit
     "frequency": ("frequency", "Hz", 1.0),
     "amplitude": ("amplitude", "deg", 180 / np.pi),
     "speed": ("speed", "m/s", 1.0),
@@ -20,7 +20,7 @@ QUANTITIES = {  # label, unit and units per SI unit
 
 
 def reach_of(trials: Trials) -> dict[str, Any]:
-    """Return the ranges of frequency, amplitude and speed that trials cover, by the keys of a table [fit]."""
+    """Return the ranges of frequency, amplitude and speed that trials cover, by their keys in a table [fit]."""
     rows, reach = [kind_of(trial).motion(trial) for trial in trials.members], {}
     for name, (_, unit, factor) in QUANTITIES.items():
         values = [row[name] * factor for row in rows if name in row]
@@ -49,6 +49,6 @@ def outside(
 
 
 def swim_of_series(curve: SmoothSeries) -> dict[str, float]:
-    """Return frequency [Hz] and largest amplitude [rad] of joint angles."""
+    """Return "frequency" [Hz] and largest "amplitude" [rad] of joint angles."""
     frequency, amplitude = beat_of(curve)
     return {"frequency": frequency, "amplitude": float(amplitude.max())}

@@ -1,4 +1,4 @@
-"""Replay: the model swims measured joint angles, and its track is compared with the tracked one."""
+"""Replay: swim measured joint angles with the model, and compare its track with the tracked one."""
 
 from __future__ import annotations
 
@@ -24,16 +24,19 @@ from hypertuna.trials.tracks import JointSeries, Track
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_STEPS = 1_000_000
+MAX_STEPS = 1_000_000  # of a replay
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 MAX_SPEED = 1e3  # body lengths or radians per second; faster motions have diverged
-POSE = ("time", "x", "y", "heading")  # of a replay
-AXES = {"x": "m", "y": "m", "yaw": "rad"}
+POSE = ("time", "x", "y", "heading")  # variables of a replay's data set that define the pose
+AXES = {"x": "m", "y": "m", "yaw": "rad"}  # axes of a pose and their units
 BORDER = {"m": ("cm", 100.0), "rad": ("deg", 180 / math.pi)}  # displayed unit, and displayed units per SI unit
 
 
 class Pose(NamedTuple):
-    """Pose of the nose: x, y [m] and heading [rad], the angle of the axis from nose to tail from x."""
+    """Pose of the nose: x, y [m], and heading [rad].
+
+    The heading is the direction from nose to tail, counter-clockwise from x: opposite to where the head faces.
+    """
 
     x: float = 0.0
     y: float = 0.0
@@ -41,7 +44,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def from_head_center(cls, robot: Robot, x: float, y: float, yaw: float) -> Self:
-        """Return the pose of the nose, half the length of the head ahead of the head link's center.
+        """Return the pose of the nose from the center of the head link, which is half a head length behind.
 
         Parameters
         ----------
@@ -74,7 +77,7 @@ def replay(
     current: tuple[float, float] = (0.0, 0.0),
     time_offset: float = 0.0,
 ) -> xr.Dataset:
-    """Swim measured joint angles: a replay.
+    """Swim measured joint angles with the model.
 
     Parameters
     ----------
@@ -108,12 +111,12 @@ def replay(
     time = curve.series.time
     joints, width = joint_grid(robot, curve, step=step)
     steps = len(joints) // 2
-    # without momentum by default: that of a small error in the first joint rates decays slowly
+    # by default the momentum is zero, since an error in the first joint rates would cause one that decays slowly
     head = twist_from_rest(robot, joints[0]) if twist is None else np.array(twist, dtype=float)
     motion = _core.advance(core_model(robot), joints, step=width, twist=head, pose=np.array(start, dtype=float))
     bounds = MAX_SPEED * np.array([robot.body.length, robot.body.length, 1.0])
     valid = (np.abs(motion["twist"]) < bounds).all(axis=1) & np.isfinite(motion["torque"]).all(axis=1)
-    count = len(motion["twist"]) if valid.all() else max(1, int(np.argmin(valid)))  # instants before it diverges
+    count = len(motion["twist"]) if valid.all() else max(1, int(np.argmin(valid)))  # number of steps before it diverges
     elapsed: Array = width * np.arange(count, dtype=np.float64)
     motion = {name: values[:count] for name, values in motion.items()}
     result = trajectory(robot, elapsed, joints[::2][:count], motion, current=current)
@@ -130,7 +133,7 @@ def replay(
 
 
 def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
-    """Return joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] and step [s] of a replay."""
+    """Return the joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] at half steps, and the step [s]."""
     time = curve.series.time
     steps = math.ceil((time[-1] - time[0]) / _longest(time, step) * (1 - 1e-12))
     step = float(time[-1] - time[0]) / steps
@@ -155,10 +158,10 @@ def replay_jacobian(
     model: _core.Model | None = None,
     twist: Array | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Return track (steps + 1, 3), rate and derivatives (steps + 1, 3, directions) of a joint motion from rest.
+    """Swim a joint motion from rest; return track (steps + 1, 3), its rate, and derivatives (steps + 1, 3, directions).
 
-    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions). With a `twist` (3,) of
-    the head at the start, derivatives by it come before those along the directions.
+    joints: (2 steps + 1, links, 3) [rad, rad/s, rad/s^2]; directions: (parameters, directions). With an initial `twist`
+    (3,) of the head, derivatives with respect to the twist come before those along the directions.
     """
     joints, along = np.ascontiguousarray(joints), np.ascontiguousarray(directions)
     track = _core.track(model or core_model(robot), joints, along, step=step, twist=twist)
@@ -173,7 +176,7 @@ def head_center(robot: Robot, result: xr.Dataset) -> Array:
 
 
 def seen_from_start(pose: Array, direction: float) -> Array:
-    """Return a track (frames, 3) [m, m, rad] moved and turned to start at the origin with yaw `direction` [rad]."""
+    """Move and rotate a track (frames, 3) [m, m, rad] so that it starts at the origin, facing `direction` [rad]."""
     turn = direction - pose[0, 2]
     x, y = (pose[:, :2] - pose[0, :2]).T
     c, s = math.cos(turn), math.sin(turn)
@@ -182,7 +185,7 @@ def seen_from_start(pose: Array, direction: float) -> Array:
 
 @checked
 def residuals(robot: Robot | str | Path, result: xr.Dataset, track: Track) -> Array:
-    """Return computed minus tracked poses, each seen from its own first pose, in the initial direction of the track.
+    """Return poses of a replay minus those of a tracked run, both relative to their first pose.
 
     Parameters
     ----------
@@ -213,7 +216,7 @@ def residuals(robot: Robot | str | Path, result: xr.Dataset, track: Track) -> Ar
 
 @checked
 def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track]) -> xr.Dataset:
-    """Compare a replay with tracked runs of the same joint motion.
+    """Return root mean square differences between a replay and tracked runs of the same joint motion.
 
     Parameters
     ----------

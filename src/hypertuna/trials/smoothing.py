@@ -1,4 +1,4 @@
-"""Smoothing: measured joint angles as functions of time with rates and accelerations."""
+"""Smoothing: turn measured joint angles into functions of time with rates and accelerations."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.tracks import JointSeries, series_columns
 
-DEGREE = 5  # of the splines: accelerations are three times differentiable
-NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # samples in the noise estimate of a sample
-HARMONICS = 6  # at most, of a periodic motion
-MIN_BEATS = 2.0  # of a periodic motion
-SAMPLES_PER_INTERVAL = 4  # at least, between knots
-GROWTH = 1.15  # from one number of intervals between knots to the next
-GRID, PADDING, NEAR = 512, 8, 0.1  # instants and padding of a spectrum, and how far its peak may be off
-EXACT = 1e-9  # rad: smaller residuals are no noise
+DEGREE = 5  # of the splines, whose accelerations are cubic
+NEIGHBORS = np.array([-3, -2, -1, 1, 2, 3])  # offsets of the samples from which a sample's noise is estimated
+HARMONICS = 6  # largest number of harmonics of a periodic motion
+MIN_BEATS = 2.0  # least number of beats of a periodic motion
+SAMPLES_PER_INTERVAL = 4  # least number of samples per interval between knots
+INTERVAL_GROWTH = 1.15  # ratio of successive numbers of intervals that are tried
+GRID, PADDING, NEAR = 512, 8, 0.1  # least points and padding factor of a spectrum; relative error of its peak
+MIN_NOISE = 1e-9  # rad: smaller residuals do not count as noise
 
 
 class Curve(Protocol):
     """A function of time with derivatives."""
 
     def derivative(self, order: int, /) -> Callable[[Array], Array]:
-        """Return the function of the derivative of an order; order 0 is the curve itself."""
+        """Return the derivative of some order as a function; order 0 is the curve itself."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Harmonics:
     sine: Array  # (harmonics + 1,) [rad], the first one 0
 
     def derivative(self, order: int) -> Callable[[Array], Array]:
-        """Return the function of an angle's derivative: each order turns the phase by pi/2 and multiplies by omega."""
+        """Return the derivative of some order as a function; each order adds pi/2 to phases and multiplies by omega."""
         omega = 2 * math.pi * self.frequency * np.arange(len(self.cosine))
 
         def at(time: Array) -> Array:
@@ -59,7 +59,7 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
     series: JointSeries  # as measured
     noise: Array  # (groups,) [rad], standard deviation of the noise
     curves: tuple[Curve, ...]  # angle of each joint group [rad] over time [s]
-    memory: float = 1.0  # of the noise, in samples: so many count as one
+    memory: float = 1.0  # correlation time of the noise, in samples
 
     def _columns(self) -> dict[str, Array]:
         """Return the smoothed angles and rates at the samples as columns."""
@@ -67,7 +67,7 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
         return series_columns(self.series.time, angle=angle, rate=rate)
 
     def drawn(self, rng: np.random.Generator) -> JointSeries:
-        """Return the smooth angles with new noise of the same size and memory.
+        """Return the smooth angles with new random noise of the same standard deviation and correlation time.
 
         Parameters
         ----------
@@ -79,7 +79,9 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
         """
         angle = self(self.series.time)[:, :, 0]
         noise, keep = rng.standard_normal(angle.shape), (self.memory - 1) / (self.memory + 1)
-        for k in range(1, len(noise) if keep else 0):  # of first order: 1 + 2 (keep + keep^2 + ...) is the memory
+        for k in range(
+            1, len(noise) if keep else 0
+        ):  # first-order autoregressive: the memory is 1 + 2 (keep + keep^2 + ...)
             noise[k] = keep * noise[k - 1] + math.sqrt(1 - keep**2) * noise[k]
         return replace(self.series, angle=angle + self.noise * noise)
 
@@ -93,7 +95,7 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
 def smooth(
     series: JointSeries, *, noise: float | Sequence[float] | None = None, noise_tau: float | None = None
 ) -> SmoothSeries:
-    """Smooth a joint series by the motion that explains its samples with the fewest numbers.
+    """Smooth a joint series by the motion that explains its samples with the fewest parameters.
 
     Candidates are periodic motions of 1 to 6 harmonics and quintic splines of evenly spaced knots, the same for all
     joint groups. The Bayesian information criterion chooses: the sum over the groups of K ln(residual variance) of K
@@ -130,7 +132,7 @@ def smooth(
     if noise is not None and not stated.any():
         splines = [make_interp_spline(series.time, angle, k=DEGREE) for angle in series.angle.T]
         return SmoothSeries(series, sigma, tuple(splines), memory)
-    floor, count = np.maximum(stated, EXACT) ** 2, len(series.time) / memory
+    floor, count = np.maximum(stated, MIN_NOISE) ** 2, len(series.time) / memory
     best, curves = math.inf, None
     for residual, numbers, candidate in (*_periodic(series), *_splines(series)):
         if numbers < groups * count and (score := _score(residual, numbers, floor, count)) < best:
@@ -142,16 +144,16 @@ Candidate = tuple[Array, int, tuple[Curve, ...]]  # residuals (times, groups), n
 
 
 def _score(residual: Array, numbers: int, least: Array, count: float) -> float:
-    """Return the Bayesian information criterion of residuals (times, groups) of a fit of some number of parameters.
+    """Return the Bayesian information criterion of a fit from its residuals (times, groups) and number of parameters.
 
-    least: smallest variance (groups,) that counts; count: independent samples.
+    least: lower bound of the variance (groups,); count: number of independent samples.
     """
     variance = np.maximum(np.mean(residual**2, axis=0), least)
     return float(count * np.log(variance).sum() + numbers * math.log(count))
 
 
 def _periodic(series: JointSeries) -> Iterator[Candidate]:
-    """Yield candidates of periodic motion, for two beats or more: residuals, number of parameters, and curves."""
+    """Yield candidates of periodic motion (residuals, number of parameters, curves), if there are two beats or more."""
     from scipy.optimize import minimize_scalar  # imported here: slow to import
 
     time, angle, count = series.time, series.angle, len(series.time)
@@ -184,7 +186,7 @@ def _periodic(series: JointSeries) -> Iterator[Candidate]:
 
 
 def _splines(series: JointSeries) -> Iterator[Candidate]:
-    """Yield candidates of quintic splines with more and more knots: residuals, number of parameters, and curves."""
+    """Yield candidates of quintic splines (residuals, number of parameters, curves), with more and more knots."""
     from scipy.interpolate import BSpline, make_lsq_spline
 
     time, angle = series.time, series.angle
@@ -192,10 +194,10 @@ def _splines(series: JointSeries) -> Iterator[Candidate]:
     while intervals <= limit:
         inner = np.linspace(time[0], time[-1], intervals + 1)[1:-1]
         knots = np.concatenate([np.full(DEGREE + 1, time[0]), inner, np.full(DEGREE + 1, time[-1])])
-        intervals = max(intervals + 1, round(GROWTH * intervals))
+        intervals = max(intervals + 1, round(INTERVAL_GROWTH * intervals))
         try:
-            spline = make_lsq_spline(time, angle, knots, k=DEGREE, method="norm-eq")  # "qr" takes time by the square
-        except (ValueError, np.linalg.LinAlgError):  # a gap holds no samples between knots
+            spline = make_lsq_spline(time, angle, knots, k=DEGREE, method="norm-eq")  # the time of "qr" is quadratic
+        except (ValueError, np.linalg.LinAlgError):  # some interval between knots has no samples
             continue
         curves = tuple(BSpline(knots, column, DEGREE) for column in spline.c.T)
         yield spline(time) - angle, spline.c.size, curves
@@ -215,7 +217,7 @@ def strongest_frequency(time: Array, angle: Array) -> float:
 
 
 def white_noise(values: Array, time: Array | None = None) -> Array:
-    """Estimate the noise (columns,) of samples (times, columns) from the quintics through their neighbors."""
+    """Estimate the noise (columns,) of samples (times, columns) from deviations from quintics through neighbors."""
     margin = NEIGHBORS.max()
     time = np.arange(len(values), dtype=float) if time is None else time
     if len(values) <= 2 * margin:

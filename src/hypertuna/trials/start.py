@@ -1,4 +1,4 @@
-"""How a tracked run begins: at rest, or in motion with a twist that its first beat shows."""
+"""Find how a tracked run begins: at rest, or in motion, with a twist estimated from its first beat."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from hypertuna.trials.replay import replay_jacobian, seen_from_start
 from hypertuna.trials.smoothing import SmoothSeries, strongest_frequency, white_noise
 from hypertuna.trials.tracks import JointSeries, Track
 
-GRID = 512  # instants at which joint angles are looked at for their frequency
+GRID = 512  # times at which joint angles are sampled to find their frequency
 MIN_FRAMES = 10  # of a run that begins in motion
-SAME_TIME = 1e-9  # s
-MAX_ROUNDS, MAX_HALVINGS = 20, 8  # of Gauss and Newton, and of a step that makes the error larger
-SAME_ERROR = 1e-9  # relative decrease of the error that a step promises and that ends the rounds
-MIN_SD = 1e-6  # m and rad, of a first pose
-GUESS_FRAMES = 8  # of a rough guess of the twist
-STILL = 0.5  # of what joints and head do later: those that do less begin at rest
+TIME_TOLERANCE = 1e-9  # s: difference up to which two times are equal
+MAX_ROUNDS, MAX_HALVINGS = 20, 8  # of Gauss-Newton; of a step that would increase the cost
+COST_TOLERANCE = 1e-9  # predicted relative decrease of the cost below which the rounds end
+MIN_SD = 1e-6  # m and rad: least standard deviation of a first pose
+GUESS_FRAMES = 8  # least number of frames for a rough guess of the twist
+STILL_RATIO = 0.5  # early over later motion of joints and head, below which a run begins at rest
 
 
 @dataclass(frozen=True)
@@ -41,33 +41,35 @@ class Velocity:
         return np.array([-self.forward, -self.left - self.turn * robot.links.length[0] / 2, self.turn])
 
 
-Begin = tuple[Array | None, Array]  # twist (3,) and errors (runs, 3) of first poses
-Swum = Callable[[Array | None], tuple[Array, Array, Array]]  # twist to poses at frames, derivatives by twist and others
+Begin = tuple[Array | None, Array]  # initial twist (3,), and errors (runs, 3) of first poses
+Replayed = Callable[
+    [Array | None], tuple[Array, Array, Array]
+]  # by twist: poses at frames, their derivatives by the twist and by others
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """The unknowns of how runs begin, and the frames that show them: a common twist, and each first pose's error.
+    """Unknown initial twist (common to all runs) and errors of first poses, with the frames from which to fit them.
 
-    Poses are relative to the first frame of their run, whose error turns and moves the whole run.
+    Poses are relative to the first frame of their run, so an error of that frame moves and rotates the whole run.
     """
 
-    run: NDArray[np.intp]  # (frames,), from 0
-    pose: Array  # (frames, 3), tracked, in the axes of a replay from the origin
-    sd: Array  # (runs, 3) of the first poses [m, m, rad]
+    run: NDArray[np.intp]  # (frames,): index of each frame's run
+    pose: Array  # (frames, 3): tracked poses, in the axes of a replay from the origin
+    sd: Array  # (runs, 3): standard deviations of the first poses [m, m, rad]
     twist: bool  # whether the twist is unknown
-    poses: bool  # whether the first poses are
+    poses: bool  # whether the first poses have unknown errors
 
     @classmethod
     def of(cls, pose: Sequence[Array], twist: Array | None, poses: bool) -> Self | None:
-        """Return the unknowns for poses (frames, 3) of each run, None without any; twist, poses: as in `begin_of`."""
+        """Return the unknowns for the poses (frames, 3) of each run, None if all is known; arguments: `begin_of`."""
         run = np.repeat(np.arange(len(pose)), [len(part) for part in pose])
         twist_unknown = twist is not None and bool(np.isnan(twist).any())
         sd = np.array([np.maximum(white_noise(part), MIN_SD) for part in pose])
         return cls(run, np.concatenate(pose), sd, twist_unknown, poses) if twist_unknown or poses else None
 
     def moved(self, computed: Array, by: Array, error: Array) -> tuple[Array, Array]:
-        """Return poses (frames, 3) and derivatives (frames, 3, n) moved by errors (runs, 3) of runs' first poses."""
+        """Move poses (frames, 3) and derivatives (frames, 3, n) by the errors (runs, 3) of the runs' first poses."""
         x, y, turn = error[self.run].T
         c, s, zero = np.cos(turn), np.sin(turn), np.zeros(len(turn))
         rotation = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1], axis=1).reshape(-1, 3, 3)
@@ -75,7 +77,7 @@ class Unknown:
         return np.einsum("fij,fj->fi", rotation, computed) + shift, rotation @ by
 
     def jacobian(self, moved: Array, by_twist: Array, error: Array) -> Array:
-        """Return derivatives (frames, 3, unknowns) of moved poses by the twist, if unknown, and by first poses."""
+        """Return derivatives (frames, 3, unknowns) of moved poses with respect to the unknown twist and first poses."""
         by = np.zeros((len(moved), 3, error.size if self.poses else 0))
         if self.poses:
             frames, first_column, arm = np.arange(len(moved)), 3 * self.run, moved - error[self.run]
@@ -84,38 +86,37 @@ class Unknown:
             by[frames, 0, first_column + 2], by[frames, 1, first_column + 2] = -arm[:, 1], arm[:, 0]
         return np.concatenate([by_twist, by], axis=2) if self.twist else by
 
-    def seen(self, swum: Swum, twist: Array | None, error: Array) -> tuple[Array, Array, Array]:
+    def seen(self, replayed: Replayed, twist: Array | None, error: Array) -> tuple[Array, Array, Array]:
         """Return a replay's poses (frames, 3) moved by first poses' errors, and derivatives by twist and by others."""
-        computed, by_twist, by = swum(twist)
+        computed, by_twist, by = replayed(twist)
         moved, derivatives = self.moved(computed, np.concatenate([by_twist, by], axis=2), error)
         return moved, derivatives[..., : by_twist.shape[2]], derivatives[..., by_twist.shape[2] :]
 
-    def noise(self, rest: Array, given: Array | None) -> Array:
-        """Return the noise (3,) [m, m, rad] of frames: given, or from residuals (frames, 3), at least white noise."""
+    def noise(self, residual_poses: Array, given: Array | None) -> Array:
+        """Return the noise (3,) [m, m, rad] of frames: given, or from residuals (frames, 3); at least white noise."""
         white = self.sd.min(axis=0)
         if given is not None:
             return np.asarray(np.maximum(given, white))
-        # the residual beyond white noise is the model's error, the same in all frames of a run
-        excess = max(float(np.mean(np.mean(rest**2, axis=0) / white**2)) - 1, 0.0)
-        return np.asarray(white * np.sqrt(1 + len(rest) / len(self.sd) * excess))
+        # residuals beyond white noise are model errors, which are correlated over all frames of a run
+        excess = max(float(np.mean(np.mean(residual_poses**2, axis=0) / white**2)) - 1, 0.0)
+        return np.asarray(white * np.sqrt(1 + len(residual_poses) / len(self.sd) * excess))
 
     def stepped(self, begin: Begin, step: Array) -> Begin:
-        """Return twist and errors of first poses after a step (unknowns,)."""
+        """Add a step (unknowns,) to the twist and to the errors of first poses."""
         twist, error = begin
         if self.twist and twist is not None:
             twist, step = twist + step[:3], step[3:]
         return twist, error + step.reshape(error.shape) if self.poses else error
 
-    def cost(self, rest: Array, error: Array, noise: Array) -> float:
-        """Return the sum of squares of residuals (frames, 3) and first poses, each over its standard deviation."""
+    def cost(self, residual_poses: Array, error: Array, noise: Array) -> float:
+        """Return the cost: squared residuals (frames, 3) and errors of first poses over their variances, summed."""
         first_poses = float(((error / self.sd) ** 2).sum()) if self.poses else 0.0
-        return float(((rest / noise) ** 2).sum()) + first_poses
+        return float(((residual_poses / noise) ** 2).sum()) + first_poses
 
     def gain(self, by: Array, error: Array, noise: Array) -> tuple[Array, Array]:
-        """Return the matrix (unknowns, 3 frames) from errors of poses to changes of the unknowns, and a change.
+        """Return the least-squares matrix (unknowns, 3 frames) from residuals to steps, and the step due to the prior.
 
-        Least squares with frames of a `noise` (3,) [m, m, rad], and first poses of their own; the change is that by
-        which the errors so far are less likely than none.
+        noise: (3,) [m, m, rad], of frames. The prior pulls the errors of first poses toward 0.
         """
         weight = np.tile(1 / noise, len(by))
         count = by.shape[2]
@@ -125,17 +126,17 @@ class Unknown:
         return np.asarray(inverse[:, : len(weight)] * weight), -pull
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a step may go too far: its error is no number, and not smaller
-def meet(
-    unknown: Unknown, swum: Swum, twist: Array | None, error: Array, noise: Array | None
+@np.errstate(over="ignore", invalid="ignore")  # after too large a step the cost is NaN, which counts as not smaller
+def fit_begin(
+    unknown: Unknown, replayed: Replayed, twist: Array | None, error: Array, noise: Array | None
 ) -> tuple[Array | None, Array, Array, Array]:
-    """Return twist, errors (runs, 3) of first poses, poses (frames, 3) and derivatives with which a replay fits best.
+    """Fit the initial twist and the errors (runs, 3) of first poses; also return poses (frames, 3) and derivatives.
 
-    Gauss and Newton from a guess, with shorter steps where a whole one makes the error larger, until it is the
-    smallest: then derivatives follow the unknowns, but for the product of residuals and curvature (Kaufman 1975).
-    noise: of frames (3,) [m, m, rad]; None for what each round leaves.
+    Gauss-Newton from a guess, with shorter steps where a whole step increases the cost. The derivatives include the
+    change of the fitted unknowns, except for the product of residuals and curvature (Kaufman 1975). noise: of frames
+    (3,) [m, m, rad]; None: estimated from the residuals of each round.
     """
-    begin, seen = (twist, error), unknown.seen(swum, twist, error)
+    begin, seen = (twist, error), unknown.seen(replayed, twist, error)
     for rounds_left in reversed(range(MAX_ROUNDS)):
         poses, by_twist, by = seen
         if not all(np.isfinite(part).all() for part in seen):
@@ -145,7 +146,7 @@ def meet(
         matrix = unknown.jacobian(poses, by_twist, begin[1])
         gain, pull = unknown.gain(matrix, begin[1], frame_noise)
         step = gain @ residual.ravel() + pull
-        nearer = _nearer(unknown, swum, begin, residual, matrix, step, frame_noise) if rounds_left else None
+        nearer = _nearer(unknown, replayed, begin, residual, matrix, step, frame_noise) if rounds_left else None
         if nearer is None:
             return *begin, poses, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
         begin, seen = nearer
@@ -153,33 +154,33 @@ def meet(
 
 
 def _nearer(
-    unknown: Unknown, swum: Swum, begin: Begin, rest: Array, matrix: Array, step: Array, noise: Array
+    unknown: Unknown, replayed: Replayed, begin: Begin, residual_poses: Array, matrix: Array, step: Array, noise: Array
 ) -> tuple[Begin, tuple[Array, Array, Array]] | None:
-    """Return twist and first poses after a step, or part of one, of smaller error, and their replay; else None."""
-    cost = unknown.cost(rest, begin[1], noise)
-    predicted = unknown.cost(rest - matrix @ step, unknown.stepped(begin, step)[1], noise)
-    if cost - predicted <= SAME_ERROR * cost:
+    """Try a step and fractions of it; return the first with a smaller cost, and its replay, or None."""
+    cost = unknown.cost(residual_poses, begin[1], noise)
+    predicted = unknown.cost(residual_poses - matrix @ step, unknown.stepped(begin, step)[1], noise)
+    if cost - predicted <= COST_TOLERANCE * cost:
         return None
     for k in range(MAX_HALVINGS):
         trial = unknown.stepped(begin, step / 2**k)
-        seen = unknown.seen(swum, *trial)
+        seen = unknown.seen(replayed, *trial)
         if unknown.cost(unknown.pose - seen[0], trial[1], noise) < cost:
             return trial, seen
     return None
 
 
 def beat_of(curve: SmoothSeries) -> tuple[float, Array]:
-    """Return the strongest frequency [Hz] of joint angles and half the range (groups,) of each [rad]."""
+    """Return the strongest frequency [Hz] of joint angles, and half the range (groups,) of each [rad]."""
     time = np.linspace(curve.series.time[0], curve.series.time[-1], GRID)
     angle = curve(time)[:, :, 0]
     return strongest_frequency(time, angle), np.ptp(angle, axis=0) / 2
 
 
 def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
-    """Return whether runs begin in motion: unless joints and head are still at first, compared with later.
+    """Return whether runs begin in motion: joints or head move at first, compared with later.
 
-    Joints: change of the angles in the first eighth of a beat, beside that of all eighths. Head: forward speed in the
-    first quarter, beside that of the second half.
+    Joints: change of the angles in the first eighth of a beat, compared with all eighths. Head: forward speed in the
+    first quarter of a beat, compared with the second half of the run.
     """
     period, series = 1 / beat_of(curve)[0], curve.series.time
     eighth = min(period, float(np.ptp(series))) / 8
@@ -191,21 +192,21 @@ def begins_in_motion(curve: SmoothSeries, tracks: Sequence[Track]) -> bool:
         early, later = time <= max(2 * eighth, time[min(3, len(time)) - 1]), time > time[-1] / 2
         speeds.append((float(forward[early].mean()), float(forward[later].mean())))
     early_speed, later_speed = np.abs(np.mean(speeds, axis=0))
-    return bool(change[0] > STILL * np.sqrt(np.mean(change**2)) or early_speed > STILL * later_speed)
+    return bool(change[0] > STILL_RATIO * np.sqrt(np.mean(change**2)) or early_speed > STILL_RATIO * later_speed)
 
 
 def begin_together(
     joints: JointSeries, tracks: Sequence[Track], offset: float, period: float
 ) -> tuple[JointSeries, list[Track]]:
-    """Return joint angles and tracks cut to a common first time, each track's first pose there smoothed."""
+    """Cut joint angles and tracks to a common first time, at which each track gets a smoothed first pose."""
     begin = max(track.time[0] for track in tracks)
-    kept = np.flatnonzero(joints.time + offset >= begin - SAME_TIME)
+    kept = np.flatnonzero(joints.time + offset >= begin - TIME_TOLERANCE)
     lines = None if joints.lines is None else [joints.lines[k] for k in kept.tolist()]
     joints = replace(joints, time=joints.time[kept], angle=joints.angle[kept], lines=lines)
     first = joints.time[0] + offset
     moved = []
     for track in tracks:
-        later = track.time > first + SAME_TIME
+        later = track.time > first + TIME_TOLERANCE
         pose = np.concatenate([_first_pose(track, first, period)[:1], track.pose[later]])
         moved.append(Track(track.run, np.append(first, track.time[later]), pose))
     return joints, moved
@@ -221,9 +222,9 @@ def begin_of(
     *,
     until: float = math.inf,
 ) -> tuple[Array | None, Array]:
-    """Return the twist (3,) and the errors (runs, 3) of the first poses, from frames `until` a time [s].
+    """Estimate the initial twist (3,) and the errors (runs, 3) of first poses from the frames up to `until` [s].
 
-    joints (2 steps + 1, links, 3) begin with the tracks. twist: None at rest, NaN where it is unknown. inexact:
+    joints: (2 steps + 1, links, 3), which begin with the tracks. twist: None at rest, NaN if it is unknown. inexact:
     whether the first poses have errors.
     """
     error, half = np.zeros((len(tracks), 3)), robot.links.length[0] / 2
@@ -239,16 +240,16 @@ def begin_of(
     steps = min(math.ceil(float(clock.max(initial=0.0)) / step) + 1, len(joints) // 2)
     motion, no_directions = joints[: 2 * steps + 1], np.zeros((len(parameter_names(robot)), 0))
 
-    def swum(twist: Array | None) -> tuple[Array, Array, Array]:
+    def replayed(twist: Array | None) -> tuple[Array, Array, Array]:
         pose, _, by = replay_jacobian(robot, motion, step, no_directions, twist=twist)
         at, by = between(*head_of(half, pose, by), clock / step)
         return at, by, by[..., :0]
 
-    return meet(unknown, swum, twist, error, None)[:2]
+    return fit_begin(unknown, replayed, twist, error, None)[:2]
 
 
 def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
-    """Return tracks with first poses corrected by errors (runs, 3), which are in each first pose's own axes."""
+    """Correct the first poses of tracks by errors (runs, 3), which are in the axes of each first pose."""
     moved = []
     for track, (x, y, turn) in zip(tracks, error, strict=True):
         direction = track.pose[0, 2] - math.pi
@@ -259,7 +260,7 @@ def with_first_poses(tracks: Sequence[Track], error: Array) -> list[Track]:
 
 
 def between(center: Array, by: Array, clock: Array) -> tuple[Array, Array]:
-    """Return poses (steps + 1, 3) and derivatives interpolated at times (frames,) [steps]; the first ones before 0."""
+    """Interpolate poses (steps + 1, 3) and derivatives at times (frames,) [steps]; before 0, return the first ones."""
     before = np.clip(np.floor(clock).astype(int), 0, len(center) - 2)
     fraction = np.clip(clock - before, 0.0, 1.0)[:, np.newaxis]
     at = center[before] * (1 - fraction) + center[before + 1] * fraction
@@ -267,14 +268,14 @@ def between(center: Array, by: Array, clock: Array) -> tuple[Array, Array]:
 
 
 def _first_twist(time: Array, pose: Array, half: float) -> Array:
-    """Return a guess of the twist (3,) of the nose from a parabola through the first frames (frames, 3)."""
+    """Guess the initial twist (3,) of the nose from a parabola fitted to the first poses (frames, 3)."""
     count = max(GUESS_FRAMES, len(time) // 16)
     rate = np.polynomial.polynomial.polyfit(time[:count], pose[:count], 2)[1]
     return np.array([rate[0], rate[1] - half * rate[2], rate[2]])
 
 
 def head_of(half: float, pose: Array, by: Array, by_half: Array | None = None) -> tuple[Array, Array]:
-    """Return head centers (times, 3) from the first one, for nose poses that start at 0, with their derivatives."""
+    """Convert nose poses (times, 3) that start at 0 to the head's center relative to its start, with derivatives."""
     c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     center = np.column_stack([pose[:, 0] + half * (c - 1), pose[:, 1] + half * s, pose[:, 2]])
     by = by.copy()
@@ -294,7 +295,7 @@ def _forward_speed(track: Track) -> Array:
 
 
 def _first_pose(track: Track, first: float, period: float) -> Array:
-    """Return pose and rate (2, 3) at a time [s], by a quintic fitted to the first half beat."""
+    """Return pose and rate (2, 3) at time `first` [s], from a quintic fitted to the first half beat."""
     used = track.time <= max(first + period / 2, track.time[min(MIN_FRAMES, len(track.time)) - 1])
     if used.sum() < MIN_FRAMES:
         rule, fix = f"must have at least {MIN_FRAMES} frames to begin in motion", 'track more, or write begin = "rest"'

@@ -14,9 +14,9 @@ from hypertuna.io.tables import Table, table_of
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
 
-R = TypeVar("R", bound=Any)  # of runs, each with a `name`
+R = TypeVar("R", bound=Any)  # a type of runs, which have a `name`
 
-# Columns of a file by attribute of `SteadyRun`; columns of angles are named by joint group.
+# By attribute of `SteadyRun`: name of its column. Columns of angles are named by joint group.
 COLUMNS = {
     "name": "run",
     "frequency": "frequency_hz",
@@ -26,13 +26,13 @@ COLUMNS = {
     "cost_of_transport_sd": "cost_of_transport_sd_j_per_kg_m",
     "repeats": "repeats",
 }
-MEASURED = ("speed", "cost_of_transport")
-# Columns of other quantities, by the attribute that they give: speeds in body lengths, and powers over mass and speed.
+MEASURED = ("speed", "cost_of_transport")  # attributes that are measured quantities
+# Columns in other units, with their attributes: speeds in body lengths; powers, which are divided by mass and speed.
 LENGTHS = {"speed_bl_s": "speed", "speed_sd_bl_s": "speed_sd"}
 POWERS = {"power_w": "cost_of_transport", "power_sd_w": "cost_of_transport_sd"}
 SPEED = Range(min=-100, max=100, unit="m/s")
-SIZE = Range(min=1e-9, max=1e9)  # of costs of transport and standard deviations, in SI
-MAX_DIGITS = 9  # of a number of repeats
+SIZE = Range(min=1e-9, max=1e9)  # costs of transport and standard deviations [SI]
+MAX_DIGITS = 9  # of the number of repeats
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]
 
 
 def unique(make: Callable[[int, dict[str, str]], R]) -> Callable[[int, dict[str, str]], R]:
-    """Return a function that makes a run of a line and its cells, as `make`, and refuses a name used before."""
+    """Wrap `make`, which makes a run from a line and its cells, so that it raises an error for a repeated name."""
     lines: dict[str, int] = {}
 
     def run(line: int, cells: dict[str, str]) -> R:
@@ -100,9 +100,9 @@ def unique(make: Callable[[int, dict[str, str]], R]) -> Callable[[int, dict[str,
 def gait_keys(
     table: Table, robot: Robot, own: Mapping[str, str], others: Mapping[str, str] = MappingProxyType({})
 ) -> list[str]:
-    """Return the attribute of a run or of its gait in each column; check that they are complete and unique.
+    """Return for each column its attribute of a run or gait; check that the columns are complete and unique.
 
-    own: columns by attribute, but for the angles; others: attributes by column. Columns of angles are KIND_GROUP_deg.
+    own: columns by attribute, except angles; others: attributes by column. Columns of angles are KIND_GROUP_deg.
     GROUP is the name of a joint group, or its number from 1, counted from the head, if no group has that name.
     """
     names = [group.name for group in robot.joints]
@@ -121,10 +121,10 @@ def gait_keys(
 
 
 def _hint(column: str, rule: str, angles: Mapping[str, str], explained: set[str]) -> str:
-    """Return the advice on an unknown column of angles, with the rule for names the first time; "" for others."""
+    """Return advice on an unknown column of angles, the first time with the rule for names; "" for other columns."""
     if not column.startswith(KINDS):
         return ""
-    # one phase without a joint group: not that of the first, which is 0 by definition
+    # for a phase, do not suggest the first joint group's, which is 0 by definition
     column_names = {key: name for name, key in angles.items()}  # names of groups come after their numbers
     names = [name for key, name in column_names.items() if not (column.startswith("phase") and key == "phase[0]")]
     text = f"{'' if rule in explained else rule}{did_you_mean(column, names or angles)}"
@@ -133,7 +133,7 @@ def _hint(column: str, rule: str, angles: Mapping[str, str], explained: set[str]
 
 
 def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set[str]) -> SteadyRun:
-    """Return the steady run of the cells of a row."""
+    """Return the steady run in a row, from its cells by attribute."""
     gait = gait_of(cells, robot)
     measured: dict[str, Any] = {
         key: number(cells[key], key) for key in COLUMNS if key.startswith(MEASURED) and cells.get(key)
@@ -150,19 +150,19 @@ def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set
 
 
 def gait_of(cells: Mapping[str, str], robot: Robot) -> Gait:
-    """Return the gait of the cells of a row, by key such as "amplitude[0]"."""
+    """Return the gait in a row, from its cells by key such as "amplitude[0]"."""
     groups = range(len(robot.joints))
     angles = {kind: [number(cells.get(f"{kind}[{g}]", "0"), f"{kind}[{g}]") for g in groups] for kind in KINDS}
     return Gait.from_degrees(frequency=number(cells["frequency"], "frequency"), **angles)
 
 
 def name_of(cells: Mapping[str, str], file: str, line: int) -> str:
-    """Return the name of the run of a row: its cell, or the file's name and the line."""
+    """Return the name of the run in a row: its cell, or else FILE:LINE."""
     return cells.get("name") or f"{Path(file).name}:{line}"
 
 
 def origin(cells: Mapping[str, str], file: str, line: int) -> dict[str, Any]:
-    """Return the fields of a run that tell of its row: repeats, file and line."""
+    """Return the fields repeats, file and line of the run in a row."""
     repeats = cells.get("repeats") or "1"
     if not repeats.isdecimal() or len(repeats) > MAX_DIGITS:
         raise InputError("must be a whole number", key="repeats", value=shown(repeats), fix="write digits only")
@@ -170,7 +170,7 @@ def origin(cells: Mapping[str, str], file: str, line: int) -> dict[str, Any]:
 
 
 def number(text: str, key: str) -> float:
-    """Return the number of a cell, whose value the gait and the run check."""
+    """Parse the number in a cell; its range is checked by the gait or run made from it."""
     try:
         return float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""CSV files of runs: the kind of runs, told by the columns, and the readers."""
+"""CSV files of runs: recognize the kind of runs by the columns, and read them."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,8 +13,8 @@ from hypertuna.trials.steady import SteadyRun, read_steady
 Run = SteadyRun | NumberRun | Decay
 Reader = Callable[[str | Path | Table, Robot], Sequence[Run]]
 
-# By key of a manifest: beginnings of the columns that tell a file of the kind, in any unit, and its reader. A file with
-# the columns of none is taken for one of steady runs, as is one with a gait's frequency and a time or a speed.
+# By key of a manifest: prefixes of columns that identify the kind, and its reader. A file without the columns of any
+# kind is read as steady runs, and so is one that has a gait's frequency with a time or a speed.
 TABLES: dict[str, tuple[tuple[str, ...], Reader]] = {
     "steady": ((), read_steady),
     "tows": (("drag_",), partial(read_numbers, made=Tow)),
@@ -27,7 +27,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Reader]] = {
 
 
 def read_runs(path: str | Path, robot: Robot) -> tuple[Run, ...]:
-    """Read a CSV file of runs of the kind that its columns tell."""
+    """Read a CSV file of runs, whose kind follows from its columns."""
     table = read_table(path)
     head = set(table.head)
     steady = "frequency_hz" in head and ("time_s" in head or any(name.startswith("speed_") for name in head))

@@ -14,11 +14,11 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float, read_table
 from hypertuna.ranges import CELL, check_name
 
-ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # in rad
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # in m
-MIN_SAMPLES = 12  # of a series, for the estimate of its noise
-MAX_GAP = 5  # median intervals between two samples
-MAX_LAG, LAGS = 0.1, 401  # of the length of a series, to either side, and shifts that are tried
+ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # units of angles [rad]
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # units of lengths [m]
+MIN_SAMPLES = 12  # of a series, needed to estimate its noise
+MAX_GAP = 5  # longest time between two samples, in median intervals
+MAX_LAG, LAGS = 0.1, 401  # largest lag, as a fraction of the series' duration; number of lags tried
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class JointSeries(Plotted, Tabular, data=lambda series: series_columns(series.ti
             raise self._error(k, 0, rule, gap, "cut the series at the gap and replay the parts separately")
 
     def _error(self, sample: int, column: int, rule: str, value: str, fix: str) -> InputError:
-        """Return the error to raise for a sample's value, with its line and column."""
+        """Return the error for a sample's value, with its line and column."""
         names = self.columns or ("time", *(f"angle[{g}]" for g in range(self.angle.shape[1])))
         where = f"sample {sample}" if self.lines is None else f"line {self.lines[sample]}"
         return InputError(rule, file=self.file, key=f"{where}, {names[column]}", value=value, fix=fix)
@@ -79,13 +79,13 @@ class Track(
 ):
     """A tracked run: poses of the center of the head link."""
 
-    run: str  # its name
+    run: str  # name of the run
     time: Array  # (frames,) [s]
     pose: Array  # (frames, 3): x, y [m] and the direction that the head faces [rad], counter-clockwise from x
 
 
 def series_columns(time: Array, **values: Array) -> dict[str, Array]:
-    """Return columns of time (times,) [s] and of angles of each joint group (times, groups) [rad, in degrees there]."""
+    """Return columns of time (times,) [s] and of joint groups' angles (times, groups) [rad], converted to degrees."""
     columns = {"time_s": time}
     for name, table in values.items():
         for g, column in enumerate(np.degrees(table).T):
@@ -119,7 +119,7 @@ def read_joints(path: str | Path, *, time: str, columns: Sequence[str], unit: st
 
 
 def lag_of(measured: JointSeries, targets: JointSeries) -> tuple[float, ...]:
-    """Return how much each measured angle lags behind its target [s]: the shift of least squared difference."""
+    """Return how much each measured angle lags behind its target [s]: the shift with the largest correlation."""
     time = measured.time
     limit = MAX_LAG * float(time[-1] - time[0])
     inside = (time >= time[0] + limit) & (time <= time[-1] - limit)
@@ -196,7 +196,7 @@ def read_tracks(
 def _read_columns(
     path: str | Path, columns: Sequence[str], run: str | None = None
 ) -> tuple[list[int], Array, list[str]]:
-    """Return lines, numbers (rows, columns) and names of runs (default: that of the file) of a CSV file."""
+    """Return lines, numbers (rows, columns) and names of runs (default: the file's name) of a CSV file's rows."""
     table = read_table(path)
     for name in [*columns, *([run] if run else [])]:
         if name not in table.head:

@@ -1,4 +1,4 @@
-"""Trials: steady and tracked runs of a tank, from any number of files."""
+"""Trials: all kinds of measured runs, from any number of files."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ class Trials(Plotted, Tabular):
 
     @property
     def runs(self) -> tuple[str, ...]:
-        """Names of all runs: those of steady runs, then RECORDING/RUN of tracked ones."""
+        """Names of all runs, in the order of `members`; tracked runs are named RECORDING/RUN."""
         return tuple(name for trial in self.members for name in kind_of(trial).runs(trial))
 
     @property
     def kinds(self) -> dict[Kind[Any], tuple[Any, ...]]:
-        """Trials of each kind that has any."""
+        """Trials by kind, without kinds that have none."""
         members = {kind: tuple(one for one in self.members if isinstance(one, kind.trial)) for kind in KINDS}
         return {kind: own for kind, own in members.items() if own}
 
     def only(self, names: Iterable[str]) -> Trials:
-        """Return some of the runs, in the order of these trials; recordings without any of them are left out.
+        """Return the trials with only some of the runs; recordings without any of these are left out.
 
         Parameters
         ----------
@@ -85,7 +85,7 @@ class Trials(Plotted, Tabular):
 
 @checked
 def read_trials(paths: str | Path | Sequence[str | Path], robot: Robot | str | Path) -> Trials:
-    """Read trials of a robot; raise InputError for a file that does not fit it, or for two runs of one name.
+    """Read trials of a robot from files of any kind.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def _read(path: Path, robot: Robot) -> Trials:
 
 
 def _check_no_track(path: Path) -> None:
-    """Refuse a file of tracked points with the command that makes a manifest of it."""
+    """Raise an error for a file of tracked points, with the command that makes a manifest of it."""
     if form := form_name(path):
         fix = f"`hypertuna trials import markers {path} --robot ROBOT -o {path.stem}.toml` makes a manifest of it"
         raise InputError(f"holds tracked points, in the form of {form}", file=str(path), fix=fix)
@@ -149,13 +149,13 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
 
 
 def implausible(trials: Trials, robot: Robot) -> tuple[list[InputError], list[str]]:
-    """Return errors on files that must be in wrong units, and warnings on files that are unlikely."""
+    """Return errors on files that must be in wrong units, and warnings about files with unlikely values."""
     results = [kind.implausible(members, robot) for kind, members in trials.kinds.items()]
     return [error for errors, _ in results for error in errors], [text for _, texts in results for text in texts]
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
-    """Split trials at random by run into training (one run at least) and validation, a fraction of the runs."""
+    """Split trials at random, by run, into training (at least one run) and validation, a fraction of the runs."""
     runs = trials.runs
     count = min(round(validate * len(runs)), len(runs) - 1)
     chosen = {runs[k] for k in np.random.default_rng(seed).permutation(len(runs))[: max(count, 0)]}
@@ -163,7 +163,7 @@ def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
 
 
 def digest(trials: Trials) -> str:
-    """Return the sha256 of trials without the names of their files."""
+    """Return the sha256 of trials, which does not depend on the names of their files."""
     sha = hashlib.sha256()
 
     def update(value: Any) -> None:

@@ -22,7 +22,7 @@ from hypertuna.paper.computed import (
 from hypertuna.paper.ledger import FAMILY, UNPUBLISHED, Finding, published, published_value
 from hypertuna.reports.html import WIDTH, Section, Table, table_of
 from hypertuna.simulation.cards import posture_table, spelled_limits
-from hypertuna.simulation.posture import CLOSE
+from hypertuna.simulation.posture import MAX_ERROR
 
 SIZING = "pump sizing"
 
@@ -149,7 +149,7 @@ def _posture_sections(twins: Twins) -> list[Section]:
         {"fig8": plot_posture(test, width=WIDTH), "posture": table_of(posture_table(test))},
         joint=test.held[0].name,
         degrees=np.degrees(test.held[0].angle_set),
-        close=np.degrees(CLOSE),
+        close=np.degrees(MAX_ERROR),
         count=len(test.held),
         settled=[held.settling for held in test.held if held.settling is not None],
         eased=test.eased,
