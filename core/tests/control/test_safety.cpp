@@ -64,12 +64,12 @@ static void a_pump_goes_back_from_the_soft_limit() {
     SupervisorModel<double> s = test_controller<double>().circuit[0];
     s.hammer = 2e4;
     const double soft = 2.5e5, hard = 3e5, tick = 0.01;
-    CHECK(furthest(s, 0.2, 2.4e5, soft, hard, tick) > 100);
-    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard, tick), 0.2, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.185, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard, tick), 0.185, 1e-15);  // no further: a sensor may lie
+    CHECK(furthest_pump_angle(s, 0.2, 2.4e5, soft, hard, tick) > 100);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, soft, soft, hard, tick), 0.2, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, hard, soft, hard, tick), 0.185, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, 5e5, soft, hard, tick), 0.185, 1e-15);  // no further: a sensor may lie
     s.hammer = 1e6;
-    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.2 - 0.05 * tick, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, hard, soft, hard, tick), 0.2 - 0.05 * tick, 1e-15);
 }
 
 /// 60 kPa of fill, and four powers of a bend of 0.5 rad: 1 + 0.5 + 0.25 + 0.125 times 10 kPa.

@@ -176,7 +176,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::bend_sensor, bend);
     now.set(Fault::pressure_sensor, pressure);
     now.set(Fault::current_sensor, current);
-    now.set(Fault::imu, !imu_stands(input.controller));
+    now.set(Fault::imu, !imu_valid(input.controller));
     now.set(Fault::battery_sensor, battery.faulty);
     now.set(Fault::low_battery,
             lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));

@@ -1,5 +1,5 @@
-/// Lighthill's large-amplitude elongated-body theory (1971) with resistive drag: the water's momentum is across the
-/// body alone, and all of it that reaches the trailing edge is left in the wake. Derivation: docs/model.md.
+/// Lighthill's large-amplitude elongated-body theory (1971) with resistive drag: the momentum of the water is only
+/// across the body, and what reaches the trailing edge is left in the wake. Derivation: docs/model.md.
 #pragma once
 
 #include "hypertuna/swimming/water.hpp"
@@ -66,7 +66,7 @@ struct Elongated {
         return f;
     }
 
-    /// Lighthill's force at the edge; one that moves backward leaves no momentum behind.
+    /// Lighthill's force at the trailing edge; an edge that moves backward leaves no momentum behind.
     template <class V>
     HYPERTUNA_INLINE Along<V> shed(const Along<V>& v) const {
         const V across = v.n + edge * v.w;
