@@ -263,10 +263,10 @@ struct BeatEnd {
 /// root, from a ceiling that may have fallen within the beat.
 template <class T>
 void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
-    const T room = work - fill;
+    const T margin = work - fill;
     // Inertia carries a joint that swings wider than it was sent: the oil that it presses out hammers.
     const T swing = T(2 * pi) * max(beat.frequency, T(0.1)) * max(governor.swung, T(governor_floor));
-    const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);
+    const T part = min(margin / max(governor.peak - fill, T(0.01) * margin), T(governor_swing) * beat.rate / swing);
     if (part < T(1)) {
         governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
         governor.proven = min(governor.proven, governor.ceiling);

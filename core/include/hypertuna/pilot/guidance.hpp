@@ -220,7 +220,7 @@ T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estim
 /// contain both the robot and home does not stop the way home.
 template <class T>
 Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
-                    const Inside<T>& room) {
+                    const Inside<T>& border) {
     const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
     const Corner<T> target = target_of(state, mission);
     const bool straight_home = state.mode == Mode::home || mission.waypoints <= state.leg;
@@ -229,13 +229,13 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
         : 0 < state.held ? circle(model, at, mission.waypoint[state.leg])
                          : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
     const T margin = margin_of(model, state, at, mission);
-    if (margin <= room.distance) return course;
-    state.reasons.set(Reason::fence, T(0) <= room.distance);
-    const bool held = T(0) < room.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
+    if (margin <= border.distance) return course;
+    state.reasons.set(Reason::fence, T(0) <= border.distance);
+    const bool held = T(0) < border.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
     if (state.mode == Mode::home && !held) return course;
-    const T in = course.x * room.x + course.y * room.y;
-    const T push = clamp((margin - room.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
-    return toward(course.x + push * room.x, course.y + push * room.y, course);
+    const T in = course.x * border.x + course.y * border.y;
+    const T push = clamp((margin - border.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
+    return toward(course.x + push * border.x, course.y + push * border.y, course);
 }
 
 inline constexpr float fix_awaited = 3;  // s since the last fix, after which a robot at the surface presses on upward
@@ -282,12 +282,12 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     Guided<T> out{before, {}};
     GuidanceState<T>& state = out.state;
     const Steering<T>& steering = model.steering;
-    const Inside<T> room = inside(mission, at.x, at.y);
+    const Inside<T> border = inside(mission, at.x, at.y);
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
-    state.reasons.set(Reason::outside, room.distance < T(0));
+    state.reasons.set(Reason::outside, border.distance < T(0));
     weigh(model, state, at, onboard, mission);
     weigh_current(model, state, at, mission);
-    weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));
+    weigh_fixes(model, state, at, mission, border.distance < margin_of(model, state, at, mission));
     if (state.mode == Mode::transit || state.mode == Mode::surface) follow_legs(model, state, at, mission);
     state.mode = mode_of(model, state, at, mission);
     ++state.ticks;
@@ -302,7 +302,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
         for (int j = 0; j < steering.joints; ++j) command.amplitude[j] = T(0);
         return out;
     }
-    const Course<T> course = course_of(model, state, at, mission, room);
+    const Course<T> course = course_of(model, state, at, mission, border);
     const bool home = state.mode == Mode::home;
     const int leg = state.leg < mission.waypoints ? state.leg : mission.waypoints - 1;
     T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
