@@ -22,15 +22,15 @@ HT_API void ht_device_free(ht_device* device);
 HT_API int ht_device_joints(const ht_device* device);
 HT_API double ht_device_tick(const ht_device* device); /* s */
 
-/* Set what holds from now on: a command, as in ht_twin_command; or for the plant alone, the pulses [s] of two servos per
- * joint and of the fins, clipped to the limits of the robot's controller. */
+/* Set what holds from now on: a command, as in ht_twin_command; or for the plant alone, the pulses [s] of two servos
+ * per joint and of the fins, clipped to the limits of the robot's controller. */
 HT_API void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed);
 HT_API void ht_device_drive(ht_device* device, const double* pulses);
 /* From now on: with `steered` 1 the robot's pilot, by its own sensors, sets biases and fins toward a depth of the nose
  * [m] and a heading [rad, counter-clockwise from east], and reduces amplitudes where the bias needs the reach of a
  * joint; the command's biases and fins are ignored. The pilot decides ten times a second. The depth is clipped to the
- * range of the depth sensor, from 0. With 0 the command holds. Returns 0 where no pilot can steer: the plant, the plane, a robot without a
- * pilot. */
+ * range of the depth sensor, from 0. With `steered` 0 the command holds. Returns 0 where no pilot can steer: the plant
+ * alone, in the plane, and a robot without a pilot. */
 HT_API int ht_device_steer(ht_device* device, int steered, double depth, double heading);
 /* Set the current from now on [m/s], toward east and north, at sea. */
 HT_API void ht_device_flow(ht_device* device, const double current[2]);

@@ -26,7 +26,7 @@ std::string path_of(const char* uri) {
     std::string text = uri ? uri : "";
     if (text.rfind("file:", 0) != 0) return text;
     text.erase(0, 5);
-    if (text.rfind("// remove the host's name
+    if (text.rfind("//", 0) == 0) text.erase(0, text.find('/', 2));  // remove the host's name
     std::string path;
     for (std::size_t k = 0; k < text.size(); ++k) {
         unsigned code;

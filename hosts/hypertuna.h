@@ -82,8 +82,9 @@ typedef struct ht_start {
 
 HT_API ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* fault, size_t room);
 /* A flight: a twin at sea that flies a mission under the robot's own pilot, as `hypertuna mission --seed` does. Seed 0
- * flies the mission as its file describes it, other seeds scatter current and satellites. A flight takes no command, and
- * ends by itself: its column `ending` is 0 until then, and afterwards 1 plus a place in the text's list of endings. */
+ * flies the mission as its file describes it, other seeds scatter current and satellites. A flight takes no command,
+ * and ends by itself: its column `ending` is 0 until then, and afterwards 1 plus a place in the text's list of
+ * endings. */
 HT_API ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room);
 HT_API void ht_twin_free(ht_twin* twin);
 
@@ -91,8 +92,8 @@ HT_API void ht_twin_free(ht_twin* twin);
 HT_API void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
 /* Give the sensor channels `first` to `last` a fault from now on: kind 1 stuck, 2 open, 3 spikes, 4 NaN, 0 none. */
 HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
-/* Jam the servo of a flight's fin (0 port, 1 starboard) from now on: kind 1 where it is, 2 level, 3 up, 4 down; 0 repairs
- * the servo. */
+/* Jam the servo of a flight's fin (0 port, 1 starboard) from now on: kind 1 where it is, 2 level, 3 up, 4 down; 0
+ * repairs the servo. */
 HT_API void ht_twin_jam(ht_twin* twin, int fin, int kind);
 /* Make control ticks; returns how many were made: fewer where a flight is over, or where a tick led to a physically
  * impossible state; the row then shows that tick. */
@@ -103,8 +104,8 @@ HT_API const char* ht_twin_column(const ht_twin* twin, int index, int* width);
 /* All columns of the last tick, one after another. */
 HT_API void ht_twin_read(const ht_twin* twin, double* row);
 
-/* Save the twin's complete state, as bytes of this size, without its command and its faults; restore it to a twin of the
- * same robot and mission. ht_twin_restore returns 0 where the size differs. */
+/* Save the twin's complete state, as bytes of this size, without its command and its faults; restore it to a twin of
+ * the same robot and mission. ht_twin_restore returns 0 where the size differs. */
 HT_API size_t ht_twin_state_size(const ht_twin* twin);
 HT_API void ht_twin_save(const ht_twin* twin, unsigned char* state);
 HT_API int ht_twin_restore(ht_twin* twin, const unsigned char* state, size_t size);
