@@ -7,7 +7,7 @@ using namespace hypertuna;
 /// A leg that has ended: what the fish believed, and the truth.
 struct Ended {
     bool reached;
-    double believed, away, error, depth;  // m from the waypoint; of the position; too deep
+    double believed, away, error, depth;  // m: believed and true distance, reported error, excess depth
 };
 
 struct Watched {
