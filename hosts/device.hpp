@@ -9,7 +9,7 @@ namespace hypertuna {
 template <class Body>
 struct DeviceMoment {
     TwinStateOf<Body> twin;
-    PilotState<double> pilot;  // with the controller's state, of a twin that has a pilot
+    PilotState<double> pilot;  // state of pilot and controller, for a twin that has a pilot
     TickOf<Body> tick;
     SensorsState<double> sensing;
     std::uint64_t ticks;

@@ -262,7 +262,7 @@ class Fmu {
     std::string image_;
     FmuList list_;
     std::vector<Variable>& variables_ = list_.variables;
-    std::vector<std::string>& names_ = list_.names;  // of the outputs, until their columns are found
+    std::vector<std::string>& names_ = list_.names;  // names of the outputs, until their columns are found
     std::vector<double> values_, sent_,
         row_;  // values of the variables; those last sent to the device; outputs of the device
     std::unique_ptr<ht_device, void (*)(ht_device*)> device_;

@@ -36,8 +36,8 @@ struct HostModel {
     }
 };
 
-/// Description of quantity k of a settled gait: those of the core, the status, and how a start from rest reaches the
-/// beat; null after the last.
+/// Description of quantity k of a settled gait: first the core's quantities, then the status and the start from rest;
+/// null after the last.
 inline const QuantityAbout* quantity(int k) {
     constexpr int count = std::size(quantities<double>);
     static constexpr QuantityAbout more[] = {

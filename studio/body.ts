@@ -54,7 +54,7 @@ export function curve(
 /** The geometry of a body that stays the same while it swims. */
 export class Shape {
   readonly links: number[]; // lengths of the links [m]
-  readonly fronts = [0]; // where each link begins, and where the body ends [m from the nose]
+  readonly fronts = [0]; // place where each link begins, and where the body ends [m from the nose]
   readonly length: number; // length of the body [m]
   readonly fin: number; // fraction of the length at which the caudal fin begins; 1 without a fin
   readonly middles: number[]; // middles of the links [m from the nose]

@@ -36,7 +36,7 @@ export class BodyView implements View {
   private described: Subject | null = null;
   private row: Float64Array = new Float64Array();
   private values: Quantities = {};
-  private before: { of: string; values: Quantities } = { of: "", values: {} }; // of the described robot
+  private before: { of: string; values: Quantities } = { of: "", values: {} }; // described robot
   private asking = false;
 
   constructor(

@@ -18,7 +18,7 @@ interface Row {
 export class Losses {
   readonly element = element("div", "losses");
   private readonly title = element("p", "caption");
-  private readonly places: string[]; // in the order of the power's path
+  private readonly places: string[]; // places in the order of the power's path
   private readonly rows: Row[];
   private readonly losses: { name: string; place: string; text: string }[];
 

@@ -53,7 +53,7 @@ export interface BodyKnob {
   value: number; // the described value
   range: Range; // limits of the factor
   steps?: number[]; // the only factors that it may have
-  keys: { key: string; at: number; power?: number; sum?: number }[]; // of the file, at offset `at`
+  keys: { key: string; at: number; power?: number; sum?: number }[]; // keys of the file, at offset `at`
   columns: Record<string, (readonly [number, ...Law])[]>; // columns of the image: indices and how their numbers follow
   facts: Record<string, Law>; // facts of this text by path, and how they follow
   twin?: boolean; // whether the twin's model follows the factor

@@ -174,7 +174,7 @@ void track_along(const Model& model, const JointSeries& series, const Directions
 
 template <class Law>
 void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
-    if (directions.moving.empty() || !directions.still.empty())  // at least once, for the pose itself
+    if (directions.moving.empty() || !directions.still.empty())  // compute at least once, for the pose itself
         track_along<Law, Real>(model, series, directions, directions.still, track);
     if (!directions.moving.empty()) track_along<Law, Derivative>(model, series, directions, directions.moving, track);
 }

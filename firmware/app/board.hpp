@@ -41,7 +41,7 @@ struct Raw {
 template <class B>
 concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], const std::uint8_t* from,
                          std::uint8_t* to, int count, std::uint32_t word) {
-    { board.wait() } -> std::same_as<bool>;  // until the next tick is due; false at the end of a simulated run
+    { board.wait() } -> std::same_as<bool>;  // wait until the next tick is due; false at the end of a simulated run
     { board.read(raw) };                     // adds the samples since the last tick
     { board.drive(pulse, count) };           // servo pulses [s]; 0 for none
     { board.feed() };                        // resets the watchdog
@@ -49,7 +49,7 @@ concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], c
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.watchdog_reset() } -> std::same_as<bool>;     // whether the watchdog caused this boot
     { board.keep(word) };                                 // keeps a word over a reset without loss of power
-    { board.kept() } -> std::same_as<std::uint32_t>;      // that word; anything after a loss of power
+    { board.kept() } -> std::same_as<std::uint32_t>;      // read that word; arbitrary after a loss of power
     { board.load(count, to, count) };                     // reads bytes of the flash memory from an address on
     { board.program(count, from, count) };  // writes within a page; only clears bits; done when it returns
     { board.erase(count) };                 // sets all bits of a sector; may take 0.4 s

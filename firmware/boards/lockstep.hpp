@@ -19,7 +19,7 @@ enum class OrderKind : std::uint8_t {
     gait,      // number: frequency, amplitudes, phases, biases, fins
     sticks,    // number: ahead, turn, climb
     leg,       // which
-    origin,    // at the fix of the request
+    origin,    // its place is the fix of the request
     begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
                // range, start, declination, silence_below
     waypoint,  // number: x, y, depth, speed, radius, hold

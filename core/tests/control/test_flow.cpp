@@ -24,7 +24,7 @@ static void the_viscosity_is_learned() {
     CHECK(unknown.value == 1);  // before any reading the oil counts as thick as it gets
 }
 
-/// A critically damped servo that is sent to the furthest target turns by what was asked within the tick, no more.
+/// A critically damped servo that is sent to the furthest target turns by exactly the desired angle within the tick.
 static void the_furthest_target_by_the_filter() {
     const Smoothing<double> servo = test_controller<double>().servo;
     for (double before : {0.0, 0.01, -0.02})

@@ -34,7 +34,7 @@ static void strip_by_hand() {
     CHECK_NEAR(f.t, 5 * 4 + 2 * 20 * 2, 1e-13);
     CHECK_NEAR(f.n, -(3 * 9 + 2 * 10 * 3), 1e-13);
     CHECK_NEAR(f.w, 0.5 * f.n, 1e-13);
-    const LinkInertia<double> mixed = {2, 3, 5, 7};  // momentum is the derivative of energy by velocity
+    const LinkInertia<double> mixed = {2, 3, 5, 7};  // momentum is the derivative of energy with respect to velocity
     const Along<double> p = mixed * Along<double>{1, 10, 100};
     CHECK(p.t == 2 && p.n == 3 * 10 + 5 * 100 && p.w == 5 * 10 + 7 * 100);
 }

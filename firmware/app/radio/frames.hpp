@@ -19,7 +19,7 @@ inline constexpr std::uint8_t frame_mark = 0xFD, signed_flag = 1;
 /// A complete frame in the parser's buffer: valid until the next call of next().
 struct Frame {
     std::uint32_t id;
-    std::uint8_t system, component, sequence;  // of the sender
+    std::uint8_t system, component, sequence;  // ids and sequence number of the sender
     bool is_signed;
     const std::uint8_t* bytes;
     int length, payload;  // bytes of the frame, and of the message in it

@@ -26,7 +26,7 @@ struct Run {
     std::uint8_t system, component, last;
     bool used;
     std::uint32_t tick;         // tick of the last frame
-    Received received[window];  // at index number % window
+    Received received[window];  // the frame with a number is at index number % window
 };
 
 inline std::uint16_t checksum_of(const Frame& frame) {

@@ -11,7 +11,10 @@ namespace hypertuna::firmware {
 
 inline constexpr int key_length = 32, max_streams = 8, digest_length = 6;
 inline constexpr int stamp_bits = 48;
-inline constexpr std::uint64_t stamp_minute = 6'000'000, stamp_reserve = 240 * stamp_minute;  // in units of 10 us
+inline constexpr std::uint64_t stamp_minute = 6'000'000,
+                               stamp_reserve =
+                                   240 *
+                                   stamp_minute;  // a minute and the reserve of the stored stamp, in units of 10 us
 
 /// A sender on one channel, and its last timestamp [10 us].
 struct Stream {

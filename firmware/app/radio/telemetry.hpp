@@ -12,7 +12,7 @@ namespace hypertuna::firmware {
 struct TelemetryStream {
     std::uint32_t interval;     // ticks; 0 for never
     std::uint32_t last;         // tick of the last message
-    bool requested;             // to be sent once, by MAV_CMD_REQUEST_MESSAGE
+    bool requested;             // whether MAV_CMD_REQUEST_MESSAGE asked to send it once
     std::uint32_t sent, bytes;  // messages and bytes since boot
 };
 

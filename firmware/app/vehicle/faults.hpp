@@ -50,10 +50,10 @@ inline constexpr const char* severity_name(Severity severity) {
 
 struct FaultText {
     const char* name;
-    const char* sentence;  // at most the 50 characters of a STATUSTEXT
+    const char* sentence;  // text to send, at most the 50 characters of a STATUSTEXT
     Answer answer;
     Severity severity;
-    bool latched;                      // until the robot is armed again
+    bool latched;                      // whether the fault lasts until the robot is armed again
     bool forbids_arming;               // while the cause lasts
     float Limits::* choice = nullptr;  // parameter with the response, of which `answer` is the default
 };

@@ -53,7 +53,8 @@ struct MissionForm {
 };
 static_assert(sizeof(MissionForm) == 4 * 3 + 3 * max_items);
 
-/// Form of a mission that was not given as items: bounds, declination, home, fence, then speeds and waypoints in order.
+/// The form in which a mission is sent that was not received as items: bounds, declination, home, fence, then speeds
+/// and waypoints in order.
 inline void standard_form(MissionForm& form, const Mission<float>& mission) {
     form = {};
     form.fence_frame = local_frame;

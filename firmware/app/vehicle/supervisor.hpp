@@ -22,7 +22,7 @@ inline constexpr float snag_reach =
 inline constexpr float snag_straight =
     0.7f;  // least part of the way swum that is straight, on a course; a robot that circles has less
 inline constexpr float snag_circles =
-    2.0f;  // of snag_distance: after so much swum on one leg the robot does not circle either
+    2.0f;  // times snag_distance: after such a distance on one leg the robot is not circling
 inline constexpr float radio_depth = 0.3f;  // m, depth of the nose from which water over the antenna stops the radio
 
 /// Lowest and highest value within a beat.
@@ -47,7 +47,7 @@ struct Headway {
 struct Rest {
     float depth;       // m
     int ticks, since;  // ticks at rest; since the robot was at that depth
-    bool sank;         // it sank in the seconds before, while disarmed
+    bool sank;         // whether the robot sank in the last seconds, while disarmed
 };
 
 /// What was asked of a joint and what its sensors showed within a beat.

@@ -50,7 +50,7 @@ Section<D> lifted(const Section<S>& at) {
 template <class S>
 struct Bent {
     S angle;   // rad
-    S strain;  // of the axis
+    S strain;  // strain of the axis
 };
 
 /// Root of two functions of two variables, by Newton's method from `at` in steps of at most `most`; `at` becomes the

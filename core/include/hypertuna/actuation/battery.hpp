@@ -12,7 +12,7 @@ struct Battery {
     S empty;        // V, open circuit without charge
     S resistance;   // ohm of the whole battery
     S converter;    // V at the servos, which the converter holds while the battery has more
-    S efficiency;   // of the converter, 0 to 1
+    S efficiency;   // efficiency of the converter, 0 to 1
     S electronics;  // W that board, sensors and radio draw beside the converter
 };
 

@@ -35,7 +35,7 @@ struct Axis {
 /// Equations of a joint's bend: the corrected ones, or the paper's printed ones with some of their misprints.
 struct JointLaw {
     bool printed;
-    Misprints misprints;  // for the printed ones only
+    Misprints misprints;  // misprints, used by the printed equations only
     bool passive;         // whether the walls of the other side resist
     bool shortens;        // whether the axis is free to shorten
 };

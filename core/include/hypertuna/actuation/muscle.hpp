@@ -195,7 +195,7 @@ S closing_stretch(const DriveUnit<S>& unit, const S& left) {
     return low;
 }
 
-/// Pressure of the oil in the muscles of a side, and its derivatives by their volume.
+/// Pressure of the oil in the muscles of a side, and its derivatives with respect to their volume.
 template <class S>
 struct OilAt {
     S pressure;  // Pa

@@ -96,13 +96,13 @@ struct ControllerState {
     bool armed;
     Follower<T> frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
     Follower<T> more[max_joints], aside[max_joints];  // corrections: of the amplitude, relative; of the bias, rad
-    Oscillator<T> oscillator[max_joints];             // of each joint's left circuit; the right one is in antiphase
+    Oscillator<T> oscillator[max_joints];  // oscillator of each joint's left circuit; the right one is in antiphase
     PostureState<T> posture[max_joints];
     SupervisorState<T> circuit[max_circuits];
     Governor<T> governor[max_joints];
     Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
     T supply;                // V, mean of the last valid readings
-    Viscosity<T> viscosity;  // of the oil
+    Viscosity<T> viscosity;  // viscosity of the oil
     T swing;  // s: s: amplitude per rate of a bend at this frequency; less where the oil is thin, at the frequency and
               // with what the oil leaves
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to

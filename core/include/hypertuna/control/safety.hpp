@@ -17,7 +17,7 @@ inline constexpr int max_joints = board_joints;
 #else
 inline constexpr int max_joints = 12;
 #endif
-inline constexpr int max_coordinates = max_joints + 1;  // of a tail: joint groups and hinges
+inline constexpr int max_coordinates = max_joints + 1;  // coordinates of a tail: joint groups and hinges
 inline constexpr int max_circuits = 2 * max_joints;
 inline constexpr int max_servos = max_circuits + 2;
 /// Number of a robot's servos: two per joint and one per pectoral fin.

@@ -44,7 +44,7 @@ inline void settled_gradient(const Kernel& kernel, const Model& model, const Gai
                              double mass, double* derivatives) {
     using State = Momentum<double>;
     const int g = model.groups, n = directions.count, width = State::size + n, count = derivative_count;
-    const std::size_t size = std::size_t(count + State::size) * width;  // of one gait's derivatives
+    const std::size_t size = std::size_t(count + State::size) * width;  // numbers of one gait's derivatives
     std::vector<double> rates(std::size_t(end - begin) * size);
     const GaitBatch part{gaits.frequency + begin, gaits.amplitude + begin * g, gaits.phase + begin * g,
                          gaits.bias + begin * g};

@@ -18,7 +18,7 @@ struct PlantData : BodyData {
     std::vector<double> gear;              // joints: turns of that servo per bend, 1 on the axle
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    std::vector<Spring<double>> spring;    // of the hinges, then of coordinates that rest: max_coordinates
+    std::vector<Spring<double>> spring;    // springs of the hinges, then of coordinates at rest: max_coordinates
     Battery<double> battery;
     double idle;  // W drawn in addition to the pumps' servos
 

@@ -223,7 +223,7 @@ struct FitPrior {
 
 struct SilhouetteFit {
     std::vector<double> unknowns, information;  // information of the pixels alone, times their squared noise
-    std::vector<double> seen;                   // of each link: 1 where the pixels show all of its rear half
+    std::vector<double> seen;                   // by link: 1 if the pixels show all of its rear half
     double noise, offset;                       // gray levels; m: distance of the seen edges from the drawn ones
 };
 

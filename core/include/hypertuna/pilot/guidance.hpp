@@ -27,7 +27,8 @@ template <class T>
 T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
     const T dx = mission.home.x - at.x, dy = mission.home.y - at.y, away = sqrt(dx * dx + dy * dy);
     const T speed = T(0.9) * min(mission.home_speed, model.steering.table.speed[model.steering.table.gaits - 1]);
-    const T ground = max(way_made(model, at, mission), T(no_way));  // with less the robot is swept away
+    const T ground =
+        max(way_made(model, at, mission), T(no_way));  // at a lower speed over ground the robot counts as swept away
     const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_max);
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }

@@ -62,7 +62,7 @@ struct GuidanceState {
     Corner<T> from;              // m: where the leg began
     int reached, passed;         // waypoints before `leg` that were reached and passed; all others were skipped
     int arriving, held, sought;  // ticks near or past the waypoint; ticks held there; fixes sought for it
-    bool resting;                // at the surface within a waypoint's radius
+    bool resting;                // whether the robot rests at the surface within a waypoint's radius
     bool swept, spent;           // the current carries the robot away from home; the battery's reserve is touched
     int ticks;                   // decisions so far
     int since_fix, waiting;      // ticks since the last fix, at the surface without one
@@ -97,7 +97,7 @@ template <class T>
 GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
     GuidanceState<T> state{};
     state.from = mission.start;
-    state.rising = true;  // it begins with fixes
+    state.rising = true;  // a mission begins at the surface, with fixes
     return state;
 }
 

@@ -36,7 +36,7 @@ struct Arrival {
     T away;             // m, estimated distance
     bool near;          // estimated to be within the radius
     bool past;          // estimated to be abeam of the waypoint or beyond, within the position error
-    bool deep, placed;  // at its depth; the position is known to the radius
+    bool deep, placed;  // whether it is at its depth; whether the position is known to within the radius
 };
 
 template <class T>

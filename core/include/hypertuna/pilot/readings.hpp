@@ -39,9 +39,9 @@ enum class Reader : std::uint8_t { controller, pilot };
 /// A kind of sensor, and its member of the readings: one number or an array of them.
 template <class Member>
 struct Channel {
-    const char* name;    // in the robot's description, in Python and in the firmware's calibration
+    const char* name;    // name in the robot's description, in Python and in the firmware's calibration
     const char* part;    // name in faults; the sensors of one part fail together
-    const char* column;  // in logs
+    const char* column;  // name of the column in logs
     const char* unit;
     const char* meaning;
     Per per;

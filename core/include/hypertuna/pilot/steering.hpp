@@ -129,7 +129,7 @@ Course<T> toward(T dx, T dy, const Course<T>& otherwise) {
 /// Direction to face so that the path over ground follows a course despite the current.
 template <class T>
 Course<T> crab(const Course<T>& course, const T (&current)[2], T speed) {
-    const T across = course.x * current[1] - course.y * current[0];  // to the left of the course
+    const T across = course.x * current[1] - course.y * current[0];  // m/s, current to the left of the course
     const T sine = clamp(-across / speed, T(-0.9), T(0.9)), cosine = sqrt(T(1) - sine * sine);
     return {course.x * cosine - course.y * sine, course.y * cosine + course.x * sine};
 }

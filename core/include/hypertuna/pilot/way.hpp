@@ -34,7 +34,7 @@ void visit_fields(WayModel<T>& m, const Visit& visit) {
 /// Fixes that were refused since the last one that was used.
 template <class T>
 struct Doubt {
-    int fixes;       // in a row
+    int fixes;       // number of fixes in a row
     bool reached;    // the robot can have come to the place of the last one
     T off[2];        // m: place of the last one relative to the estimate
     T since, agree;  // s since the last one; s for which they have agreed on one place

@@ -96,7 +96,7 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
 /// What the head's surroundings do to the body at one instant.
 template <class S>
 struct Outlook {
-    Vector<S> up;    // in body axes
+    Vector<S> up;    // upward direction in body axes
     Vector<S> fall;  // m/s^2 in body axes: g upward, plus the acceleration of the frame that moves with the current
     S z;             // m, height of the nose
     bool deep;       // no part of the robot is near the surface

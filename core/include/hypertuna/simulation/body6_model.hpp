@@ -24,7 +24,7 @@ struct LinkBody {
     S center_height;   // m; forces of the water in the plane act at this height
     S height, width;   // m, of the section, mean over the link
     S drag_vertical;   // C_z on length x width
-    S added_vertical;  // in units of rho pi/4 width^2
+    S added_vertical;  // vertical added mass in units of rho pi/4 width^2
     S drag_roll;       // C_r on length x height
 };
 

@@ -30,7 +30,7 @@ struct Plant {
     const S* gear;              // joints: turns of that servo per bend, 1 on the axle
     const Circuit<S>* circuit;  // two per joint
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    const Spring<S>* spring;    // of each hinge
+    const Spring<S>* spring;    // spring of each hinge
 };
 
 template <class S, int D, class Space = InPlane>
@@ -38,8 +38,8 @@ struct PlantState {
     typename HeadOf<S, Space>::Twist xi;
     typename HeadOf<S, Space>::Pose pose;
     Bend<S, D> bend;
-    S strain[D];  // of each joint's axis, relative to the filled joint; that of a hinge rests at zero
-    CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
+    S strain[D];                     // strain of each joint's axis relative to the filled joint; zero for a hinge
+    CircuitState<S> circuit[2 * D];  // circuits of the joints; those of a hinge stay at zero
     S energy[2 * D];                 // J, electrical energy that each servo has drawn
 
     template <class A>

@@ -61,7 +61,7 @@ template <class S, int N>
 HYPERTUNA_INLINE void solve_cholesky(S (&a)[N][N], S (&b)[N]) {
     HYPERTUNA_UNROLL
     for (int j = 0; j < N; ++j) {
-        a[j][j] = S(1) / a[j][j];  // of D, inverted
+        a[j][j] = S(1) / a[j][j];  // inverted diagonal element of D
         for (int i = j + 1; i < N; ++i) {
             const S l = a[i][j] * a[j][j];
             for (int k = i; k < N; ++k) a[k][i] -= l * a[k][j];

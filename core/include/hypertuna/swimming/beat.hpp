@@ -10,7 +10,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// Numbers of a beat. Each is declared here and listed in `numbers`, which code that copies them goes through.
 template <class S>
 struct BeatNumbers {
-    Pose<S> displacement;  // of the nose over the beat, in body axes at its start
+    Pose<S> displacement;  // displacement of the nose over the beat, in body axes at its start
     S power;               // W, mean of the sum of joint torque times joint rate
     S power_positive;      // W, mean of the same sum with every joint group's negative power counted as zero
     S loss;                // W, mean power that the water takes

@@ -18,9 +18,9 @@ struct Elongated {
     static constexpr bool beats = false;
 
     struct Coefficients {
-        LinkInertia<S> inertia;  // with added mass
+        LinkInertia<S> inertia;  // link's inertia with added mass
         S friction, drag;        // along and across the whole link, kg/m
-        S middle, half_length;   // of the link, from its center of mass, m
+        S middle, half_length;   // middle of the link from its center of mass, and half its length, m
     };
     const Coefficients* links;
     S shedding;  // kg/m: added mass per length at the trailing edge

@@ -107,7 +107,7 @@ HYPERTUNA_INLINE BeatMap<S, Y> select(const M& mask, const BeatMap<S, Y>& yes, c
 /// The search for the settled beat, lane by lane.
 template <class S, class Y = Momentum<S>>
 struct Search {
-    Y P;                // where the next beat starts
+    Y P;                // state at the start of the next beat
     Y best;             // where the best beat so far started,
     BeatMap<S, Y> map;  // and its beat map
     S residual;         // change of the motion over that beat, infinite before the first

@@ -24,10 +24,10 @@ struct Strip {
     static constexpr bool beats = true;
 
     struct Coefficients {
-        LinkInertia<S> inertia;        // with added mass
+        LinkInertia<S> inertia;        // link's inertia with added mass
         S friction, linear_friction;   // along the whole link: kg/m, kg/s
         S drag, beating, linear_drag;  // across the whole link: kg/m, kg/m, kg/s
-        S middle, half_length;         // of the link, from its center of mass, m
+        S middle, half_length;         // middle of the link from its center of mass, and half its length, m
     };
     const Coefficients* links;
     TailFin<S> fin;
@@ -53,7 +53,7 @@ struct Strip {
         const S* edge_lift = in.take(1);
         const S* edge_suction = in.take(1);
         const S half = S(base_t<S>(0.5)) * density, quarter_pi(base_t<S>(pi / 4)), twelfth(base_t<S>(1.0 / 12));
-        S added(0), ahead(0), height(0);  // of the last link, and the height of the one ahead
+        S added(0), ahead(0), height(0);  // last link: added mass per length; heights of the link ahead and its own
         for (int i = 0; i < links; ++i) {
             ahead = height;
             height = lateral_area[i] / link[i].length;

@@ -10,11 +10,11 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 /// fin moves backward, its two edges change roles.
 template <class S>
 struct TailFin {
-    S middle{};               // of the fin, from the link's center of mass, m
+    S middle{};               // middle of the fin from the link's center of mass, m
     S sense{}, act{};         // m behind the middle: where the speed determines the lift, and where the lift acts
     S lift{}, fading{};       // force per speed along and speed across, kg/m; the second times |v_t| / |v|
     S carried{}, turning{};   // added mass that turns with the fin, and that whose moment fades with the lift, kg
-    S suction{}, attached{};  // at the leading edge, kg/m; the second fades with the lift
+    S suction{}, attached{};  // suction at the leading edge, kg/m; attached added mass, which fades with the lift
     S leading{};              // m ahead of the middle: where the speed determines the suction
 
     template <class V>
@@ -64,7 +64,7 @@ struct EdgePlate {
 
     TailFin<S> fin(const Link<S>& link) const {
         const S quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
-        const S carried = min(mass, chord * lift);  // as much as a slender plate's, for its lift
+        const S carried = min(mass, chord * lift);  // added mass of a slender plate with this lift
         const S share = carried / max(chord * lift, tiny);
         const S kept =
             min(suction * (S(1) - S(base_t<S>(0.5)) * slope), S(4) * share);  // more would let the wake give energy
