@@ -1,4 +1,4 @@
-/// NumPy arrays in and out.
+/// NumPy arrays as arguments and results.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -29,7 +29,7 @@ inline Output zeros(std::initializer_list<std::size_t> shape) {
     return Output(data, shape.size(), shape.begin(), owner);
 }
 
-/// The one check of array shapes: what is called `name` must have this extent along an axis.
+/// Check of an array's shape: the array `name` must have this extent along an axis.
 inline void check_extent(const char* name, std::size_t got, std::size_t wanted) {
     if (got != wanted)
         throw nb::value_error(
@@ -37,7 +37,7 @@ inline void check_extent(const char* name, std::size_t got, std::size_t wanted) 
                 .c_str());
 }
 
-/// Raise what a loader or a check of the core says.
+/// Raise a fault that a loader or a check of the core returned.
 inline void check(const std::string& fault) {
     if (!fault.empty()) throw nb::value_error(fault.c_str());
 }
@@ -50,7 +50,7 @@ T take(Loaded<T>&& loaded) {
 /// A mapping from names to arrays of one or two dimensions, lists of numbers, or numbers.
 using Mapping = nb::typed<nb::dict, nb::str, nb::any>;
 
-/// Columns of a mapping, and the memory of those that are no arrays.
+/// Columns of a mapping, and the memory of those that are not arrays.
 struct MappedColumns {
     std::vector<std::vector<double>> lists;
     std::vector<nb::ndarray<const double, nb::c_contig, nb::device::cpu>> arrays;

@@ -50,7 +50,7 @@ static OwnedJoint with_law(OwnedJoint joint, bool printed, bool nominal_stress, 
     return joint;
 }
 
-/// What a muscle does at every stretch.
+/// Forces, energy and volume of a muscle at every stretch.
 static NamedArrays muscle(const DriveUnit<double>& unit, const Input<1>& stretch, double pressure) {
     const std::size_t n = stretch.shape(0);
     Output energy_out = zeros({n}), wall_out = zeros({n}), lumen_out = zeros({n}), slope_out = zeros({n}),
@@ -162,7 +162,7 @@ static NamedArrays held_joint(const Input<1>& row, const Input<1>& angle, double
     return out;
 }
 
-/// Bend, strain and volumes under pressures of both sides and an outer moment.
+/// Bend, strain and volumes under pressures of both sides and an external moment.
 static NamedArrays balanced_joint(const Input<1>& row, const Input<2>& pressure, const Input<1>& moment) {
     check_extent("pressure", pressure.shape(1), 2);
     check_extent("moment", moment.shape(0), pressure.shape(0));
@@ -202,7 +202,7 @@ static Output displaced_by(const Input<1>& row, const Input<1>& angle) {
     return out;
 }
 
-/// What a run of one circuit shows at every instant, and in which order.
+/// Columns of a circuit's run, in order: name, and value at an instant.
 struct CircuitColumn {
     const char* name;
     double (*of)(const CircuitState<double>&, const CircuitOutput<double>&);

@@ -42,21 +42,21 @@ static std::vector<NamedArrays> simulate_batch(const std::vector<RunRow>& rows, 
     return out;
 }
 
-/// Twins that go on together under commands that may change at any time.
+/// Twins that are simulated together, under commands that may change at any time.
 class Batch {
   public:
-    std::vector<Command<double>> commands;  // of each twin
-    Record now;                             // a row for each twin: its state, and its last tick
-    std::vector<double> energy;             // J, electrical, that each has drawn since its start
-    std::vector<double> lost;               // 1 where the state is none that a robot can have: that twin stands still
+    std::vector<Command<double>> commands;  // command of each twin
+    Record now;                             // one row per twin: its state, and its last tick
+    std::vector<double> energy;             // J, electrical energy that each twin has drawn since its start
+    std::vector<double> lost;               // 1 where the state is physically impossible: that twin stands still
 
     virtual ~Batch() = default;
-    /// A batch that goes on from the same state.
+    /// Return a batch that continues from the same state.
     virtual std::unique_ptr<Batch> copy() const = 0;
     virtual std::size_t groups() const = 0;
     /// Make ticks of the twins of a group; groups may be advanced by several threads.
     virtual void advance(std::size_t group, int ticks) = 0;
-    /// Begin a twin anew, perhaps of another robot; it rests with its tail straight.
+    /// Start a twin anew, perhaps of another robot; it rests with its tail straight.
     virtual void restart(std::size_t twin, BatchMember&& member) = 0;
     /// Write `now`, `energy` and `lost`.
     virtual void look() = 0;
@@ -73,7 +73,7 @@ class BatchOf final : public Batch {
         Columns::add(now, count, twins_[0].member.plant->own, twins_[0].member.plant->joints);
         groups_.resize((count + lanes - 1) / lanes);
     }
-    /// Groups point to their twins: a copy makes its own.
+    /// Groups point to their twins, so a copy makes its own.
     BatchOf(const BatchOf& other)
         : Batch(other),
           kernel_(other.kernel_),
@@ -118,7 +118,7 @@ class BatchOf final : public Batch {
     std::vector<std::optional<LaneGroup<D>>> groups_;
 };
 
-/// A batch of members that fit each other.
+/// Make a batch of members that have the same structure.
 static std::unique_ptr<Batch> make_batch(const MachineKernel& kernel, std::vector<BatchMember>&& members, int steps) {
     std::unique_ptr<Batch> made;
     with_coordinates(members[0].plant->coordinates, [&](auto coordinates) {
@@ -127,7 +127,7 @@ static std::unique_ptr<Batch> make_batch(const MachineKernel& kernel, std::vecto
     return made;
 }
 
-/// Twins in the plane that go on together. It keeps its plants, whose memory is Python's.
+/// Twins in the plane that are simulated together; this object keeps their plants, whose memory is Python's.
 struct LiveBatch {
     std::unique_ptr<Batch> batch;
     std::vector<nb::object> plants;
@@ -198,7 +198,7 @@ static void advance_batch(LiveBatch& self, int ticks, int threads) {
     take();
 }
 
-/// Columns of all twins now, by name.
+/// Columns of all twins at present, by name.
 static NamedArrays columns_now(LiveBatch& self) {
     self.batch->look();
     NamedArrays out = arrays_of(Record(self.batch->now));

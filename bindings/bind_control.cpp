@@ -37,7 +37,7 @@ static Row columns_of(const Readings<double>& robot, int joints) {
     return columns;
 }
 
-/// A kind of sensor as Python has it (hypertuna.description.channels.Channel).
+/// A kind of sensor as a row for Python (hypertuna.description.channels.Channel).
 using ChannelRow = std::tuple<std::string, std::string, std::string, std::string, std::string, std::string, std::string,
                               bool, int, int>;
 

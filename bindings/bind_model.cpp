@@ -14,7 +14,7 @@ static std::vector<std::string> parameter_names(const Model& model) {
     return names;
 }
 
-/// A law's name, and name, unit and whether there is one value per link of each of its columns.
+/// Name of a water law, and of each of its columns the name, the unit and whether it has one value per link.
 using WaterLaw = std::pair<std::string, std::vector<std::tuple<std::string, std::string, bool>>>;
 
 /// Columns of every water law, in the order of WaterLaws.

@@ -26,7 +26,7 @@ HYPERTUNA_DECLARE(x86_64_v2)
 HYPERTUNA_DECLARE(x86_64_v3)
 HYPERTUNA_DECLARE(x86_64_v4)
 
-/// Kernels that were built and that this processor runs, the fastest last.
+/// Kernels of this build that this processor can run, the fastest last.
 static std::vector<const Kernel*> available_kernels() {
     std::vector<const Kernel*> kernels;
 #ifdef HYPERTUNA_HAVE_SCALAR
@@ -63,7 +63,7 @@ const Kernel& kernel() {
     throw nb::value_error(message.c_str());
 }
 
-/// The same for joints that yield.
+/// The kernel in use for joints that yield.
 static const YieldKernel& yield_kernel() {
 #ifdef HYPERTUNA_HAVE_X86_64_V2
     if (&kernel() == &kernel_x86_64_v2) return kernel_x86_64_v2_yielding;
@@ -80,10 +80,10 @@ static const YieldKernel& yield_kernel() {
     throw nb::value_error("HYPERTUNA_ISA: has no kernel for joints that yield");
 }
 
-/// A kernel for what all kernels share.
+/// Any kernel, for tables that are the same in all.
 static const Kernel& any_kernel() { return *available_kernels().front(); }
 
-/// All names that a list has.
+/// All names of a list.
 static std::vector<std::string> names(const char* (*name)(int)) {
     std::vector<std::string> all;
     for (int k = 0; name(k); ++k) all.push_back(name(k));
@@ -104,7 +104,7 @@ static std::vector<AboutRow> quantities_of_a_beat() {
 using Frequency = Input<1>;
 using PerGroup = Input<2>;
 
-inline constexpr std::size_t max_gaits = 1 << 24;  // in one call, so that their results can be counted by int
+inline constexpr std::size_t max_gaits = 1 << 24;  // largest number in one call, so that results can be counted by int
 
 static GaitBatch batch(const Model& model, const Frequency& frequency, const PerGroup& amplitude, const PerGroup& phase,
                        const PerGroup& bias) {
@@ -122,8 +122,8 @@ static void check_steps(int steps) {
     if (steps < 8 || steps % 4) throw nb::value_error("steps: must be a multiple of 4, 8 at least");
 }
 
-/// Call work(begin, end) on blocks of [0, count) from several threads. A block is a whole number of lanes, so that who
-/// does which changes nothing.
+/// Call work(begin, end) on blocks of [0, count) from several threads. A block is a whole number of lanes, so that
+/// results do not depend on which thread does which block.
 template <class Work>
 static void in_parallel(int count, int block, int threads, const Work& work) {
     std::atomic<int> next{0};
@@ -132,7 +132,7 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
     const auto worker = [&] {
         try {
             for (int begin; (begin = next.fetch_add(block)) < count;) work(begin, std::min(begin + block, count));
-        } catch (...) {  // no exception may leave a thread: the first is kept, and the others stop
+        } catch (...) {  // no exception may leave a thread: the first one is kept, and the others stop
             std::call_once(first_failure, [&] { failure = std::current_exception(); });
             next = count;
         }
@@ -141,7 +141,7 @@ static void in_parallel(int count, int block, int threads, const Work& work) {
     try {
         for (int k = 1; k < std::min(threads, (count + block - 1) / block); ++k) others.emplace_back(worker);
     } catch (const std::system_error&) {
-        // The system gives no more threads: those there are do the work.
+        // The system gives no more threads: the existing ones do the work.
     }
     worker();
     for (std::thread& other : others) other.join();

@@ -87,8 +87,7 @@ static NamedArrays simulate_command(const PlantData& plant, const GaitCommand& c
 /// A board in the pilot's place: what the sensors show goes in, servo pulses come out.
 using BoardCall = nb::typed<nb::callable, std::vector<double>(std::vector<double>, double)>;
 
-/// What the sensors show, for a board: every channel that has counts, then east, north and accuracy of a fix where one
-/// came.
+/// Readings for a board: every channel that has counts, then east, north and accuracy of a fix where one came.
 static std::vector<double> shown(const PilotReadings<double>& readings, int joints) {
     std::vector<double> out;
     visit_channels([&](const auto& channel, int) {

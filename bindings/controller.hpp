@@ -1,4 +1,4 @@
-/// What runs on board with its state: tests and people drive it tick by tick.
+/// Controller, sensors and pilot with their states: tests and users advance them tick by tick.
 #pragma once
 
 #include <nanobind/stl/map.h>

@@ -1,4 +1,4 @@
-/// What the bindings share: models, arrays, and one function for each part of the module.
+/// Shared parts of the bindings: models, arrays, and one function for each part of the module.
 #pragma once
 
 #include <nanobind/stl/map.h>
@@ -14,7 +14,7 @@
 
 namespace hypertuna {
 
-/// The kernel in use: HYPERTUNA_ISA names one, else the fastest.
+/// The kernel in use: the one that HYPERTUNA_ISA names, else the fastest.
 const Kernel& kernel();
 
 void bind_model(nb::module_& m);

@@ -1,10 +1,11 @@
-/// The plant in space, the largest part of what its users compile: plant6.cpp does it for all of them.
+/// Templates of the plant in space, the largest part of the code that their users compile: plant6.cpp compiles them for
+/// all.
 #pragma once
 
 #include "hypertuna/host/body.hpp"
 #include "hypertuna/simulation/twin6.hpp"
 
-// `keyword` is extern, or nothing where it is compiled.
+// `keyword` is extern, or empty in the file that compiles the templates.
 #define HYPERTUNA_PLANT6_OF(keyword, Law, D)                                                       \
     keyword template BodyAcceleration<double, D> body6_acceleration(                               \
         const Body6<double, Law<double>, D>&, const Bend<double, D>&, const SpatialTwist<double>&, \

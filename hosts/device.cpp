@@ -2,7 +2,7 @@
 #include "device.h"
 
 #include "robot.hpp"
-// apart, since the names of the settled beat come first
+// included apart, since the names of the settled beat come first
 #include "device.hpp"
 
 using namespace hypertuna;

@@ -1,4 +1,4 @@
-/* A twin that goes on in step with other simulators, as in an FMU. hypertuna.h has the conventions.
+/* A twin that runs in step with other simulators, as in an FMU. hypertuna.h has the conventions.
  *
  * It has the robot's own controller, or is the plant alone, driven by servo pulses. Positions, pressures and the
  * plant's sensor readings are those of the present instant; power and the controller's outputs are those of the last
@@ -22,20 +22,21 @@ HT_API void ht_device_free(ht_device* device);
 HT_API int ht_device_joints(const ht_device* device);
 HT_API double ht_device_tick(const ht_device* device); /* s */
 
-/* From now on: a command, as of ht_twin; or for the plant, the pulses [s] of two servos a joint and of the fins,
- * clipped to the limits of the robot's controller. */
+/* Set what holds from now on: a command, as in ht_twin_command; or for the plant alone, the pulses [s] of two servos
+ * per joint and of the fins, clipped to the limits of the robot's controller. */
 HT_API void ht_device_command(ht_device* device, const double* gait, const double fins[2], int armed);
 HT_API void ht_device_drive(ht_device* device, const double* pulses);
 /* From now on: with `steered` 1 the robot's pilot, by its own sensors, sets biases and fins toward a depth of the nose
- * [m] and a heading [rad, counter-clockwise from east], and reduces amplitudes where the bias leaves no room; the
- * command's biases and fins are ignored. It decides ten times a second. The depth is held within 0 and the range of the
- * depth sensor. With 0 the command holds. Returns 0 where no pilot can steer: the plant, the plane, a robot without a
- * pilot. */
+ * [m] and a heading [rad, counter-clockwise from east], and reduces amplitudes where the bias needs the reach of a
+ * joint; the command's biases and fins are ignored. The pilot decides ten times a second. The depth is clipped to the
+ * range of the depth sensor, from 0. With `steered` 0 the command holds. Returns 0 where no pilot can steer: the plant
+ * alone, in the plane, and a robot without a pilot. */
 HT_API int ht_device_steer(ht_device* device, int steered, double depth, double heading);
-/* From now on: a current [m/s] toward east and north, at sea. */
+/* Set the current from now on [m/s], toward east and north, at sea. */
 HT_API void ht_device_flow(ht_device* device, const double current[2]);
 
-/* As of ht_twin. A state includes that of the pilot; restore it to a device of the same robot, kind and start. */
+/* The same as the functions of ht_twin with these names. A state includes that of the pilot; restore it to a device of
+ * the same robot, kind and start. */
 HT_API int ht_device_advance(ht_device* device, int ticks);
 HT_API const char* ht_device_column(const ht_device* device, int index, int* width);
 HT_API void ht_device_read(const ht_device* device, double* row);

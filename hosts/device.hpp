@@ -5,17 +5,17 @@
 
 namespace hypertuna {
 
-/// State and outputs of a device. The plant's readings are those of now, for a controller outside.
+/// State and outputs of a device. The plant's readings are those of the present instant, for a controller outside.
 template <class Body>
 struct DeviceMoment {
     TwinStateOf<Body> twin;
-    PilotState<double> pilot;  // with the controller's, of a twin that has one
+    PilotState<double> pilot;  // state of pilot and controller, for a twin that has a pilot
     TickOf<Body> tick;
     SensorsState<double> sensing;
     std::uint64_t ticks;
 };
 
-/// A twin in step with other simulators: under a command that its pilot may steer, or the plant alone.
+/// A twin in step with other simulators: under a command, which its pilot may steer, or the plant alone.
 template <class Home>
 class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
   public:
@@ -71,7 +71,7 @@ class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
             if (now_.twin.plant.pose.position.z < 0)
                 keep_zero(now_.pilot.estimator, depth_shown(twin_.plant.body.sea, 0.0));
     }
-    /// One tick of the robot under its command. The pilot follows what its sensors read also while it does not steer.
+    /// One tick of the robot under its command. The pilot also follows its sensors' readings while it does not steer.
     TickOf<Body> twin_tick() {
         if constexpr (at_sea)
             if (piloted())
@@ -98,7 +98,7 @@ class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
         return 0;
     }
 
-    /// One tick from the pulses; the sensors have been read.
+    /// One tick of the plant under the given pulses; the sensors have been read before.
     TickOf<Body> plant_tick() {
         const auto read = now_.tick.readings;
         return decided_tick(
@@ -109,7 +109,7 @@ class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
                 return sent;
             });
     }
-    /// Compute the plant's outputs of now.
+    /// Compute the plant's outputs at the present instant.
     void look() { plant_rate(twin_.plant, now_.twin.plant, now_.twin.targets, &now_.tick.seen); }
     /// Read the sensors; `look` comes before.
     void sense() {
@@ -146,11 +146,11 @@ class Device final : public BodyTwin<Home, DeviceMoment<BodyOf<Home>>> {
                 heading + (heading < 0 ? 2 * pi : 0)};
     }
 
-    bool plant_;                  // without a controller
-    const Pilot<double>* pilot_;  // at sea, of a robot that has one
+    bool plant_;                  // the plant alone, without a controller
+    const Pilot<double>* pilot_;  // null in the plane, and where the robot has no pilot
 };
 
-/// The devices with a tail of D coordinates; the plant is padded to them.
+/// Devices with a tail of D coordinates; the plant is padded to that number.
 template <int D>
 struct Devices {
     static std::unique_ptr<LiveTwin> start(const TwinParts& parts, std::uint64_t seed, const Run& start,

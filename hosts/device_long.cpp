@@ -1,4 +1,4 @@
-/// Devices with the longer tails: few robots have one; built for size.
+/// Devices with the longer tails, which few robots have; built for size.
 #include "device.hpp"
 
 template struct hypertuna::Devices<hypertuna::exact_tail>;

@@ -1,4 +1,4 @@
-/// FMI 2.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
+/// FMI 2.0 for co-simulation. The declarations are those of the standard (fmi-standard.org) that are needed.
 #include "fmu.hpp"
 
 #ifdef _WIN32
@@ -21,12 +21,12 @@ struct Callbacks {
     void* environment;
 };
 
-/// The path of a file's URI.
+/// Convert the URI of a file into a path.
 std::string path_of(const char* uri) {
     std::string text = uri ? uri : "";
     if (text.rfind("file:", 0) != 0) return text;
     text.erase(0, 5);
-    if (text.rfind("//", 0) == 0) text.erase(0, text.find('/', 2));  // the host
+    if (text.rfind("//", 0) == 0) text.erase(0, text.find('/', 2));  // remove the host's name
     std::string path;
     for (std::size_t k = 0; k < text.size(); ++k) {
         unsigned code;
@@ -34,7 +34,7 @@ std::string path_of(const char* uri) {
         path += coded ? char(code) : text[k];
         k += coded ? 2 : 0;
     }
-    if (path.size() > 2 && path[0] == '/' && path[2] == ':') path.erase(0, 1);  // a drive of Windows
+    if (path.size() > 2 && path[0] == '/' && path[2] == ':') path.erase(0, 1);  // a drive letter of Windows
     return path;
 }
 

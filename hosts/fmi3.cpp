@@ -1,4 +1,4 @@
-/// FMI 3.0 for co-simulation. The declarations are those of the standard (fmi-standard.org), as far as they are needed.
+/// FMI 3.0 for co-simulation. The declarations are those of the standard (fmi-standard.org) that are needed.
 #include "fmu.hpp"
 
 #ifdef _WIN32

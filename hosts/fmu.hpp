@@ -1,7 +1,7 @@
 /// What FMI 2.0 and 3.0 share: an instance of a device, with variables by value reference.
 ///
 /// Communication steps have any size. The device makes whole control ticks: after a step, all that have ended by then.
-/// A tick takes the inputs that hold when it begins, so that runs do not depend on how steps divide them.
+/// A tick takes the inputs that hold when it begins, so that a run does not depend on how it is divided into steps.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace hypertuna {
 
 inline constexpr double quarter = 1.5707963267948966;     // rad
-inline constexpr double largest_seed = 9007199254740992;  // up to which a double holds all whole numbers
+inline constexpr double largest_seed = 9007199254740992;  // 2^53, up to which a double holds all whole numbers
 
 /// Phase of an instance's life cycle.
 enum class Phase : std::uint8_t { instantiated, initializing, stepping, terminated, failed };
@@ -28,7 +28,7 @@ class Fmu {
   public:
     using Tell = std::function<void(const std::string&)>;
 
-    /// An instance of the FMU whose resources are in a folder; null where that is refused.
+    /// Make an instance of the FMU whose resources are in a folder; null where that is refused.
     static std::unique_ptr<Fmu> load(const std::string& folder, const char* token, const Tell& tell) {
         std::unique_ptr<Fmu> made(new Fmu(tell));
         std::string text;
@@ -54,7 +54,7 @@ class Fmu {
     void start_at(double start) { time_ = start_ = start; }
 
     bool get(unsigned reference, char type, double& value) {
-        if (!known(reference, type)) return false;
+        if (!check_variable(reference, type)) return false;
         const Variable& variable = variables_[reference];
         if (variable.role == Role::time)
             value = time();
@@ -66,7 +66,7 @@ class Fmu {
     }
 
     bool set(unsigned reference, char type, double value) {
-        if (!known(reference, type)) return false;
+        if (!check_variable(reference, type)) return false;
         const Variable& variable = variables_[reference];
         if (variable.role == Role::time || variable.role == Role::output)
             return refuse("variable " + std::to_string(reference) + ": is an output; set inputs and parameters alone");
@@ -92,7 +92,8 @@ class Fmu {
         const int wanted = std::max(0, int(ticks_by(at + size) - ticks_));
         int made = 0;
         const bool under_way = start_ + tick() * (double(ticks_) + slack) < at;
-        if (under_way && wanted > 0) made = ht_device_advance(device_.get(), 1);  // by the inputs that it began with
+        if (under_way && wanted > 0)
+            made = ht_device_advance(device_.get(), 1);  // the tick under way keeps the inputs that it began with
         if (!under_way || wanted > 0) send(values_);
         made += ht_device_advance(device_.get(), wanted - made);
         ticks_ += std::uint64_t(made);
@@ -103,7 +104,7 @@ class Fmu {
         return refuse("step: the run diverged at " + written(time_) + " s; reset the instance");
     }
 
-    /// As created, with the start values of the description.
+    /// Return to the state after creation, with the start values of the description.
     bool reset() {
         phase = Phase::instantiated;
         start_at(0);
@@ -135,14 +136,14 @@ class Fmu {
             from += read->size() * sizeof(double);
         }
         values_.swap(values);
-        bool same = true;  // parameters that the device was created with
+        bool same = true;  // whether the device was created with these parameters
         for (std::size_t k = 0; k < values.size(); ++k)
             same = same && (variables_[k].role == Role::input || values[k] == values_[k]);
         if (!same && !create()) return false;
         start_ = head.start, time_ = head.time, ticks_ = head.ticks, phase = head.phase;
         if (!ht_device_restore(device_.get(), from, ht_device_state_size(device_.get())))
             return refuse("state: is not of this FMU");
-        send(sent);  // which a tick under way began with
+        send(sent);  // the inputs that a tick under way began with
         ht_device_read(device_.get(), row_.data());
         return true;
     }
@@ -154,7 +155,7 @@ class Fmu {
     }
 
   private:
-    static constexpr double slack = 1e-3;  // of a tick, for rounded times of importers
+    static constexpr double slack = 1e-3;  // part of a tick, a tolerance for rounded times of importers
 
     struct Head {
         double start, time;
@@ -243,7 +244,7 @@ class Fmu {
             if (variable.role == Role::input) inputs[variable.place] = values[k];
             if (variable.role == Role::tunable) current[variable.place - fixed_parameters] = values[k];
         }
-        const double* const after = &inputs[std::size_t(1 + 3 * joints)];  // the gait
+        const double* const after = &inputs[std::size_t(1 + 3 * joints)];  // inputs after the gait
         if (list_.plant)
             ht_device_drive(device_.get(), inputs.data());
         else
@@ -252,7 +253,7 @@ class Fmu {
         ht_device_flow(device_.get(), current);
     }
 
-    bool known(unsigned reference, char type) const {
+    bool check_variable(unsigned reference, char type) const {
         if (reference < variables_.size() && variables_[reference].type == type) return true;
         return refuse("variable " + std::to_string(reference) + ": there is none of this type");
     }
@@ -261,8 +262,9 @@ class Fmu {
     std::string image_;
     FmuList list_;
     std::vector<Variable>& variables_ = list_.variables;
-    std::vector<std::string>& names_ = list_.names;  // until their columns are found
-    std::vector<double> values_, sent_, row_;        // of variables, as sent to the device; of outputs
+    std::vector<std::string>& names_ = list_.names;  // names of the outputs, until their columns are found
+    std::vector<double> values_, sent_,
+        row_;  // values of the variables; those last sent to the device; outputs of the device
     std::unique_ptr<ht_device, void (*)(ht_device*)> device_;
     double start_ = 0, time_ = 0;  // s
     std::uint64_t ticks_ = 0;

@@ -1,14 +1,14 @@
-/// The resources of an FMU: a robot's image, and a list of variables. Whoever sends an FMU may have changed either:
-/// files have a largest size, and nothing in the list is taken for granted.
+/// The resources of an FMU: a robot's image, and a list of variables. Anyone may have changed either file: each has a
+/// largest size, and the reader takes nothing in the list for granted.
 ///
 /// The lines of the list `variables` are the value references 0, 1, ...:
 ///     hypertuna-fmu 1 KIND SPACE TOKEN       KIND twin or plant, SPACE plane or sea
 ///     TYPE time
 ///     TYPE input|fixed|tunable PLACE START   TYPE r, i or b: real, integer, boolean
 ///     TYPE output COLUMN PLACE FACTOR        a number of a device's column, times the factor
-/// Inputs of the twin are in the places of a gait, the fins, `armed`, `steered`, depth and heading; of the plant, of
-/// the pulses. Headings are clockwise from north. Parameters are seed, speed, depth, heading, current toward east and
-/// north.
+/// The places of the twin's inputs are those of a gait, the fins, `armed`, `steered`, depth and heading; the places of
+/// the plant's inputs are those of the pulses. Headings are clockwise from north. Parameters are seed, speed, depth,
+/// heading, current toward east and north.
 #pragma once
 
 #include <sys/stat.h>
@@ -33,14 +33,16 @@ struct Variable {
     double start, factor;
 };
 
-inline constexpr int fmu_parameters = 6, fixed_parameters = 4;  // of which the first are fixed, the others tunable
+inline constexpr int
+    fmu_parameters = 6,
+    fixed_parameters = 4;  // number of all parameters; of the first ones, which are fixed, while the others are tunable
 inline constexpr long long largest_list = 1 << 20, largest_image = 1 << 24;  // bytes
 
 struct FmuList {
     bool plant = false, sea = false;
     std::string token;
     std::vector<Variable> variables;
-    std::vector<std::string> names;  // of the outputs' columns
+    std::vector<std::string> names;  // columns of the outputs
 };
 
 /// Read a regular file of a largest size [bytes]; false where there is none.
@@ -55,7 +57,7 @@ inline bool read_file(const std::string& path, long long largest, std::string& c
     return true;
 }
 
-/// Read a number, whatever signs the importer's language has for it.
+/// Read a number, independent of the number format of the importer's language.
 template <class T>
 bool parsed(std::string_view word, T& number) {
     const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), number);
@@ -90,8 +92,8 @@ inline bool read_variable(const std::vector<std::string_view>& words, FmuList& l
     return true;
 }
 
-/// Read the list of variables; which inputs and outputs the robot has is known once there is a device. Returns the
-/// first line that is wrong, from 1; 0 if all are right.
+/// Read the list of variables; whether the robot has its inputs and outputs is checked later, on the device. Returns
+/// the number of the first wrong line, from 1; 0 if all are right.
 inline std::size_t read_list(std::string_view text, FmuList& list) {
     for (std::size_t line = 1; line == 1 || !text.empty(); ++line) {
         std::string_view left = text.substr(0, text.find('\n'));

@@ -17,7 +17,8 @@ struct ht_twin {
 };
 
 #ifdef __wasm__
-// What the library calls where it gives up, as without memory. Its own ones print first, with 16 kB of code.
+// The library calls these where it gives up, for example without memory. Its own versions print first, which takes 16
+// kB of code.
 extern "C" [[noreturn]] void __abort_message(const char*, ...) { __builtin_trap(); }
 namespace std::inline __1 {
 [[noreturn]] void __libcpp_verbose_abort(const char*, ...) noexcept { __builtin_trap(); }

@@ -2,8 +2,8 @@
  *
  * A robot is read from an image (`hypertuna robot image NAME -o FILE`). A robot is never changed, and may be shared
  * between threads; a twin has its own state. Nothing throws and there are no globals. SI units and radians; angles of
- * bends are counter-clockwise. What is wrong is written to `fault` as a sentence of less than `room` bytes; the result
- * is null then.
+ * bends are counter-clockwise. A function that fails returns null and writes a sentence to `fault`, a buffer of `room`
+ * bytes.
  *
  * A gait is a row of 1 + 3 G numbers for G joint groups: frequency [Hz]; amplitudes, phases and biases [rad].
  */
@@ -44,8 +44,8 @@ HT_API int ht_robot_missions(const ht_robot* robot);
 
 /* Name of a quantity of a settled gait; null after the last. */
 HT_API const char* ht_quantity(int index);
-/* Its label and unit in words; where it is shown: in data alone (0), in records (1), in summaries too (2); and what an
- * optimization seeks: nothing (0), large (1) or small (2) values. */
+/* Label and unit of a quantity in words; where it is shown: only in data (0), also in records (1), or also in summaries
+ * (2); and whether an optimization can seek no (0), large (1) or small (2) values of it. */
 HT_API const char* ht_quantity_label(int index);
 HT_API const char* ht_quantity_unit(int index);
 HT_API int ht_quantity_shown(int index);
@@ -54,13 +54,14 @@ HT_API int ht_quantity_better(int index);
 HT_API const char* ht_derivative(int index);
 
 /* Settled beats of gaits (count, 1 + 3 G): quantities (count, as many as ht_quantity names). With `follow` a start from
- * rest is followed to each, which takes a hundred times as long: `arrived` is 1 where it comes there. */
+ * rest is followed toward each beat, which takes a hundred times as long: `arrived` is 1 where it reaches the beat. */
 HT_API void ht_swim(const ht_robot* robot, int model, const double* gaits, int count, int follow, double* quantities);
 
 /* The verdict on a gait with these quantities, as a sentence or two. */
 HT_API void ht_verdict(const double* gait, const double* quantities, char* text, size_t room);
 
-/* Derivatives of quantities of a settled gait by its gait's numbers (as many as ht_derivative names, 1 + 3 G). */
+/* Derivatives of a settled gait's quantities with respect to the gait's numbers (as many as ht_derivative names,
+ * 1 + 3 G). */
 HT_API void ht_gradient(const ht_robot* robot, int model, const double* gait, double* derivatives);
 
 /* Path of a settled beat: rows of time [s], x, y [m] and heading [rad] of the nose, and the bend of the front joint of
@@ -80,30 +81,31 @@ typedef struct ht_start {
 } ht_start;
 
 HT_API ht_twin* ht_twin_create(const ht_robot* robot, const ht_start* start, char* fault, size_t room);
-/* A flight: a twin at sea that flies a mission under the robot's own pilot, as `hypertuna mission --seed` does: 0 is
- * the mission as it stands, other seeds scatter current and satellites. It takes no command, and ends by itself: its
- * column `ending` is 0 until then, after that 1 more than a place in the text's list of endings. */
+/* A flight: a twin at sea that flies a mission under the robot's own pilot, as `hypertuna mission --seed` does. Seed 0
+ * flies the mission as its file describes it, other seeds scatter current and satellites. A flight takes no command,
+ * and ends by itself: its column `ending` is 0 until then, and afterwards 1 plus a place in the text's list of
+ * endings. */
 HT_API ht_twin* ht_twin_fly(const ht_robot* robot, int mission, uint32_t seed, char* fault, size_t room);
 HT_API void ht_twin_free(ht_twin* twin);
 
-/* From now on: a gait and the angles of the two fins [rad]; `armed` 0 lets the tail rest. */
+/* Set the command from now on: a gait and the angles of the two fins [rad]; `armed` 0 lets the tail rest. */
 HT_API void ht_twin_command(ht_twin* twin, const double* gait, const double fins[2], int armed);
 /* Give the sensor channels `first` to `last` a fault from now on: kind 1 stuck, 2 open, 3 spikes, 4 NaN, 0 none. */
 HT_API void ht_twin_break(ht_twin* twin, int kind, int first, int last);
-/* The servo of a flight's fin (0 port, 1 starboard) stands from now on (1 where it is, 2 level, 3 up, 4 down; 0 mends).
- */
+/* Jam the servo of a flight's fin (0 port, 1 starboard) from now on: kind 1 where it is, 2 level, 3 up, 4 down; 0
+ * repairs the servo. */
 HT_API void ht_twin_jam(ht_twin* twin, int fin, int kind);
-/* Make control ticks; returns how many were made: fewer where the plant left what a robot can do in the tick that the
- * row then shows, or a flight is over. */
+/* Make control ticks; returns how many were made: fewer where a flight is over, or where a tick led to a physically
+ * impossible state; the row then shows that tick. */
 HT_API int ht_twin_advance(ht_twin* twin, int ticks);
 
-/* Name and count of numbers of a column of what the last tick saw; null after the last. */
+/* Name and number of values of a column of the last tick's row; null after the last. */
 HT_API const char* ht_twin_column(const ht_twin* twin, int index, int* width);
 /* All columns of the last tick, one after another. */
 HT_API void ht_twin_read(const ht_twin* twin, double* row);
 
-/* All that the twin goes on from, as bytes of this size; its command and what fails are not among them. They go back to
- * a twin of the same robot, and mission. ht_twin_restore returns 0 where the size is another. */
+/* Save the twin's complete state, as bytes of this size, without its command and its faults; restore it to a twin of
+ * the same robot and mission. ht_twin_restore returns 0 where the size differs. */
 HT_API size_t ht_twin_state_size(const ht_twin* twin);
 HT_API void ht_twin_save(const ht_twin* twin, unsigned char* state);
 HT_API int ht_twin_restore(ht_twin* twin, const unsigned char* state, size_t size);

@@ -1,4 +1,4 @@
-/// Robot image: all columns that the core needs of a robot, in one file that any host can read.
+/// Robot image: all columns of a robot that the core needs, in one file that any host can read.
 ///
 /// Little-endian. A header of 32 bytes (magic, version, checksum, sizes), rows, width and length of the name of each
 /// column, the names one after another, a text for the host, and, from a multiple of 8 on, the numbers.
@@ -17,7 +17,7 @@ namespace hypertuna {
 
 static_assert(std::endian::native == std::endian::little, "images are read where numbers are little-endian");
 
-/// CRC-32 (IEEE 802.3), as zlib has it.
+/// CRC-32 (IEEE 802.3), the same as zlib's.
 inline std::uint32_t crc32(const unsigned char* bytes, std::size_t size) {
     std::uint32_t crc = ~0u;
     for (std::size_t k = 0; k < size; ++k) {
@@ -30,7 +30,7 @@ inline std::uint32_t crc32(const unsigned char* bytes, std::size_t size) {
 struct ImageHeader {
     char magic[8];
     std::uint32_t version;
-    std::uint32_t checksum;  // of all that follows
+    std::uint32_t checksum;  // CRC-32 of all bytes after this field
     std::uint32_t columns, names, text, numbers;
 };
 static_assert(sizeof(ImageHeader) == 32);
@@ -43,7 +43,7 @@ struct Image {
     std::vector<double> numbers;
     std::string text;  // JSON: names of robot, joints and gaits, which the core does not need
 
-    /// Columns whose names begin with a prefix, without it.
+    /// Columns whose names begin with a prefix, with that prefix removed.
     NamedColumns part(const std::string& prefix) const {
         NamedColumns out;
         for (const NamedColumn& column : columns)
@@ -53,7 +53,7 @@ struct Image {
     }
 };
 
-/// Read an image; what is wrong with it comes back as a sentence.
+/// Read an image; a fault in it comes back as a sentence.
 inline Loaded<Image> read_image(const unsigned char* bytes, std::size_t size) {
     using Entry = std::array<std::uint32_t, 3>;  // rows, width, length of the name
     const auto refused = [](const char* sentence) { return Loaded<Image>{std::nullopt, sentence}; };

@@ -1,4 +1,4 @@
-/// The twins of a tail's size: apart from host.cpp, since here alone speed counts more than size.
+/// Twins for a tail of a given size, apart from host.cpp: only here does speed count more than size.
 #pragma once
 
 #include "twin.hpp"
@@ -16,7 +16,7 @@ const Body6<double, Law, D>& body_of(const SpaceBody<Law, D>& home) {
 template <class Home>
 using BodyOf = std::remove_cvref_t<decltype(body_of(std::declval<const Home&>()))>;
 
-/// A twin whose body lies in a home, in the plane or at sea; `Moment` is all that it goes on from.
+/// A twin whose body lies in a home, in the plane or at sea; `Moment` is its complete state.
 template <class Home, class Moment>
 class BodyTwin : public LiveTwin {
   public:
@@ -81,7 +81,7 @@ class CommandedTwin final : public BodyTwin<Home, TwinMoment<BodyOf<Home>>> {
     using Base::now_, Base::twin_;
 };
 
-/// What is recorded of a flight beside twin and pilot.
+/// Recorded quantities of a flight beside those of twin and pilot.
 struct FlightMoment {
     double time, charge_left;
     Ending ending;
@@ -144,10 +144,10 @@ class FlightTwin final : public BodyTwin<SpaceBody<Law, D>, FlightState<D>> {
     const MissionParts& mission_;
     World world_;
     Flight flight_;
-    std::size_t pilot_at_, flight_at_;  // places of columns
+    std::size_t pilot_at_, flight_at_;  // first columns of pilot and flight in the row
 };
 
-/// Make a twin whose home a robot's water law and world give: make<Home>(world).
+/// Make a twin with the home that follows from the robot's water law and its world: make<Home>(world).
 template <int D, class Make>
 std::unique_ptr<LiveTwin> with_home(const TwinParts& parts, const World& world, const Make& make) {
     std::unique_ptr<LiveTwin> made;

@@ -24,7 +24,7 @@ namespace {
 using Law = WaterLaws::Any<double>;
 using Links = std::vector<LinkSpace<double>>;
 
-/// Columns as the file has them, one after another: name, rows, width, numbers.
+/// Columns parsed from the file's text, one after another: name, rows, width, numbers.
 struct Text {
     std::vector<std::vector<double>> numbers;
     NamedColumns columns;
@@ -41,25 +41,26 @@ struct Text {
     }
 };
 
-/// What a body in the plane has beyond it: nothing.
+/// Description in space of a body in the plane: without mass or force outside the plane.
 BodyData::Space flat(int links) {
     LinkBody<double> none{};
     none.height = 1;
     return {std::vector(links, none), make_fin(Vector<double>{0, 0, 0}, 0.0, 1.0, 0.3, 0.0, 1.0, 1.0), 0, 0};
 }
 
-/// The water around one robot: the core's body in space without the links' own mass, which MuJoCo has.
+/// The water around one robot: the core's body in space without the links' own mass, which MuJoCo already has.
 struct Water {
     BodyData data;
     bool in_plane;
     SpaceBody<Law, 1> body;
     std::vector<LinkInertia<double>> added;
     Links space;
-    std::vector<int> link, fin;             // bodies of MuJoCo
-    std::vector<double> linear, angular;    // Jacobians, 3 x nv
-    std::vector<double> jacobian, carried;  // of a link in its own axes, 6 x nv, and times its added inertia
+    std::vector<int> link, fin;           // bodies of MuJoCo
+    std::vector<double> linear, angular;  // Jacobians, 3 x nv
+    std::vector<double> jacobian,
+        carried;  // Jacobian of a link in its own axes, 6 x nv, and the same times the link's added inertia
 
-    /// `excess` is what a link's moments of inertia about x, y and z (links x 3) have above those of MuJoCo's body.
+    /// `excess` (links x 3) is how far a link's moments of inertia about x, y and z exceed those of MuJoCo's body.
     Water(const BodyData& given, bool plane, const std::vector<double>& excess, std::vector<int> bodies, int nv)
         : data(given),
           in_plane(plane),
@@ -100,7 +101,7 @@ struct Water {
     }
 };
 
-/// Angle and rate by which a body turns against the one that carries it: those of its joints together.
+/// Angle and rate of a body relative to its parent: the sums over the body's joints.
 std::pair<double, double> hinge(const mjModel* m, const mjData* d, int body) {
     double angle = 0, rate = 0;
     for (int k = 0; k < m->body_jntnum[body]; ++k) {
@@ -110,7 +111,7 @@ std::pair<double, double> hinge(const mjModel* m, const mjData* d, int body) {
     return {angle, rate};
 }
 
-/// J^T f added to the passive forces, J (6, nv) in the order of a LinkPair.
+/// Add J^T f to the passive forces; J (6, nv) has its rows in the order of a LinkPair.
 void push(mjData* d, const std::vector<double>& jacobian, int nv, const double (&f)[6]) {
     for (int row = 0; row < 6; ++row)
         for (int k = 0; k < nv; ++k) d->qfrc_passive[k] += jacobian[row * nv + k] * f[row];
@@ -134,7 +135,7 @@ void point_jacobian(const mjModel* m, const mjData* d, int body, double along, W
         }
 }
 
-/// J^T Lambda J added to the mass matrix, with Lambda V of the core.
+/// Add J^T Lambda J to the mass matrix; the core computes Lambda V.
 void weigh(const mjModel* m, mjData* d, int i, Water& water) {
     const int nv = int(m->nv);
     const std::vector<double>& j = water.jacobian;
@@ -167,7 +168,7 @@ void act(const mjModel* m, mjData* d, Water& water) {
         {place[0], place[1], water.in_plane ? -1e9 : place[2]}, {turn[0], turn[1], turn[2], turn[3]}, {}};
     for (std::size_t side = 0; side < water.fin.size(); ++side) pose.fin[side] = hinge(m, d, water.fin[side]).first;
     const Outlook<double> out = look_out(body, pose, xi);
-    // MuJoCo's bias is that of a nose at constant velocity in the world, the core's at constant velocity in the body.
+    // MuJoCo's bias is for a nose at constant velocity in world axes, the core's for constant velocity in body axes.
     const Vector<double> turning = cross(xi.linear, xi.angular);
 
     mj_makeM(m, d);  // without the water that the last call added

@@ -1,7 +1,7 @@
-/// Ranges of the numbers of a robot image: what a reader may take for granted of each.
+/// Ranges of the numbers of a robot image, on which its readers rely.
 ///
-/// They keep out what no robot has, so that nothing overflows; whether numbers fit together, the loaders check. Counts
-/// and indices that size memory have their range where they are read (`whole` of host/columns.hpp).
+/// They exclude values that no robot has, so that nothing overflows; the loaders check whether numbers fit together.
+/// Counts and indices that size memory are checked where they are read (`whole` of host/columns.hpp).
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace hypertuna {
 
 /// Range of the columns whose names end with one of `names`, which are separated by spaces. A finite number is at most
-/// huge.
+/// `huge`.
 struct NumberRange {
     double low, high;
     bool whole;
@@ -23,7 +23,7 @@ struct NumberRange {
 
 inline constexpr double tiny = 1e-18, huge = 1e18, endless = HUGE_VAL;
 
-/// The first range that names a column holds. The last one is that of all others: amounts, none of them negative.
+/// The first range that names a column applies to it. The last one is for all others: amounts, none of them negative.
 inline constexpr NumberRange number_ranges[] = {
     {0, 1, true, "stay tail_shedding cross_flow"},
     {0, 1e3, false, "direct"},

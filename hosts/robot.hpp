@@ -1,4 +1,4 @@
-/// What the C interfaces make of a robot's image, and of the numbers that they are given.
+/// Parts of the C interfaces: reading a robot's image and the numbers from a host.
 #pragma once
 
 #include "hypertuna.h"
@@ -8,7 +8,7 @@
 
 namespace hypertuna {
 
-/// Write a sentence to a host that has room for it.
+/// Write a sentence into a host's buffer of `room` bytes, cut to fit.
 inline void tell(const std::string& sentence, char* fault, std::size_t room) {
     if (!fault || room == 0) return;
     const std::size_t size = std::min(sentence.size(), room - 1);
@@ -18,7 +18,7 @@ inline void tell(const std::string& sentence, char* fault, std::size_t room) {
 
 inline constexpr char no_controller[] = "twin: the robot has no controller; describe one and write the image again";
 
-/// Take what a loader returns, or keep the first of its faults.
+/// Take the object that a loader returns, and keep the first fault.
 template <class T>
 inline std::optional<T> take(Loaded<T>&& loaded, std::string& fault) {
     if (fault.empty()) fault = loaded.fault;
@@ -60,7 +60,7 @@ inline std::optional<HostModel> read_model(const NamedColumns& columns, std::str
     return HostModel{std::move(*model), mass, {}, {}, {}};
 }
 
-/// A mission and its world.
+/// Read a mission and its world.
 inline std::optional<MissionParts> read_mission(const NamedColumns& columns, std::string& fault) {
     ColumnReader in(columns);
     std::optional<MissionData> data = take(load_mission(columns), fault);
@@ -81,7 +81,7 @@ inline std::optional<MissionParts> read_mission(const NamedColumns& columns, std
                         charge};
 }
 
-/// The pilot of a robot that has one, and its missions.
+/// Read the pilot of a robot that has one, and its missions.
 inline void read_missions(const Image& image, TwinParts& parts, std::string& fault) {
     const NamedColumns pilot = image.part("pilot.");
     if (pilot.empty()) return;
@@ -115,7 +115,7 @@ inline std::unique_ptr<TwinParts> read_twin(const Image& image, const Model& mod
     return parts;
 }
 
-/// Start and world of a twin; returns what is wrong with them.
+/// Read start and world of a twin; returns why they cannot be, or nothing.
 inline std::string read_start(const ht_start& start, const TwinParts& parts, const NamedColumns& columns, Run& run,
                               World& world) {
     run = {0, 1, parts.controller.tick, parts.steps, {{-start.speed, 0, 0}, {0, 0, 0}}, {}, 0};
@@ -132,12 +132,12 @@ inline std::string read_start(const ht_start& start, const TwinParts& parts, con
     return "";
 }
 
-/// A command from a gait's row and the angles of the fins.
+/// Set a command from a gait's row and the angles of the fins.
 inline void set_command(Command<double>& to, int joints, const double* gait, const double* fins, bool armed) {
     to.frequency = gait[0];
     for (int j = 0; j < joints; ++j) {
         to.amplitude[j] = gait[1 + j];
-        to.phase[j] = std::remainder(gait[1 + joints + j] - gait[1 + joints], 2 * pi);  // behind the first joint's
+        to.phase[j] = std::remainder(gait[1 + joints + j] - gait[1 + joints], 2 * pi);  // lag behind the first joint
         to.bias[j] = gait[1 + 2 * joints + j];
     }
     std::copy(fins, fins + 2, to.fin);

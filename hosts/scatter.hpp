@@ -1,4 +1,4 @@
-/// What the seed of a mission scatters: a current and periods without satellites, as mission/file.py draws them.
+/// Random scatter of a mission by its seed: a current and periods without satellites, drawn as in mission/file.py.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace hypertuna {
 
-/// NumPy's default_rng of two whole numbers: PCG64 (XSL RR 128/64), which a SeedSequence of their 32-bit words starts.
+/// NumPy's default_rng of two whole numbers: PCG64 (XSL RR 128/64), seeded by a SeedSequence of their 32-bit words.
 class Random {
   public:
     Random(std::uint64_t first, std::uint32_t second) {
@@ -47,7 +47,7 @@ class Random {
         go();
     }
 
-    /// From 0 to 1, 1 excluded.
+    /// Uniform number from 0 to 1, 1 excluded.
     double uniform() {
         go();
         const std::uint64_t bits = std::rotr(std::uint64_t(state_ >> 64) ^ std::uint64_t(state_), int(state_ >> 122));
@@ -62,15 +62,15 @@ class Random {
     Wide state_, step_;
 };
 
-/// What a mission scatters.
+/// Ranges of a mission's random scatter.
 struct Scatter {
-    double current;  // m/s at most, toward anywhere
+    double current;  // m/s, largest added current, in any direction
     int gaps;        // periods without satellites
-    double gap;      // s of each, at most
-    double span;     // s in which they begin
+    double gap;      // s, longest duration of a gap
+    double span;     // s from the start within which gaps begin
     std::uint32_t hash;
 
-    /// The current toward east and north that a seed adds, and its gaps beside those there are; 0 adds nothing.
+    /// Return the current toward east and north that a seed adds, and merge its gaps into `there`; seed 0 adds nothing.
     std::array<double, 2> add(std::uint64_t seed, std::vector<double>& there) const {
         if (seed == 0) return {0, 0};
         Random random(seed, hash);
@@ -81,7 +81,7 @@ struct Scatter {
         for (int k = 0; k < gaps; ++k) pairs.emplace_back(span * random.uniform(), 0);
         for (std::size_t k = first; k < pairs.size(); ++k) pairs[k].second = pairs[k].first + gap * random.uniform();
         there.clear();
-        while (!pairs.empty()) {  // they are few: a sort would take more code than time
+        while (!pairs.empty()) {  // gaps are few: a sort would take more code than it saves time
             const auto next = std::min_element(pairs.begin(), pairs.end());
             const auto [begin, end] = *next;
             *next = pairs.back();

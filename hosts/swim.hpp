@@ -1,4 +1,4 @@
-/// Settled gaits for a host: quantities with names, derivatives by the gait, the path of a beat.
+/// Settled gaits for a host: quantities with names, derivatives with respect to the gait, and the path of a beat.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ extern const YieldKernel kernel_portable_yielding;
 struct HostModel {
     Model model;
     double mass;              // kg
-    std::vector<int> hinges;  // links behind them, head to tail
+    std::vector<int> hinges;  // links behind the hinges, head to tail
     std::vector<Spring<double>> springs;
     SpringRates rates;
 
@@ -36,7 +36,8 @@ struct HostModel {
     }
 };
 
-/// A quantity of a settled gait: those of the core, its status, and how a start from rest comes to it; null after them.
+/// Description of quantity k of a settled gait: first the core's quantities, then the status and the start from rest;
+/// null after the last.
 inline const QuantityAbout* quantity(int k) {
     constexpr int count = std::size(quantities<double>);
     static constexpr QuantityAbout more[] = {
@@ -47,7 +48,7 @@ inline const QuantityAbout* quantity(int k) {
     return k < count ? &quantities<double>[k].about : &more[k - count];
 }
 
-/// Place of a name among those that `name(k)` gives.
+/// Index k at which `name(k)` is the wanted name.
 template <class Name>
 int place_of(std::string_view wanted, const Name& name) {
     int k = 0;
@@ -55,7 +56,7 @@ int place_of(std::string_view wanted, const Name& name) {
     return k;
 }
 
-/// Gaits (count, 1 + 3 groups) as the kernel takes them.
+/// Gaits (count, 1 + 3 groups), split into the columns that the kernel takes.
 struct GaitColumns {
     std::vector<double> frequency, kind[3];
 
@@ -76,7 +77,7 @@ void with_state(int size, const Work& work) {
     with_hinges((size - 3) / 2, [&](auto D) { work(std::integral_constant<int, yield_state(D.value)>()); });
 }
 
-/// Rows of the kernel for gaits.
+/// The kernel's rows for gaits, with spectral radius and status completed.
 class SettledRows {
   public:
     SettledRows(const HostModel& host, const GaitColumns& gaits, int count, bool follow)
@@ -106,7 +107,7 @@ class SettledRows {
             status = int(status_of(status, radius));
         }
     }
-    /// Where the column of a name begins in the row of a gait, and where the state at the start of its beat.
+    /// The named column in a gait's row; `state` is the state at the start of the gait's beat.
     double* at(int gait, std::string_view name) { return row(gait) + place_of(name, kernel_portable.settle_column); }
     const double* state(int gait) { return row(gait) + named_; }
 
@@ -124,7 +125,8 @@ inline void swim_rows(const HostModel& host, const double* gaits, int count, boo
         for (int i = 0; quantity(i); ++i) *out++ = *rows.at(k, quantity(i)->name);
 }
 
-/// Derivatives (those of the core, 1 + 3 groups) of a settled gait by its numbers.
+/// Derivatives (differentiable quantities, 1 + 3 groups) of a settled gait's quantities with respect to the gait's
+/// numbers.
 inline void gait_gradient(const HostModel& host, const double* gait, double* out) {
     const int numbers = gait_parameters(host.model.groups), steps = host.steps(gait[0]);
     const GaitColumns columns(gait, 1, host.model.groups);
@@ -152,7 +154,7 @@ inline void gait_gradient(const HostModel& host, const double* gait, double* out
 
 // --- the path of a beat
 
-/// Angle, rate and acceleration of the hinges at each of `instants` of a settled beat from a state on.
+/// Angle, rate and acceleration of the hinges at `instants` equal parts of a settled beat that starts in a state.
 inline std::vector<double> hinge_motion(const HostModel& host, const GaitBatch& gait, const double* state,
                                         int instants) {
     const int hinges = int(host.hinges.size());
@@ -167,7 +169,7 @@ inline std::vector<double> hinge_motion(const HostModel& host, const GaitBatch& 
     return out;
 }
 
-/// Rows of time, pose of the nose, and the bend of every link's front joint: steps + 1 of them over a settled beat.
+/// Write steps + 1 rows over a settled beat: time, pose of the nose, and the bend of every link's front joint.
 inline void path(const HostModel& host, const double* gait, int steps, double* out) {
     const Model& model = host.model;
     const int hinges = int(host.hinges.size());

@@ -1,4 +1,4 @@
-/// The twin for a host: one robot that goes on tick by tick, under a command that may change at any time.
+/// The twin for a host: one robot, simulated tick by tick, under a command that may change at any time.
 #pragma once
 
 #include <algorithm>
@@ -9,21 +9,21 @@
 
 namespace hypertuna {
 
-/// Coordinates of the shortest of the three tails that there is code for; the others have exact_tail and
-/// max_coordinates. A tail of another size gets coordinates that rest, up to the next one.
+/// Number of coordinates of the shortest of the three tails for which code is compiled; the others have exact_tail and
+/// max_coordinates. A tail of another size is padded to the next one by coordinates that rest.
 inline constexpr int short_tail = 3;
 
 /// A mission in its world, with the start of a flight.
 struct MissionParts {
     MissionData data;
     World world;
-    Scatter scatter;      // what a seed adds
-    std::uint64_t ticks;  // after which the flight is given up
-    Pose6<double> pose;   // at the start
-    double charge;        // C taken from the battery before
+    Scatter scatter;      // random scatter by the seed
+    std::uint64_t ticks;  // number of ticks after which the flight is given up
+    Pose6<double> pose;   // pose at the start
+    double charge;        // C taken from the battery before the start
 };
 
-/// What a twin is made of; shared by all twins of a robot.
+/// Parts of a twin; shared by all twins of a robot.
 struct TwinParts {
     PlantData plant;
     Controller<double> controller;
@@ -40,21 +40,22 @@ struct Steered {
     Course<double> facing;
 };
 
-/// A twin with a body and a brain of any kind.
+/// A twin with any body, under a controller, a pilot or given pulses.
 class LiveTwin {
   public:
     Command<double> command{};
     Steered steered{};
-    double pulse[max_servos] = {};  // s, of the plant alone
+    double pulse[max_servos] = {};  // s, servo pulses for the plant alone
     Instruments instruments;
-    Record row;  // of the last tick
+    Record row;  // columns of the last tick
 
     virtual ~LiveTwin() = default;
-    /// Make ticks; returns how many were made, without one that breaks the plant. The row is of the last, or of that.
+    /// Make ticks; returns how many were made, without a tick whose state is physically impossible. `row` shows the
+    /// last tick, or that one.
     virtual int advance(int ticks) = 0;
-    /// Let a fin's servo stand at an angle [rad], where it is if that is NaN; false mends it. Of flights alone.
+    /// Let a fin's servo stand at an angle [rad], or where it is if that is NaN; `false` repairs it. Only in flights.
     virtual void jam(int, double, bool) {}
-    virtual void flow(const double*) {}             // a current, at sea
+    virtual void flow(const double*) {}             // set the current [m/s], at sea
     virtual bool piloted() const { return false; }  // whether a pilot can steer
     virtual std::size_t state_size() const = 0;
     virtual void save(unsigned char* to) const = 0;
@@ -62,13 +63,13 @@ class LiveTwin {
     virtual double time() const = 0;  // s
 };
 
-/// The twins with a tail of D coordinates; the plant is padded to them.
+/// Twins with a tail of D coordinates; the plant is padded to that number.
 template <int D>
 struct Twins {
-    /// A twin of a robot in a world, which has been checked against the plant.
+    /// Make a twin of a robot in a world, which has been checked against the plant.
     static std::unique_ptr<LiveTwin> start(const TwinParts& parts, std::uint64_t seed, const Run& start,
                                            const World& world);
-    /// A twin that flies one of the robot's missions, with what its seed scatters.
+    /// Make a twin that flies one of the robot's missions, with the random scatter of its seed.
     static std::unique_ptr<LiveTwin> fly(const TwinParts& parts, const MissionParts& mission, std::uint64_t seed);
 };
 extern template struct Twins<short_tail>;

@@ -1,4 +1,4 @@
-/// Twins with the longer tails: few robots have one; built for size.
+/// Twins with the longer tails, which few robots have; built for size.
 #include "live.hpp"
 
 template struct hypertuna::Twins<hypertuna::exact_tail>;

@@ -1,4 +1,4 @@
-/// Twins with the shorter tail, HyperTuna's among them: built for speed.
+/// Twins with the shortest tail, which HyperTuna has; built for speed.
 #include "live.hpp"
 
 template struct hypertuna::Twins<hypertuna::short_tail>;

@@ -1,15 +1,15 @@
-// Uncertainty in cost over speed: a band around a line of gaits, bars through single ones.
+// How uncertainty is drawn in the plot of cost over speed: a band around a line of gaits, bars through single gaits.
 import type { Chart } from "./chart.ts";
 import { type Quantities, statusOf } from "./quantities.ts";
 import type { Spread } from "./samples.ts";
 
-/** Whether a gait swims ahead at a cost. */
+/** Whether the gait settles, swims ahead, and has a finite cost of transport. */
 export function usable(values: Quantities): boolean {
   const { speed = Number.NaN, cost_of_transport: cost = Number.NaN } = values;
   return statusOf(values) === "settled" && speed > 0 && Number.isFinite(cost);
 }
 
-/** The band of costs of gaits that a line joins. */
+/** Draw the band between the lower and the upper ends of the costs, along a line of gaits. */
 export function drawBand(chart: Chart, spreads: Spread[], gaits: Quantities[]): void {
   const side = (end: 0 | 1): [number, number][] =>
     spreads.flatMap(({ intervals }, k) => {
@@ -25,7 +25,7 @@ export function drawBand(chart: Chart, spreads: Spread[], gaits: Quantities[]): 
   pen.globalAlpha = 1;
 }
 
-/** Bars through a gait, along the speed and along the cost. */
+/** Draw bars through a gait's point: its interval of speed and its interval of cost. */
 export function drawBars(chart: Chart, { intervals }: Spread, values: Quantities, color: string): void {
   if (!usable(values)) return;
   const { speed = 0, cost_of_transport: cost = 0 } = values;

@@ -1,11 +1,12 @@
-// The beat of the knobs: its numbers first, then its path, its gradient and the start from rest that leads to it.
+// Computes the beat of the gait on the knobs: its quantities first, then its path, its gradient and the start from
+// rest.
 import type { Calculator } from "./questions.ts";
 import { type Swimmer, sameRobot } from "./robot.ts";
-import type { Image } from "./robots.ts";
+import type { ImageLoader } from "./robots.ts";
 
-const QUIET = 250; // ms without a turned knob before a start from rest is followed
+const QUIET = 250; // ms after the last turn of a knob; then the start from rest is computed
 
-/** Who shows a beat. Numbers of a gait come before its path; gradient and start from rest only of the last gait. */
+/** Receives a beat: quantities before the path; gradient and start from rest only of the last gait. */
 export interface Listener {
   numbers(of: Swimmer, quantities: Float64Array): void;
   path(of: Swimmer, path: Float64Array): void;
@@ -15,19 +16,19 @@ export interface Listener {
 
 export class Beats {
   private wanted: Swimmer | null = null;
-  private image: Image = async () => new Uint8Array(); // of its robot
+  private image: ImageLoader = async () => new Uint8Array(); // reads the image of the wanted robot
   private running = false;
-  private quiet = 0; // timer of the start from rest
+  private quiet = 0; // timer that begins the start from rest
 
-  /** Numbers and path come from one calculator, the rest from another: no turn waits behind a gradient. */
+  /** `live` computes quantities and path, `beside` the rest: no turn of a knob waits for a gradient. */
   constructor(
     private readonly live: Calculator,
     private readonly beside: Calculator,
     private readonly listener: Listener,
   ) {}
 
-  /** Compute the beat of a gait; of turns that come while one is computed, only the last counts. */
-  async want(swimmer: Swimmer, image: Image): Promise<void> {
+  /** Compute the beat of a gait. If knobs are turned meanwhile, only the last gait is computed next. */
+  async want(swimmer: Swimmer, image: ImageLoader): Promise<void> {
     clearTimeout(this.quiet);
     this.wanted = swimmer;
     this.image = image;
@@ -61,7 +62,7 @@ export class Beats {
     if (now === this.wanted) listener.gradient(derivatives);
   }
 
-  /** Follow a start from rest to the gait that is shown. */
+  /** Simulate the start from rest with the gait that is shown. */
   private async follow(): Promise<void> {
     const now = this.wanted;
     if (now === null) return;

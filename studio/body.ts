@@ -6,7 +6,7 @@ export interface Point {
   y: number;
 }
 
-/** A place on the midline: position, direction from nose to tail [rad], half thickness [m], part of the length. */
+/** A point of the midline: place [m], direction from nose to tail [rad], half thickness [m], fraction of length. */
 export interface Station extends Point {
   angle: number;
   half: number;
@@ -14,8 +14,8 @@ export interface Station extends Point {
 }
 
 const STATIONS = 64;
-const FLAT = 0.6; // width over height of a section where the description has no width
-const BLADE = 0.006; // half thickness of a fin, body lengths
+const FLAT = 0.6; // width over height of a link whose width the description leaves out
+const BLADE = 0.006; // half thickness of the caudal fin, body lengths
 
 /** Thickness of a streamlined body over its length: a NACA four-digit section with a closed end. */
 function section(part: number): number {
@@ -30,7 +30,7 @@ function slender(part: number): number {
   return 0.17 * Math.sqrt(1 - (1 - nose) ** 2) * Math.sqrt(Math.max(0, 1 - tail ** 2.2));
 }
 
-/** Value between points (x, y) of rising x, constant beyond them. */
+/** Linear interpolation between points (x, y) with rising x; constant beyond the ends. */
 export function between(xs: readonly number[], ys: readonly number[], x: number): number {
   let k = 1;
   while (k < xs.length - 1 && (xs[k] ?? 0) < x) k++;
@@ -39,7 +39,7 @@ export function between(xs: readonly number[], ys: readonly number[], x: number)
   return y0 + part * (y1 - y0);
 }
 
-/** A quadratic Bezier curve in a plane. */
+/** Point of a quadratic Bezier curve in the plane; `t` runs from 0 to 1. */
 export function curve(
   from: readonly number[],
   bend: readonly number[],
@@ -51,15 +51,15 @@ export function curve(
   return [mix(0), mix(1)];
 }
 
-/** What of a body does not change while it swims. */
+/** The geometry of a body that stays the same while it swims. */
 export class Shape {
-  readonly links: number[]; // lengths [m]
-  readonly fronts = [0]; // of the links, and the body's end [m]
-  readonly length: number; // m
-  readonly fin: number; // part of the length where the caudal fin begins; 1 without one
-  readonly middles: number[]; // of links [m]
-  private readonly parts: number[];
-  private readonly halves: number[]; // of thickness at the stations [m]
+  readonly links: number[]; // lengths of the links [m]
+  readonly fronts = [0]; // place where each link begins, and where the body ends [m from the nose]
+  readonly length: number; // length of the body [m]
+  readonly fin: number; // fraction of the length at which the caudal fin begins; 1 without a fin
+  readonly middles: number[]; // middles of the links [m from the nose]
+  private readonly parts: number[]; // fractions of the length at the stations
+  private readonly halves: number[]; // half thicknesses at the stations [m]
 
   constructor(robot: Robot) {
     this.links = robot.links.map((link) => link.length);
@@ -79,19 +79,19 @@ export class Shape {
       return angle;
     });
     let { x, y } = pose;
-    let before = 0;
-    let last = directions[0] ?? 0;
+    let lastPlace = 0;
+    let lastDirection = directions[0] ?? 0;
     return this.parts.map((part, k) => {
-      const here = between(this.middles, directions, part * this.length);
-      const step = part * this.length - before;
-      x += step * Math.cos((here + last) / 2);
-      y += step * Math.sin((here + last) / 2);
-      [before, last] = [part * this.length, here];
-      return { x, y, angle: here, half: this.halves[k] ?? 0, part };
+      const direction = between(this.middles, directions, part * this.length);
+      const step = part * this.length - lastPlace;
+      x += step * Math.cos((direction + lastDirection) / 2);
+      y += step * Math.sin((direction + lastDirection) / 2);
+      [lastPlace, lastDirection] = [part * this.length, direction];
+      return { x, y, angle: direction, half: this.halves[k] ?? 0, part };
     });
   }
 
-  /** Ratio of each link's width to the streamlined body's there: the drawn body is as wide as the links. */
+  /** Ratio of each link's width to that of the streamlined section, so that the drawn body is as wide. */
   private fullness(robot: Robot): number[] {
     const ratios = robot.links.map((link, k) => {
       const width = link.width ?? FLAT * (link.height ?? this.length / 6);
@@ -103,7 +103,7 @@ export class Shape {
     return ratios;
   }
 
-  /** Part of the length at which the streamlined body ends: a fin goes on from there. */
+  /** Fraction of the length at which the streamlined body ends; a caudal fin continues behind it. */
   private get end(): number {
     return this.fin < 1 ? 0.5 + this.fin / 2 : 1;
   }
@@ -117,19 +117,19 @@ export class Shape {
     return part < this.fin ? body : Math.max(part < this.end ? body : 0, this.blade(part));
   }
 
-  /** Half thickness of the caudal fin, sharp at its end. */
+  /** Half thickness of the caudal fin [m], sharp at its trailing edge. */
   private blade(part: number): number {
     return this.fin < 1 ? BLADE * this.length * (1 - part) ** 0.5 * 1.6 : 0;
   }
 }
 
-/** Point beside a station: `side` half thicknesses to the left of the way from nose to tail. */
+/** Point beside a station: `side` half thicknesses to the left of the direction from nose to tail. */
 export function beside(station: Station, side: number): Point {
   const reach = side * station.half;
   return { x: station.x - reach * Math.sin(station.angle), y: station.y + reach * Math.cos(station.angle) };
 }
 
-/** Station at a part of the length. */
+/** Station at a fraction of the length, interpolated between its neighbors. */
 export function at(stations: readonly Station[], part: number): Station {
   let k = 1;
   while (k < stations.length - 1 && (stations[k]?.part ?? 1) < part) k++;
@@ -140,7 +140,7 @@ export function at(stations: readonly Station[], part: number): Station {
   return { x: mix(a.x, b.x), y: mix(a.y, b.y), angle: mix(a.angle, b.angle), half: mix(a.half, b.half), part };
 }
 
-/** A number from 0 to 1 that belongs to a cell of the water. */
+/** A pseudorandom number from 0 to 1 for cell (i, j) of a grid; `salt` chooses another sequence. */
 export function scatter(i: number, j = 0, salt = 0): number {
   let h = Math.imul(i, 374761393) + Math.imul(j, 668265263) + Math.imul(salt, 1274126177);
   h = Math.imul(h ^ (h >>> 13), 1274126177);

@@ -1,4 +1,4 @@
-// The body: lengths, masses, the tail's area and springs of the robot, changed by a factor each.
+// The view of the body: sliders that multiply the robot's lengths, masses, tail area and springs by a factor each.
 import type { Factors } from "./changes.ts";
 import { changedToml, twinFollows, within } from "./changes.ts";
 import { button, element } from "./dom.ts";
@@ -32,15 +32,15 @@ export class BodyView implements View {
   private readonly note = element("p", "caption");
   private readonly buttons: Record<"reset" | "save", HTMLButtonElement>;
   private rows: Row[] = [];
-  private robot: Robot | null = null; // as it is shown
+  private robot: Robot | null = null; // the robot with its changed body, as shown
   private described: Subject | null = null;
   private row: Float64Array = new Float64Array();
   private values: Quantities = {};
-  private before: { of: string; values: Quantities } = { of: "", values: {} }; // of the described robot
+  private before: { of: string; values: Quantities } = { of: "", values: {} }; // described robot
   private asking = false;
 
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly page: Page,
   ) {
     this.drawing = new Drawing((knob, factor) => this.turn(knob, rounded(factor)));
@@ -49,10 +49,10 @@ export class BodyView implements View {
     const head = element("div", "row left");
     head.append(this.buttons.reset, this.buttons.save);
     this.note.setAttribute("role", "status");
-    room.replaceChildren(element("p", "intro", INTRO), this.gains, this.drawing.svg, head, this.note, this.list);
+    panel.replaceChildren(element("p", "intro", INTRO), this.gains, this.drawing.svg, head, this.note, this.list);
   }
 
-  /** Show a robot as it is described, or with a changed body. */
+  /** Show a robot, as described or with a changed body. */
   shape(robot: Robot): void {
     const other = this.robot?.body !== robot.body || this.robot.robot !== robot.robot;
     this.robot = robot;
@@ -67,18 +67,18 @@ export class BodyView implements View {
       reset.hidden = factor === 1;
     }
     const count = Object.keys(factors).length;
-    for (const one of Object.values(this.buttons)) one.disabled = count === 0;
+    for (const button of Object.values(this.buttons)) button.disabled = count === 0;
     this.tell(robot, factors, count);
     this.compare();
   }
 
-  /** Compare with the robot as it is described. */
+  /** Compare with `described`, the robot as its file describes it. */
   about(_: Subject, described: Subject): void {
     this.described = described;
     this.compare();
   }
 
-  /** The gait of the knobs, and its numbers with the body that is shown. */
+  /** Take the gait of the knobs, and its quantities with the body that is shown. */
   at(row: Float64Array, values: Quantities): void {
     [this.row, this.values] = [row, values];
     this.compare();
@@ -107,10 +107,10 @@ export class BodyView implements View {
       saveText(changedToml(robot.described, robot.factors), `${robot.robot}-changed.toml`);
   }
 
-  // --- the described robot beside the changed one
+  // --- comparison with the described robot
 
   private compare(): void {
-    if (this.room.hidden) return;
+    if (this.panel.hidden) return;
     void this.ask();
     const before = this.before.of === this.wanted() ? this.before.values : {};
     const changed = this.robot?.factors !== undefined;
@@ -137,7 +137,7 @@ export class BodyView implements View {
     return described === null ? "" : [described.robot.key, described.model, ...row].join(" ");
   }
 
-  /** Compute the described robot's numbers at the gait of the knobs. */
+  /** Compute the described robot's quantities at the gait of the knobs. */
   private async ask(): Promise<void> {
     const { described, row } = this;
     if (described === null || this.asking || row.length !== described.parameters.length) return;
@@ -191,8 +191,8 @@ export class BodyView implements View {
 const TWIN = " Inside, the twin has the changed body, and on board the controller of the robot as described.";
 const NO_TWIN = " Inside, the twin is that of the robot as described: it does not follow one of these values.";
 
-/** A factor that was dragged, not typed. */
+/** Round a factor that was dragged, not typed. */
 const rounded = (factor: number): number => Number(factor.toFixed(4));
 
-/** A change in percent, with its sign. */
+/** Text of a change in percent, with its sign. */
 const signed = (percent: number): string => `${digits(percent, 3).replace(/^(?=\d)/, "+")} %`;

@@ -1,13 +1,13 @@
-// A changed body: factors on values of the robot's file, and all numbers of the image that follow them.
+// A changed body: factors on values of the robot's file, and the numbers of its image that change with them.
 //
-// The image says how each number follows: (v + sum of s (f^q - 1)) times the product of f^p over the factors f.
+// The image says how each number v follows the factors f: (v + sum of s (f^q - 1)) times the product of f^p.
 import { type Columns, columnsOf, imageOf } from "./image.ts";
 import type { BodyKnob, Law, Robot } from "./robot.ts";
 
-/** Factors by knob; those that are left out are 1. */
+/** Factors by the name of their knob; a factor that is left out is 1. */
 export type Factors = Record<string, number>;
 
-/** A number that follows factors. */
+/** The value that a number takes under these factors, each with its law. */
 function follow(value: number, laws: readonly (readonly [number, Law, BodyKnob?])[]): number {
   let [sum, product] = [value, 1];
   for (const [factor, [power], knob] of laws)
@@ -36,7 +36,7 @@ export function changedImage(image: Uint8Array, robot: Robot, factors: Factors):
   );
 }
 
-/** The columns that a changed body changes. */
+/** Only those columns of the image that these factors change, with their new values. */
 export function changedColumns(columns: Columns, robot: Robot, factors: Factors): Columns {
   const laws = new Map<string, Map<number, [number, Law, BodyKnob][]>>();
   for (const [knob, factor] of changed(robot, factors)) {
@@ -58,7 +58,7 @@ export function changedColumns(columns: Columns, robot: Robot, factors: Factors)
   return made;
 }
 
-/** Names of columns: `models.*.length` is that of every model that has it. */
+/** Names of the columns that match a pattern: `models.*.length` matches that column of every model. */
 function matching(pattern: string, columns: Columns): string[] {
   const [head, tail] = pattern.split("*.");
   if (tail === undefined) return [pattern];
@@ -67,7 +67,7 @@ function matching(pattern: string, columns: Columns): string[] {
   );
 }
 
-/** What the page knows of a robot with a changed body. */
+/** The page's record of a robot whose body is changed by factors. */
 export function changedRobot(robot: Robot, factors: Factors, key: string): Robot {
   const { length, mass, links, tail, fins } = robot;
   const body = structuredClone({ length, mass, links, tail, fins });
@@ -84,7 +84,7 @@ export function changedRobot(robot: Robot, factors: Factors, key: string): Robot
   return { ...robot, ...body, key, described: robot, factors };
 }
 
-/** The factors that a robot knows, within their ranges. */
+/** The factors for which the robot has a knob, limited to the knobs' ranges; factors of 1 are left out. */
 export function known(robot: Robot, factors: Factors): Factors {
   const kept: Factors = {};
   for (const knob of robot.body.knobs) {
@@ -94,13 +94,13 @@ export function known(robot: Robot, factors: Factors): Factors {
   return kept;
 }
 
-/** The factor next to one that a knob may have. */
+/** The nearest factor that the knob allows. */
 export function within({ range: [low, high], steps }: BodyKnob, factor: number): number {
   const near = steps?.toSorted((a, b) => Math.abs(a - factor) - Math.abs(b - factor))[0];
   return near ?? Math.min(high, Math.max(low, factor));
 }
 
-/** Whether the twin follows all that is changed. */
+/** Whether the twin's model follows every knob that is changed. */
 export function twinFollows(robot: Robot, factors: Factors): boolean {
   return changed(robot, factors).every(([knob]) => knob.twin !== false);
 }
@@ -110,13 +110,13 @@ export function twinFollows(robot: Robot, factors: Factors): boolean {
 const NUMBER = /[+-]?[\d_]+(?:\.[\d_]+)?(?:[eE][+-]?\d+)?/y;
 
 interface Edit {
-  at: number; // in the source
+  at: number; // offset in the source text
   key: string;
   value: number;
   before: string;
 }
 
-/** Values of the robot's file that a changed body changes, in the order of the file. */
+/** The values of the robot's file that these factors change, in the order of the file. */
 function edits(robot: Robot, factors: Factors): Edit[] {
   const found = new Map<string, { at: number; laws: [number, Law][] }>();
   for (const [knob, factor] of changed(robot, factors)) {
@@ -134,13 +134,13 @@ function edits(robot: Robot, factors: Factors): Edit[] {
   return list.sort((a, b) => a.at - b.at);
 }
 
-/** A number as TOML has it, with more digits than any measurement and without the noise of the last ones. */
+/** A number in TOML: 14 digits, more than any measurement has, without the rounding noise of the last ones. */
 function real(value: number): string {
   const text = String(Number(value.toPrecision(14)));
   return Number.isInteger(Number(text)) && !text.includes("e") ? `${text}.0` : text;
 }
 
-/** The robot's file with the values of a changed body, each marked by a comment on its line. */
+/** The robot's file (TOML) with the changed values; a comment on each line keeps the old one. */
 export function changedToml(robot: Robot, factors: Factors): string {
   const { source } = robot;
   const list = edits(robot, factors);
@@ -149,7 +149,7 @@ export function changedToml(robot: Robot, factors: Factors): string {
     text += source.slice(done, at) + real(value);
     done = at + before.length;
     const end = (source.indexOf("\n", at) + source.length + 1) % (source.length + 1);
-    if ((list[k + 1]?.at ?? source.length) < end) return; // more of this line
+    if ((list[k + 1]?.at ?? source.length) < end) return; // another change follows on this line
     const line = list.filter(({ at: other }) => other > source.lastIndexOf("\n", at) && other <= at);
     const place = (name: string): string => /\[\d+\]$/.exec(name)?.[0] ?? "";
     const marks = line.map((one) => `${place(one.key)} changed from ${one.before}`.trim()).join(", ");

@@ -1,10 +1,10 @@
-// Plots on a canvas: a frame with axes, in the colors of the page.
+// A plot on a canvas: a frame with axes, in the page's colors.
 import { colorOf } from "./dom.ts";
 import { digits } from "./quantities.ts";
 import type { Range } from "./robot.ts";
 import { drawing } from "./svg.ts";
 
-/** Colors of rising lightness, distinct in gray and for every kind of color vision: as in the figures of hypertuna. */
+/** Colors of rising lightness, distinct in gray and to every kind of color vision, as in hypertuna's figures. */
 const SEQUENCE = ["#4059A8", "#1F80BF", "#22A39B", "#7FB24A", "#E3A63C"];
 
 export interface Axis {
@@ -12,7 +12,7 @@ export interface Axis {
   range: Range;
 }
 
-/** Channels of the color at a part of the sequence, 0 to 1. */
+/** Red, green and blue (0 to 255) of the color at a fraction of the sequence, 0 to 1. */
 export function colorAt(part: number): [number, number, number] {
   const place = Math.min(1, Math.max(0, part)) * (SEQUENCE.length - 1);
   const k = Math.min(SEQUENCE.length - 2, Math.floor(place));
@@ -24,7 +24,7 @@ export function colorAt(part: number): [number, number, number] {
   return [mix(0), mix(1), mix(2)];
 }
 
-/** The next of 1, 2 and 5 times powers of ten. */
+/** The next larger number of the form 1, 2 or 5 times a power of ten. */
 export function roundUp(value: number): number {
   const power = 10 ** Math.floor(Math.log10(value));
   return ([1, 2, 5, 10].find((size) => size * power >= value) ?? 10) * power;
@@ -42,7 +42,7 @@ export function ticks(range: Range, count = 5): number[] {
   );
 }
 
-/** A canvas with a plot's frame; lengths are CSS pixels. */
+/** A canvas with the frame of a plot; lengths are in CSS pixels. */
 export class Chart {
   pen: CanvasRenderingContext2D;
   width = 0;
@@ -60,7 +60,7 @@ export class Chart {
     this.pen = pen;
   }
 
-  /** What `draw` draws on this canvas, as SVG. */
+  /** The drawing that `draw` makes on this canvas, as SVG text. */
   svg(title: string, draw: () => void): string {
     const { canvas, pen } = this;
     const text = drawing(canvas.width, canvas.height, title, (svg) => {
@@ -78,7 +78,7 @@ export class Chart {
     return colorOf(this.canvas, name);
   }
 
-  /** Begin anew with these axes; false where the canvas is not shown. */
+  /** Clear the canvas and set its axes; false where the canvas is not shown. */
   begin(x: Axis, y: Axis): boolean {
     const { canvas, pen } = this;
     [this.width, this.height] = [canvas.clientWidth, canvas.clientHeight];
@@ -102,7 +102,7 @@ export class Chart {
     return [box.x + part(x, this.x.range) * box.width, box.y + (1 - part(y, this.y.range)) * box.height];
   }
 
-  /** Values at a place on the canvas, within the axes. */
+  /** Values (x, y) at a place on the canvas [px], limited to the axes. */
   value(left: number, top: number): [number, number] {
     const box = this.inside;
     const inside = (part: number, [low, high]: Range): number => low + Math.min(1, Math.max(0, part)) * (high - low);
@@ -152,7 +152,7 @@ export class Chart {
     this.pen.stroke();
   }
 
-  /** A ring around the gait of the knobs. */
+  /** Draw a ring around the point of the knobs' gait. */
   ring(x: number, y: number): void {
     const { pen } = this;
     const [left, top] = this.place(x, y);

@@ -1,4 +1,4 @@
-// What the page lets one choose beside the knobs: robot, gait, model, quantity of the gradient, tempo.
+// The choices beside the knobs: robot, gait, model, quantity of the gradient, tempo.
 import { button, element, part } from "./dom.ts";
 import { meaning } from "./quantities.ts";
 import { type Robot, rowOf } from "./robot.ts";
@@ -8,7 +8,7 @@ export interface Model {
   joints: string;
 }
 
-/** Handlers of the choices. */
+/** Handlers, called when a choice changes. */
 export interface Chosen {
   robot(name: string): void;
   gait(name: string): void;
@@ -52,7 +52,7 @@ export class Choices {
     list("gait", names).prepend(own);
   }
 
-  /** Mark the named gait that the knobs are at. */
+  /** Select the named gait that the knobs have, or "custom" where none fits. */
   gait(robot: Robot, row: Float64Array): void {
     const known = robot.gaits.find((gait) => rowOf(gait).every((value, k) => Math.abs(value - (row[k] ?? 0)) < 1e-9));
     part<HTMLSelectElement>("gait").value = known?.name ?? "";

@@ -1,11 +1,11 @@
-// The core in WebAssembly: calls of the C interface, hosts/hypertuna.h.
+// Calls the C interface, hosts/hypertuna.h, of the core in WebAssembly.
 import { CORE, type Functions, START } from "./interface.ts";
 
 const STEPS = CORE.beat_steps;
-/** Numbers in a path's row before the bends: time, place and heading. */
+/** Numbers in a row of a path before its bends: time, x, y and heading. */
 export const POSE = 4;
 
-const FAULT_ROOM = 512; // bytes of a sentence
+const FAULT_ROOM = 512; // bytes for a sentence of the core
 
 interface Exports extends Functions {
   memory: WebAssembly.Memory;
@@ -14,23 +14,23 @@ interface Exports extends Functions {
   _initialize?(): void;
 }
 
-/** Functions of the system that the core's library names and never needs: there are no files in a page. */
+/** Stubs for the system calls that the C library imports but the core never makes: a page has no files. */
 function withoutSystem(module: WebAssembly.Module): WebAssembly.Imports {
   const imports: Record<string, Record<string, () => number>> = {};
-  for (const { module: room, name } of WebAssembly.Module.imports(module)) {
-    imports[room] ??= {};
-    imports[room][name] = () => 0;
+  for (const { module: library, name } of WebAssembly.Module.imports(module)) {
+    imports[library] ??= {};
+    imports[library][name] = () => 0;
   }
   return imports;
 }
 
-/** What the core's table says of a quantity. */
+/** The entry of a quantity in the core's table. */
 export interface Meaning {
   name: string;
   label: string;
   unit: string;
-  shown: number; // 2 where a summary shows it
-  better: number; // of `Better`
+  shown: number; // 2 if a summary shows it
+  better: number; // one of `Better`
 }
 
 /** One instance of the core. */
@@ -57,13 +57,13 @@ export class Core {
     return new Core(instance.exports as unknown as Exports);
   }
 
-  /** Read a robot's image; throws the core's sentence where it is none. */
+  /** Read a robot's image; throws the core's sentence if it is not one. */
   read(image: Uint8Array): CoreRobot {
     const robot = this.made(image, (place, fault) => this.wasm.ht_robot_read(place, image.length, fault, FAULT_ROOM));
     return new CoreRobot(this.wasm, robot, this);
   }
 
-  /** Start a robot's twin from rest, in the plane of still water. */
+  /** Start a robot's twin from rest, in still water without a bottom. */
   twin(robot: CoreRobot): CoreTwin {
     const start = new Uint8Array(START.size);
     new DataView(start.buffer).setFloat64(START.bottom, Number.POSITIVE_INFINITY, true);
@@ -71,7 +71,7 @@ export class Core {
     return new CoreTwin(this.wasm, twin, this);
   }
 
-  /** Start a flight: a mission of the robot, with the scatter of a seed. */
+  /** Start a flight of a mission; `seed` scatters current and satellites, 0 leaves them as the mission has them. */
   fly(robot: CoreRobot, mission: number, seed: number): CoreTwin {
     const twin = this.made(new Uint8Array(), (_, fault) =>
       this.wasm.ht_twin_fly(robot.place, mission, seed, fault, FAULT_ROOM),
@@ -79,7 +79,7 @@ export class Core {
     return new CoreTwin(this.wasm, twin, this);
   }
 
-  /** Make what `make` returns of bytes in the core's memory; throws the core's sentence where it refuses. */
+  /** Copy `bytes` to the core's memory and return the handle that `make` creates; throws the core's refusal. */
   private made(bytes: Uint8Array, make: (place: number, fault: number) => number): number {
     const { wasm } = this;
     const place = wasm.malloc(bytes.length + FAULT_ROOM);
@@ -91,7 +91,7 @@ export class Core {
     return made;
   }
 
-  /** The verdict on a gait of a frequency with these quantities, in words. */
+  /** The core's verdict, in words, on a gait with this frequency [Hz] and these quantities. */
   verdict(frequency: number, quantities: number[]): string {
     const place = this.wasm.malloc(8 * (1 + quantities.length) + FAULT_ROOM);
     const text = place + 8 * (1 + quantities.length);
@@ -108,7 +108,7 @@ export class Core {
     return names;
   }
 
-  /** A text that ends with a zero. */
+  /** Read a zero-terminated text from the core's memory. */
   text(place: number): string {
     const bytes = new Uint8Array(this.wasm.memory.buffer, place);
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
@@ -118,7 +118,7 @@ export class Core {
 /** A robot in the core's memory. */
 export class CoreRobot {
   readonly text: string;
-  private readonly numbers: number; // of a gait
+  private readonly numbers: number; // numbers in a gait's row
   private readonly links: number;
 
   constructor(
@@ -139,7 +139,7 @@ export class CoreRobot {
     this.wasm.ht_robot_free(this.place);
   }
 
-  /** Quantities of settled gaits, a row each. */
+  /** Quantities of gaits, one row per gait; `follow` also simulates the start from rest. */
   swim(model: number, gaits: Float64Array, follow: boolean): Float64Array {
     const count = gaits.length / this.numbers;
     return this.with(gaits, count * this.core.quantities.length, (from, to) =>
@@ -147,21 +147,21 @@ export class CoreRobot {
     );
   }
 
-  /** Derivatives of quantities by a gait's numbers, a row per quantity. */
+  /** Derivatives of the quantities with respect to a gait's numbers, one row per quantity. */
   gradient(model: number, gait: Float64Array): Float64Array {
     return this.with(gait, this.core.derivatives.length * this.numbers, (from, to) =>
       this.wasm.ht_gradient(this.place, model, from, to),
     );
   }
 
-  /** Rows of time, x, y and heading of the nose, and the bend in front of each link, over a beat. */
+  /** One settled beat: rows of time, x, y and heading of the nose, and the bend in front of each link. */
   path(model: number, gait: Float64Array): Float64Array {
     return this.with(gait, (STEPS + 1) * (POSE + this.links), (from, to) =>
       this.wasm.ht_path(this.place, model, from, STEPS, to),
     );
   }
 
-  /** Call the core with numbers, and return those that it writes. */
+  /** Call the core with the numbers `given`; returns the `count` numbers that it writes. */
   private with(given: Float64Array, count: number, call: (from: number, to: number) => void): Float64Array {
     const from = this.wasm.malloc(8 * (given.length + count));
     const to = from + 8 * given.length;
@@ -173,16 +173,16 @@ export class CoreRobot {
   }
 }
 
-/** A column of what a tick of the twin saw. */
+/** A column of the twin's record, which has a row for each tick. */
 export interface Column {
   name: string;
   width: number;
 }
 
-/** A twin in the core's memory: the whole robot from command to wake. */
+/** A twin in the core's memory: it simulates the whole robot, from command to wake. */
 export class CoreTwin {
   readonly columns: Column[] = [];
-  readonly width: number; // of a row
+  readonly width: number; // numbers in a row of the record
 
   constructor(
     private readonly wasm: Exports,
@@ -203,7 +203,7 @@ export class CoreTwin {
     this.wasm.ht_twin_free(this.twin);
   }
 
-  /** From now on: a gait, with the fins level. */
+  /** Command a gait from now on, with level fins; `armed` lets the actuators move. */
   command(gait: Float64Array, armed: boolean): void {
     const { wasm } = this;
     const place = wasm.malloc(8 * gait.length + 16);
@@ -212,12 +212,12 @@ export class CoreTwin {
     wasm.free(place);
   }
 
-  /** Give sensor channels a fault of a kind from now on; 0 is none. */
+  /** Give sensor channels `first` to `last` a fault of kind `kind` from now on; 0 mends them. */
   break(kind: number, first: number, last: number): void {
     this.wasm.ht_twin_break(this.twin, kind, first, last);
   }
 
-  /** Make control ticks; returns `count` rows, one after each `every` of them: fewer where the twin ends. */
+  /** Simulate control ticks; returns `count` rows, one per `every` ticks, or fewer if the twin ends. */
   advance(count: number, every = 1): Float64Array {
     const { wasm, width } = this;
     const rows = new Float64Array(count * width);

@@ -1,19 +1,19 @@
-// Elements of the page.
+// Helpers to find, make and observe elements of the page.
 
-/** The element of the page with an id. */
+/** The element of the page with this id; throws if the page has none. */
 export function part<E extends HTMLElement = HTMLElement>(id: string): E {
   const found = document.getElementById(id);
   if (found === null) throw new Error(`the page has no ${id}`);
   return found as E;
 }
 
-/** Say a sentence in the page's alert; "" takes it away. */
+/** Show a sentence in the page's alert; "" hides the alert. */
 export function say(sentence: string): void {
   part("alert").textContent = sentence;
   part("alert").hidden = sentence === "";
 }
 
-/** A color of the page's theme. */
+/** The color `--name` of the page's theme. */
 export function colorOf(element: Element, name: string): string {
   return getComputedStyle(element).getPropertyValue(`--${name}`).trim();
 }
@@ -38,7 +38,7 @@ export function button(text: string, pressed?: () => void): HTMLButtonElement {
   return made;
 }
 
-/** Draw once in the next frame, however often it is asked for until then. */
+/** Returns a function that requests a drawing: many requests before the next frame draw once. */
 export function inFrame(draw: () => void): () => void {
   let waiting = false;
   return () => {
@@ -51,14 +51,14 @@ export function inFrame(draw: () => void): () => void {
   };
 }
 
-/** A control behind its label. */
+/** A label with its control. */
 export function labeled(text: string, control: HTMLElement): HTMLElement {
   const label = element("label", "choice", text);
   label.append(control);
   return label;
 }
 
-/** A list to choose one of some texts from, by their values; `chosen` hears of another. */
+/** A drop-down list of (text, value) options; `chosen` is called with the value of a new choice. */
 export function selection(
   options: [string, unknown][],
   now: unknown,
@@ -71,14 +71,14 @@ export function selection(
   return list;
 }
 
-/** A value over its label, in a list of facts. */
+/** A value above its label, an entry of a list of facts. */
 export function fact(value: string, label: string): HTMLElement {
   const box = element("div");
   box.append(element("dt", "", value), element("dd", "", label));
   return box;
 }
 
-/** Close a menu by Escape, by a click outside of it, or by one on what it holds. */
+/** Close a menu on Escape, on a click outside it, and on a click on one of its buttons. */
 export function closeOutside(menu: HTMLDetailsElement | null): void {
   document.addEventListener("click", (event) => {
     const target = event.target as Element;

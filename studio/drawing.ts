@@ -1,17 +1,17 @@
-// The robot from the side and from above, with handles that are dragged: lengths, the tail's height, masses.
+// A drawing of the robot from the side and from above, with handles to drag its lengths, tail height and masses.
 import { at, between, curve, Shape } from "./body.ts";
 import { digits } from "./quantities.ts";
 import type { BodyKnob, Robot } from "./robot.ts";
 
 const SVG = "http://www.w3.org/2000/svg";
 const GAP = 20; // px around the views
-const BESIDE = 720; // px from which the views stand side by side
+const BESIDE = 720; // px: from this width on, the two views stand side by side
 const TITLE = 20; // px above a view
-const GRIP = 7; // px, of a handle
-const STEPS = 60; // of an outline
-const PULL = 120; // px of a drag that multiply a mass by e
-const NUDGE = 0.01; // of a factor, by an arrow key
-const HANDLES = 46; // px below the body, of the handles of lengths
+const HANDLE_RADIUS = 7; // px, radius of a handle
+const OUTLINE_POINTS = 60; // points of an outline
+const MASS_DRAG = 120; // px: a drag of this length multiplies a mass by e
+const KEY_STEP = 0.01; // change of a factor by an arrow key
+const HANDLE_DISTANCE = 46; // px from the body to the handles of the lengths
 const NOWHERE = { left: 0, top: 0 };
 const LARGEST = 0.075; // radius of the heaviest link's circle, body lengths
 
@@ -20,7 +20,7 @@ interface Handle {
   group: SVGGElement;
 }
 
-/** Where the nose of a view is [px]. */
+/** Position of the nose in a view [px]. */
 interface Axis {
   left: number;
   top: number;
@@ -33,7 +33,7 @@ interface Scale {
   height: number; // px of the drawing
 }
 
-/** Factor that a drag makes of the one before; a drag is in px to the right and up. */
+/** Maps the factor before a drag to the one after it; the drag is given in px to the right and up. */
 type Drag = (knob: BodyKnob, before: number, right: number, up: number) => number;
 
 export class Drawing {
@@ -43,12 +43,12 @@ export class Drawing {
   private scale: Scale = { size: 1, side: NOWHERE, above: NOWHERE, height: 0 };
   private dragged = false;
 
-  /** `turned` hears of a knob's factor. */
+  /** `turned` is called with the new factor of a knob. */
   constructor(private readonly turned: (knob: BodyKnob, factor: number) => void) {
     new ResizeObserver(() => this.fit()).observe(this.svg);
   }
 
-  /** Show a robot; the handles are those of its knobs. */
+  /** Show a robot with a handle for each of its knobs. */
   show(robot: Robot): void {
     const other = this.robot?.robot !== robot.robot || this.robot.body !== robot.body;
     this.robot = robot;
@@ -66,7 +66,11 @@ export class Drawing {
   private handle(knob: BodyKnob): SVGGElement {
     const group = made("g", { class: "handle", tabindex: "0", role: "slider", "aria-label": knob.label });
     group.dataset.handle = knob.name;
-    group.append(made("title", {}), made("circle", { r: "18", class: "reach" }), made("circle", { r: String(GRIP) }));
+    group.append(
+      made("title", {}),
+      made("circle", { r: "18", class: "reach" }),
+      made("circle", { r: String(HANDLE_RADIUS) }),
+    );
     group.addEventListener("pointerdown", (event) => this.drag(event, knob));
     group.addEventListener("keydown", (event) => this.press(event, knob));
     return group;
@@ -96,7 +100,7 @@ export class Drawing {
 
   private pulled: Drag = (knob, before, right, up) => {
     const { size } = this.scale;
-    if (knob.name.startsWith("mass")) return before * Math.exp(up / PULL);
+    if (knob.name.startsWith("mass")) return before * Math.exp(up / MASS_DRAG);
     if (knob.name === "fin") return before + (2 * up) / (size * this.tall(this.robot?.described ?? this.robot));
     return before + right / (size * knob.value);
   };
@@ -107,30 +111,36 @@ export class Drawing {
     const end = { Home: low, End: high }[event.key];
     if (way === undefined && end === undefined) return;
     event.preventDefault();
-    this.turned(knob, end ?? this.factor(knob) + (way ?? 0) * NUDGE);
+    this.turned(knob, end ?? this.factor(knob) + (way ?? 0) * KEY_STEP);
   }
 
-  /** Height of the tail's end [m]. */
+  /** Height of the tail's trailing edge [m]. */
   private tall(robot: Robot | null): number {
     return robot?.tail.edge_height ?? robot?.links.at(-1)?.height ?? 0.1;
   }
 
-  /** Choose the scale so that both views fit, with room to draw the body longer. */
+  /** Choose the scale so that both views fit, with space for a longer body. */
   private fit(): void {
     const { robot, svg } = this;
     const width = svg.clientWidth;
     if (robot === null || width === 0) return;
     const beside = width >= BESIDE;
-    const room = beside ? width / 2 : width;
-    const size = (room - 2 * GAP) / (1.06 * Math.max(robot.length, robot.described?.length ?? 0));
+    const viewWidth = beside ? width / 2 : width;
+    const size = (viewWidth - 2 * GAP) / (1.06 * Math.max(robot.length, robot.described?.length ?? 0));
     const body = Math.max(...robot.links.map(({ height }) => height ?? 0));
     const high = (size * Math.max(this.tall(robot), body)) / 2;
-    const low = Math.max(high, (size * body) / 2 + HANDLES);
+    const low = Math.max(high, (size * body) / 2 + HANDLE_DISTANCE);
     const wide = (size * this.wide(robot)) / 2;
-    const under = Math.max(wide, (size * Math.max(...robot.links.map(({ width }) => width ?? 0))) / 2 + HANDLES);
+    const under = Math.max(
+      wide,
+      (size * Math.max(...robot.links.map(({ width }) => width ?? 0))) / 2 + HANDLE_DISTANCE,
+    );
     const half = beside ? Math.max(high, wide) : high;
     const side = { left: GAP, top: TITLE + GAP + half };
-    const above = { left: GAP + (beside ? room : 0), top: beside ? side.top : side.top + low + GAP + TITLE + wide };
+    const above = {
+      left: GAP + (beside ? viewWidth : 0),
+      top: beside ? side.top : side.top + low + GAP + TITLE + wide,
+    };
     this.scale = { size, side, above, height: Math.max(side.top + low, above.top + under) + GAP };
     this.draw();
   }
@@ -198,13 +208,13 @@ export class Drawing {
     return this.at(this.scale.above, (joints[i] ?? 0) + (robot.links[i]?.com ?? 0), 0);
   }
 
-  /** Radius of a mass's circle [px], whose area is as the mass. */
+  /** Radius of a mass's circle [px]; the circle's area is proportional to the mass. */
   private radius(robot: Robot, mass: number): number {
     const { links, length } = robot.described ?? robot;
     return this.scale.size * LARGEST * length * Math.sqrt(mass / Math.max(...links.map((link) => link.mass)));
   }
 
-  /** Put the handles where their values are; returns the lines that lead to them. */
+  /** Move the handles to their values; returns the lines that connect them to the body. */
   private place(robot: Robot, joints: number[]): SVGElement[] {
     const { size, side, above } = this.scale;
     const half = (of: "height" | "width"): number => (size * Math.max(...robot.links.map((link) => link[of] ?? 0))) / 2;
@@ -235,15 +245,15 @@ type Pair = [number, number];
 
 const zero = (): number => 0;
 
-/** How far the pectoral fins reach, both sides together [m]. */
+/** Distance between the tips of the two pectoral fins [m]. */
 function reach(robot: Robot): number {
   return robot.fins === null ? 0 : 2 * (robot.fins.y + robot.fins.span / 2);
 }
 
-/** Half height of the body at a place [m]: between the links' heights, round at the nose. */
+/** Half height of the body at a place [m]: interpolated between the links' heights, round at the nose. */
 function profileHalf(robot: Robot, joints: number[], x: number): number {
   const last = robot.links.length - 1;
-  const ends = robot.tail.edge_height === null ? last : last - 1; // a fin is drawn by itself
+  const ends = robot.tail.edge_height === null ? last : last - 1; // the caudal fin is drawn separately
   const middles = robot.links.slice(0, ends + 1).map(({ length }, i) => (joints[i] ?? 0) + length / 2);
   const heights = robot.links.map(({ height }) => height ?? 0);
   const nose = Math.min(1, x / (0.16 * robot.length));
@@ -256,7 +266,10 @@ function profileHalf(robot: Robot, joints: number[], x: number): number {
 }
 
 function profile(robot: Robot, joints: number[]): Pair[] {
-  const xs = Array.from({ length: STEPS + 1 }, (_, k) => (robot.length * (1 - Math.cos((Math.PI * k) / STEPS))) / 2);
+  const xs = Array.from(
+    { length: OUTLINE_POINTS + 1 },
+    (_, k) => (robot.length * (1 - Math.cos((Math.PI * k) / OUTLINE_POINTS))) / 2,
+  );
   const upper = xs.map((x): Pair => [x, profileHalf(robot, joints, x)]);
   return mirrored(upper);
 }
@@ -276,7 +289,7 @@ function tailFin(robot: Robot, shape: Shape): Pair[] {
   return mirrored(upper);
 }
 
-/** A shape with its lower half. */
+/** A closed outline from its upper half. */
 function mirrored(upper: Pair[]): Pair[] {
   return [...upper, ...upper.map(([x, y]): Pair => [x, -y]).reverse()];
 }

@@ -1,31 +1,31 @@
-// The kinds of drive that move joints, and what the page says and shows of each.
+// The kinds of drive that move joints: what the page writes and plots for each.
 import type { Robot } from "./robot.ts";
 
-/** Numbers of drives in the table of joints; those of one side. */
+/** A column of the table of joints: one number of each drive on one side. */
 interface Numbers {
   label: string;
-  numbers: "unit" | "torque"; // of a `Moment`
+  numbers: "unit" | "torque"; // field of `Moment` that holds the numbers
   side: Drive["side"];
   size: number;
   decimals: number;
 }
 
-/** Numbers of drives over time. */
+/** A plot of one number of each drive over time. */
 interface Plot {
   label: string;
   unit: string;
-  name: string; // of the core's column
+  name: string; // name of the column in the twin's record
   scale: number;
   reach: readonly [number, number];
 }
 
 interface Kind {
   words: string;
-  servos: { end: string; side: Drive["side"] }[]; // in the core's rows of numbers, of which each joint has two
+  servos: { end: string; side: Drive["side"] }[]; // servos of a joint; the core stores two numbers per joint
   numbers: Numbers[];
   plots: Plot[];
-  places: string[]; // where it loses power
-  colors: string; // in the caption
+  places: string[]; // where the drive loses power
+  colors: string; // sentence of the caption that explains the colors
   dashed: string;
 }
 
@@ -35,7 +35,7 @@ export interface Drive {
   name: string;
   joint: number;
   row: number;
-  side: -1 | 0 | 1; // oil on the right or the left; 0: a servo that turns the joint
+  side: -1 | 0 | 1; // -1: oil on the right, 1: on the left, 0: a servo that turns the joint
 }
 
 const pressure = { numbers: "unit", size: 1e3, decimals: 0 } as const;
@@ -75,7 +75,7 @@ export function drivesOf({ joints }: Robot): Drive[] {
   });
 }
 
-/** What a robot's kinds of drive have, each part once. */
+/** The parts (numbers, plots, ...) of all kinds of drive that the robot has, without repeats. */
 export function ofKinds<T>({ joints }: Robot, part: (kind: Kind) => readonly T[]): T[] {
   const own = Object.entries(KINDS).filter(([name]) => joints.some(({ drive }) => drive === name));
   return [...new Set(own.flatMap(([, kind]) => part(kind)))];

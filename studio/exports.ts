@@ -1,4 +1,4 @@
-// A gait and a beat as files: the same names and units as the robot files and tables of hypertuna.
+// Writes a gait and a beat to files, with the names and units of hypertuna's robot files and tables.
 import { POSE } from "./core.ts";
 import { plain } from "./quantities.ts";
 import { DEGREE, type Gait, kindsOf, type Robot } from "./robot.ts";
@@ -18,7 +18,7 @@ export function gaitToml(robot: Robot, gait: Gait): string {
   ].join("\n");
 }
 
-/** A beat as CSV: place and heading of the nose, and the bend of each joint group, or at each link where hinges bend too. */
+/** A beat as CSV: place and heading of the nose, bend of each joint group; with hinges, the bend at each link. */
 export function beatTable(robot: Robot, path: Float64Array): string {
   const width = POSE + robot.links.length;
   const each = robot.links.slice(1).map(({ name }, link) => ({ name, links: [link + 1] }));

@@ -1,7 +1,7 @@
-// Files in and out of the page.
+// Reads the files that the page contains, and saves files from it.
 import { colorOf } from "./dom.ts";
 
-/** Bytes of a text that holds them as base64. */
+/** Decode base64 text to bytes. */
 export function plainBytes(text: string): Uint8Array<ArrayBuffer> {
   const letters = atob(text.trim());
   const bytes = new Uint8Array(letters.length);
@@ -9,7 +9,7 @@ export function plainBytes(text: string): Uint8Array<ArrayBuffer> {
   return bytes;
 }
 
-/** Bytes of a text that holds them packed: gzip, base64. */
+/** Decode base64 text and unpack its gzip content. */
 export async function packedBytes(text: string): Promise<Uint8Array<ArrayBuffer>> {
   const stream = new Blob([plainBytes(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());

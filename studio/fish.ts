@@ -1,23 +1,23 @@
-// The picture: the robot from above in its water, to scale, with its path.
+// The picture: the robot from above in its water, to scale, with the path of its tail.
 import { at, beside, type Point, Shape, type Station, scatter } from "./body.ts";
 import { colorOf } from "./dom.ts";
 import { type Beat, Motion } from "./motion.ts";
 import type { Robot } from "./robot.ts";
 import { drawing, group, pathFor } from "./svg.ts";
 
-const PATH = 32; // points of the tail's path in a beat
-const GHOSTS = 12; // midlines in a beat
-const LAYERS = 15; // of the shading
-const TRAIL = 9; // body lengths that the tail's path is kept for
-const FINE = 0.01; // body lengths between points of the path
-const EDGE = 0.004; // half thickness of an upright fin, which is seen edge on, body lengths
-const SPACING = 0.17; // of specks in the water, body lengths
-const WIDE = 2.7; // width of the picture, body lengths
-const NARROW = 2.0; // of a picture on a phone
-const PHONE = 560; // px
+const PATH_POINTS = 32; // points of the tail's path per beat
+const MIDLINES = 12; // midlines drawn over a beat
+const SHADING_LAYERS = 15; // nested outlines that shade the body
+const TRAIL_LENGTH = 9; // length of the tail's path that is kept, body lengths
+const TRAIL_STEP = 0.01; // least distance between kept points of the path, body lengths
+const FIN_HALF = 0.004; // half thickness of an upright fin seen from above, body lengths
+const SPECK_SPACING = 0.17; // distance between specks in the water, body lengths
+const PICTURE_WIDTH = 2.7; // width of the picture, body lengths
+const PHONE_WIDTH = 2.0; // width of the picture on a phone, body lengths
+const PHONE = 560; // px: a page narrower than this is a phone's
 
 export interface Shown {
-  tempo: number; // 1 is true, 0 stands still
+  tempo: number; // 1: real time, 0: stands still
   midlines: boolean;
   path: boolean;
 }
@@ -32,7 +32,7 @@ export class Stage {
   private camera: Point = { x: 0, y: 0 };
   private before = 0;
   private stale = true;
-  private wide = 0; // px of the page
+  private wide = 0; // width of the canvas, CSS px
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const pen = canvas.getContext("2d");
@@ -43,7 +43,7 @@ export class Stage {
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  /** Swim a settled beat from now on. */
+  /** Show a settled beat of a robot from now on. */
   swim(robot: Robot, beat: Beat): void {
     if (this.robot?.robot !== robot.robot) {
       this.motion.beat = null;
@@ -59,7 +59,7 @@ export class Stage {
     this.stale = true;
   }
 
-  /** Change what is shown, and how fast. */
+  /** Change what is shown, or the tempo. */
   show(shown: Partial<Shown>): void {
     Object.assign(this.shown, shown);
     this.stale = true;
@@ -107,8 +107,8 @@ export class Stage {
 
   private advance(passed: number): void {
     const { tempo } = this.shown;
-    // in small steps, so that the path of the tail is smooth where frames are few
-    const parts = Math.max(1, Math.ceil(passed * tempo * (this.motion.beat?.frequency ?? 1) * PATH));
+    // in small steps, so that the tail's path is smooth even at few frames per second
+    const parts = Math.max(1, Math.ceil(passed * tempo * (this.motion.beat?.frequency ?? 1) * PATH_POINTS));
     for (let k = 0; k < parts; k++) {
       this.motion.advance((passed * tempo) / parts, passed / parts);
       if (tempo > 0) this.leave();
@@ -121,19 +121,19 @@ export class Stage {
     };
   }
 
-  /** Keep the path of the tail tip. */
+  /** Add the tail tip to its path, and drop points that are too far behind. */
   private leave(): void {
     const tip = this.stations().at(-1);
     if (tip === undefined || this.shape === null) return;
     const last = this.trail.at(-1);
-    if (last !== undefined && distance(last, tip) < FINE * this.shape.length) return;
+    if (last !== undefined && distance(last, tip) < TRAIL_STEP * this.shape.length) return;
     this.trail.push({ x: tip.x, y: tip.y });
-    const far = TRAIL * this.shape.length;
+    const far = TRAIL_LENGTH * this.shape.length;
     while (this.trail.length > 2 && distance(this.trail[0] ?? tip, tip) > far) this.trail.shift();
     if (this.trail.length > 3000) this.trail.shift();
   }
 
-  /** What the picture follows: the middle of the body on the mean path. */
+  /** The point that the camera follows: the middle of the body on its mean path [m]. */
   private target(): Point {
     const { x, y, heading } = this.motion.mean;
     const half = 0.5 * (this.shape?.length ?? 1);
@@ -148,11 +148,11 @@ export class Stage {
   // --- drawing
 
   private get scale(): number {
-    const wide = this.wide < PHONE ? NARROW : WIDE;
+    const wide = this.wide < PHONE ? PHONE_WIDTH : PICTURE_WIDTH;
     return this.canvas.width / (wide * (this.shape?.length ?? 1));
   }
 
-  /** Place on the canvas of a point in the water. */
+  /** Place on the canvas [px] of a point in the water [m]. */
   private place(point: Point): [number, number] {
     const { scale, camera, canvas } = this;
     return [canvas.width / 2 + (point.x - camera.x) * scale, canvas.height / 2 - (point.y - camera.y) * scale];
@@ -197,8 +197,8 @@ export class Stage {
     shade.addColorStop(1, this.color("water-low"));
     pen.fillStyle = shade;
     pen.fillRect(0, 0, canvas.width, canvas.height);
-    // specks at rest in the water, one in each cell of a grid
-    const cell = SPACING * length;
+    // specks that rest in the water, one in each cell of a grid
+    const cell = SPECK_SPACING * length;
     const [wide, high] = [canvas.width / scale / 2, canvas.height / scale / 2];
     pen.fillStyle = this.color("speck");
     for (let i = Math.floor((camera.x - wide) / cell); i <= (camera.x + wide) / cell; i++)
@@ -213,7 +213,7 @@ export class Stage {
     pen.globalAlpha = 1;
   }
 
-  /** The path of the tail tip, fading; and the mean path of the nose. */
+  /** Draw the path of the tail tip, fading with age, and the mean path of the nose. */
   private paths(length: number): void {
     const { pen, scale, trail } = this;
     pen.lineCap = "butt";
@@ -251,14 +251,14 @@ export class Stage {
     return this.line([end(0.05), end(1)]);
   }
 
-  /** Midlines over a beat, in the frame that follows the mean motion. */
+  /** Draw the midlines of a beat, in the frame that follows the mean motion. */
   private midlines(shape: Shape): void {
     const { pen, motion } = this;
     pen.strokeStyle = this.color("ink");
     pen.lineWidth = Math.max(1, 0.0022 * shape.length * this.scale);
     pen.globalAlpha = 0.45;
-    for (let k = 0; k < GHOSTS; k++) {
-      const { pose, bends } = motion.ghost(k / GHOSTS);
+    for (let k = 0; k < MIDLINES; k++) {
+      const { pose, bends } = motion.ghost(k / MIDLINES);
       pen.stroke(this.line(shape.stations(pose, bends)));
     }
     pen.globalAlpha = 1;
@@ -281,12 +281,12 @@ export class Stage {
     pen.restore();
   }
 
-  /** The body, shaded by nested outlines that lean to the light. */
+  /** Draw the body, shaded by nested outlines that lean towards the light. */
   private body(stations: readonly Station[], shape: Shape): void {
     const { pen } = this;
     const [flank, back] = [this.color("flank"), this.color("back")];
-    for (let k = 0; k < LAYERS; k++) {
-      const t = k / (LAYERS - 1);
+    for (let k = 0; k < SHADING_LAYERS; k++) {
+      const t = k / (SHADING_LAYERS - 1);
       pen.fillStyle = mixed(flank, back, Math.min(1, 1.1 * t ** 0.9));
       pen.fill(this.outline(stations, Math.sqrt(1 - t * t * 0.97), 0.1 * t));
     }
@@ -295,12 +295,12 @@ export class Stage {
     this.eyes(stations, shape.length);
   }
 
-  /** An upright fin from above, dorsal or caudal: a thin blade between two parts of the length, sharp at its ends. */
+  /** Draw a dorsal or caudal fin from above: a thin blade between two fractions of the length, sharp at its ends. */
   private blade(stations: readonly Station[], front: number, end: number, shape: Shape): void {
     const { pen } = this;
     const side = (way: number): Point[] =>
       Array.from({ length: 13 }, (_, k) => {
-        const half = EDGE * shape.length * Math.sin((Math.PI * k) / 12) ** 0.5;
+        const half = FIN_HALF * shape.length * Math.sin((Math.PI * k) / 12) ** 0.5;
         return beside({ ...at(stations, front + (k / 12) * (end - front)), half }, way);
       });
     const path = this.line([...side(1), ...side(-1).reverse()]);
@@ -309,7 +309,7 @@ export class Stage {
     pen.fill(path);
   }
 
-  /** Light along the back. */
+  /** Draw the light along the back. */
   private gloss(stations: readonly Station[]): void {
     const { pen } = this;
     const lit = stations.filter(({ part }) => part > 0.03 && part < 0.7);
@@ -359,7 +359,7 @@ export class Stage {
     pen.globalAlpha = 1;
   }
 
-  /** A bar of 1, 2 or 5 times a power of ten, about a sixth of the body. */
+  /** Draw a scale bar of 1, 2 or 5 times a power of ten, at most a fifth of the body. */
   private scaleBar(length: number): void {
     const { pen, canvas, scale } = this;
     const power = 10 ** Math.floor(Math.log10(length / 5));
@@ -375,7 +375,7 @@ export class Stage {
 
 const distance = (a: Point, b: Point): number => Math.hypot(a.x - b.x, a.y - b.y);
 
-/** A color between two of the form #rrggbb. */
+/** Mix two colors of the form #rrggbb; `part` is the fraction of the second. */
 function mixed(a: string, b: string, part: number): string {
   const channel = (color: string, k: number): number => Number.parseInt(color.slice(1 + 2 * k, 3 + 2 * k), 16);
   const parts = [0, 1, 2].map((k) => Math.round(channel(a, k) + part * (channel(b, k) - channel(a, k))));

@@ -1,4 +1,4 @@
-// Cost over speed: the robot's named gaits, the gait of the knobs, the least cost at each speed; and the search for it.
+// The view of cost over speed: named gaits, the gait of the knobs, the least cost at each speed, and its search.
 import { drawBand, drawBars, usable } from "./band.ts";
 import { Chart } from "./chart.ts";
 import { button, element, inFrame } from "./dom.ts";
@@ -9,10 +9,10 @@ import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
 import type { Page, Subject, View } from "./subject.ts";
 
-const STARTS = 6; // of a search: the knobs' gait, and points spread over the limits
-const SPEEDS = 14; // of the front
-const PACE = 120; // ms between steps that are watched
-const SAME = 1e-3; // relative difference of results that count as the same
+const STARTS = 6; // starts of a search: the knobs' gait, and points spread over the limits
+const SPEEDS = 14; // speeds of the front at which the least cost is sought
+const PACE = 120; // ms between two steps of a search that is shown on the fish
+const SAME = 1e-3; // results count as the same below this relative difference
 
 export class FrontView implements View {
   private readonly chart: Chart;
@@ -29,14 +29,14 @@ export class FrontView implements View {
   private named: { gait: NamedGait; values: Quantities }[] = [];
   private front: Found[] = [];
   private spreads: { named: Spread[]; front: Spread[]; knobs: Spread | null } = { named: [], front: [], knobs: null };
-  private trace: Quantities[] = []; // steps of the search
-  private made: Set<string> | null = null; // gaits that the search went to
-  private run = 0;
+  private trace: Quantities[] = []; // quantities of the gait after each step of the search
+  private made: Set<string> | null = null; // rows of the gaits that the search has set on the knobs
+  private run = 0; // number of the present search; a search with an older number ends
   private readonly latest = new Latest();
   private readonly soon = inFrame(() => this.draw());
 
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly page: Page,
   ) {
     const canvas = element("canvas", "chart");
@@ -56,13 +56,13 @@ export class FrontView implements View {
     head.append(element("span", "choice", "optimize"), fastest, cheapest, field, front, this.cancel);
     this.status.setAttribute("role", "status");
     this.cancel.disabled = true;
-    room.replaceChildren(head, canvas, this.note, this.status);
+    panel.replaceChildren(head, canvas, this.note, this.status);
     this.chart = new Chart(canvas);
     canvas.addEventListener("click", (event) => this.pick(event));
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
-  /** Show another robot, or another model of it. */
+  /** Take another robot, or another model of the same robot. */
   async about(subject: Subject): Promise<void> {
     const before = this.subject;
     this.subject = subject;
@@ -71,7 +71,7 @@ export class FrontView implements View {
     [this.front, this.trace, this.named] = [[], [], []];
     this.spreads = { named: [], front: [], knobs: null };
     const free = subject.parameters.some((parameter) => parameter.free);
-    for (const one of this.buttons) one.disabled = !free;
+    for (const button of this.buttons) button.disabled = !free;
     if (!free) this.status.textContent = "The robot's file has no [gait_bounds] to optimize within.";
     const { gaits } = subject.robot;
     const found = await this.latest.of(subject.sweep(gaits.map(rowOf)));
@@ -83,13 +83,13 @@ export class FrontView implements View {
     void this.spread();
   }
 
-  /** Where most samples lie, of the gait of the knobs. */
+  /** Show the interval of most samples at the knobs' gait. */
   certain(spread: Spread | null): void {
     this.spreads.knobs = spread;
     this.draw();
   }
 
-  /** The same of the named gaits and of the least cost. */
+  /** Compute the intervals of most samples for the named gaits and the gaits of least cost. */
   private async spread(): Promise<void> {
     const { subject, front, named } = this;
     if (subject === null) return;
@@ -101,13 +101,13 @@ export class FrontView implements View {
     this.draw();
   }
 
-  /** The gait of the knobs, whose numbers follow. */
+  /** Take the gait of the knobs; its quantities arrive later by `at`. */
   set(row: Float64Array): void {
     this.row = row;
     if (this.made !== null && !this.made.has(String(row))) this.stop("Stopped, because a knob was turned.");
   }
 
-  /** The numbers of the gait. */
+  /** Take the quantities of the knobs' gait. */
   at(_: Float64Array, values: Quantities): void {
     this.values = values;
     this.soon();
@@ -125,7 +125,7 @@ export class FrontView implements View {
 
   private begin(): number {
     this.cancel.disabled = false;
-    for (const one of this.buttons) one.disabled = true;
+    for (const button of this.buttons) button.disabled = true;
     return ++this.run;
   }
 
@@ -133,11 +133,11 @@ export class FrontView implements View {
     this.run++;
     this.made = null;
     this.cancel.disabled = true;
-    for (const one of this.buttons) one.disabled = false;
+    for (const button of this.buttons) button.disabled = false;
     this.status.textContent = sentence;
   }
 
-  /** Search from the gait of the knobs, watched; then from other starts. */
+  /** Search from the gait of the knobs, shown step by step; then from other starts. */
   private async optimize(goal: Goal): Promise<void> {
     const { subject } = this;
     if (subject === null) return;
@@ -184,7 +184,7 @@ export class FrontView implements View {
     this.page.go(best.row);
   }
 
-  /** Show each step on the fish, at a pace that eyes can follow. */
+  /** Returns a watcher that shows each step on the fish, slowly enough for the eye. */
   private watched(goal: Goal, run: number): Watch {
     const aim = goal.speed === null ? "maximum speed" : `least cost at ${digits(goal.speed)} m/s`;
     return async ({ row, computed }, step) => {
@@ -206,7 +206,7 @@ export class FrontView implements View {
     };
   }
 
-  /** The front: the maximum speed, then the least cost at one speed after another, each from the one before. */
+  /** Compute the front: the maximum speed, then the least cost at lower and lower speeds, each from the one before. */
   private async all(): Promise<void> {
     const { subject } = this;
     if (subject === null) return;
@@ -250,7 +250,7 @@ export class FrontView implements View {
 
   private draw(): void {
     const { chart } = this;
-    if (this.room.hidden) return;
+    if (this.panel.hidden) return;
     const points = [
       ...this.named.map(({ values }) => values),
       ...this.front.map(({ computed }) => computed.values),
@@ -305,7 +305,7 @@ export class FrontView implements View {
     chart.pen.setLineDash([]);
   }
 
-  /** Computed gaits as dots; published speeds as diamonds at the computed cost, filled where measured. */
+  /** Draw computed gaits as dots, published speeds as diamonds at the computed cost, filled if measured. */
   private drawNamed(): void {
     const { chart } = this;
     const { pen } = chart;
@@ -370,7 +370,7 @@ export class FrontView implements View {
     });
   }
 
-  /** Go to the gait whose point is nearest to a click. */
+  /** Set the knobs to the gait whose point is nearest to a click. */
   private pick(event: MouseEvent): void {
     const gaits = [
       ...this.named.map(({ gait, values }) => ({ row: rowOf(gait), values })),
@@ -386,7 +386,7 @@ export class FrontView implements View {
   }
 }
 
-/** What is to be small. */
+/** The value that the search minimizes. */
 function score({ computed }: Found, goal: Goal): number {
   const value = computed.values[goal.quantity] ?? Number.NaN;
   return goal.quantity === "speed" ? -value : value;

@@ -1,4 +1,4 @@
-// Everything that the page shows is in its address: #robot=hypertuna&frequency=6&amplitude=16,25&phase=0,40
+// The page's address holds everything that it shows: #robot=hypertuna&frequency=6&amplitude=16,25&phase=0,40
 import { plain } from "./quantities.ts";
 import { DEGREE, type Gait, KINDS } from "./robot.ts";
 
@@ -7,11 +7,11 @@ export interface Address {
   gait: Gait;
   water: string;
   joints: string;
-  of: string; // quantity of the gradients
+  of: string; // quantity whose gradient is shown
   view: string;
-  tempo: number; // of the motion on the screen: 1 is true, 0 stands still
-  kept: Record<string, string>; // what the views keep
-  body: Record<string, number>; // factors on the robot's body, by knob
+  tempo: number; // tempo of the picture: 1: real time, 0: stands still
+  kept: Record<string, string>; // keys and values that the views store
+  body: Record<string, number>; // factors on the robot's body, by name of the knob
 }
 
 export function written(address: Address): string {
@@ -27,7 +27,7 @@ export function written(address: Address): string {
     .join("&")}`;
 }
 
-/** Read an address; what it leaves out or misspells is absent. */
+/** Read an address; a key that is missing or misspelled is absent from the result. */
 export function read(hash: string): Partial<Address> {
   const parts = new URLSearchParams(hash.replace(/^#/, ""));
   const address: Partial<Address> = { kept: Object.fromEntries(parts) };
@@ -40,8 +40,9 @@ export function read(hash: string): Partial<Address> {
   const [tempo] = numbers(parts.get("tempo"));
   if (tempo !== undefined) address.tempo = Math.min(1, Math.max(0, tempo));
   const factors = (parts.get("body") ?? "").split(",").map((part) => part.split(":"));
-  const body = factors.filter(([name, factor]) => name !== "" && Number(factor) > 0);
-  if (body.length > 0) address.body = Object.fromEntries(body.map(([name, factor]) => [name, Number(factor)]));
+  const validFactors = factors.filter(([name, factor]) => name !== "" && Number(factor) > 0);
+  if (validFactors.length > 0)
+    address.body = Object.fromEntries(validFactors.map(([name, factor]) => [name, Number(factor)]));
   return address;
 }
 
@@ -52,7 +53,7 @@ function gaitIn(parts: URLSearchParams): Gait | null {
   return { frequency, amplitude, phase, bias: bias.length ? bias : amplitude.map(() => 0) };
 }
 
-/** Numbers with commas between them; none where one is misspelled. */
+/** Numbers separated by commas; none if one of them is misspelled. */
 export function numbers(text: string | null): number[] {
   if (text === null || text === "") return [];
   const values = text.split(",").map(Number);

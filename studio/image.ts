@@ -1,7 +1,7 @@
-// A robot's image in the page: columns of numbers, read and written as hosts/image.hpp has them.
+// Reads and writes a robot's image: columns of numbers in the layout of hosts/image.hpp.
 import { IMAGE } from "./interface.ts";
 
-const ENTRY = 12; // bytes of a column's rows, width and length of name
+const ENTRY = 12; // bytes of a column's entry: rows, width and length of its name
 
 export interface Column {
   name: string;
@@ -10,10 +10,10 @@ export interface Column {
   values: Float64Array;
 }
 
-/** Numbers of an image by column, one after another. */
+/** The numbers of an image by name of the column, row by row. */
 export type Columns = Map<string, Float64Array>;
 
-/** Read the columns of an image that the core has read: it refuses what is none. */
+/** Read the columns of an image that the core has accepted; nothing is checked here. */
 export function columnsOf(image: Uint8Array): Column[] {
   const view = new DataView(image.buffer, image.byteOffset, image.byteLength);
   const size = (place: number): number => view.getUint32(place, true);
@@ -31,7 +31,7 @@ export function columnsOf(image: Uint8Array): Column[] {
   });
 }
 
-/** Write an image of columns, without a text; the header is that of another image. */
+/** Write columns as an image without text; the start of the header is copied from another image. */
 export function imageOf(header: Uint8Array, columns: Column[]): Uint8Array {
   const names = columns.map(({ name }) => new TextEncoder().encode(name));
   const text = new TextEncoder().encode("{}");
@@ -64,7 +64,7 @@ const CRC = Uint32Array.from({ length: 256 }, (_, byte) => {
   return crc;
 });
 
-/** CRC-32 (IEEE 802.3), as zlib has it. */
+/** CRC-32 (IEEE 802.3), as in zlib. */
 function crc32(bytes: Uint8Array): number {
   let crc = 0xffffffff;
   for (const byte of bytes) crc = (crc >>> 8) ^ (CRC[(crc ^ byte) & 255] ?? 0);

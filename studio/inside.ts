@@ -1,4 +1,4 @@
-// The twin live: the whole robot from command to wake, with the controller that the robot flies.
+// The view of the live twin: the whole robot from command to wake, with the controller that it has on board.
 import type { Column } from "./core.ts";
 import { twinFollows } from "./changes.ts";
 import { button, element, fact, labeled, selection } from "./dom.ts";
@@ -13,9 +13,9 @@ import type { Robot } from "./robot.ts";
 import type { Another, View } from "./subject.ts";
 import { TwinPlots } from "./twinplots.ts";
 
-const KEPT = 4; // s of which the rows are kept: a beat and more
-const MOST = 200; // ticks in one question
-// faults of a sensor
+const HISTORY = 4; // s: rows of this last time are kept, which is more than a beat
+const MAX_TICKS = 200; // most ticks that the worker is asked for at once
+// Faults of a sensor, with their labels.
 type Fault = Exclude<keyof typeof FaultKind, "none">;
 const FAULTS: Record<Fault, string> = {
   stuck: "stuck",
@@ -26,9 +26,9 @@ const FAULTS: Record<Fault, string> = {
   shift: "shifted",
   clogged: "clogged",
 };
-const SLOW = 0.8; // part of the chosen tempo below which the page says so
-const HELD = 0.5; // s for which a condition is still shown
-const CALM = 8; // drawings from one look at the losses to the next
+const SLOW = 0.8; // below this fraction of the chosen tempo the page says that it is slow
+const CONDITION_TIME = 0.5; // s for which a condition is still shown after it ended
+const LOSS_INTERVAL = 8; // drawings from one update of the losses to the next
 const TEMPOS = [0.1, 1, 5, 20, 50];
 
 interface Parts {
@@ -46,32 +46,32 @@ export class InsideView implements View {
   private calculator: Calculator | null = null;
   private robot: Robot | null = null;
   private started: Robot | null = null;
-  private beat = Number.NaN; // m/s of the settled beat of the knobs
-  private row: Float64Array = new Float64Array();
+  private beat = Number.NaN; // speed of the settled beat of the knobs [m/s]
+  private row: Float64Array = new Float64Array(); // gait of the knobs
   private columns: Column[] = [];
-  private places = new Map<string, number>();
-  private history: Float64Array[] = []; // rows of the last seconds
+  private places = new Map<string, number>(); // index of each column's first number in a row
+  private history: Float64Array[] = []; // rows of the record of the last seconds
   private ticks = 0;
-  private owed = 0; // ticks that are due
+  private owed = 0; // ticks that are due but not yet asked for
   private before = 0;
   private asking = false;
-  private stale = false; // not drawn yet
-  private drawn = 0; // times
-  private pace = Number.NaN; // of the twin's time
-  private noted = { at: 0, ticks: 0 };
+  private stale = false; // whether rows have come that are not drawn yet
+  private drawn = 0; // number of drawings
+  private pace = Number.NaN; // measured speed of the twin's time relative to real time
+  private noted = { at: 0, ticks: 0 }; // last time [ms] and tick at which the pace was measured
   private running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   private armed = true;
-  private speed = 1;
-  private kind: number = FaultKind.stuck; // of the next fault
-  private broken: Broken[] = [];
+  private speed = 1; // chosen tempo
+  private kind: number = FaultKind.stuck; // kind of the next fault
+  private broken: Broken[] = []; // faults to send with the next ticks
   private parts: Parts | null = null;
 
-  /** `more` makes a worker with the robot loaded: the twin has one of its own. */
+  /** `more` makes a worker with the robot loaded; the twin computes in its own worker. */
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly more: Another,
   ) {
-    room.replaceChildren(this.note, this.body);
+    panel.replaceChildren(this.note, this.body);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -93,7 +93,7 @@ export class InsideView implements View {
 
   // --- running
 
-  /** Start the twin where the view is shown for the first time. */
+  /** Start the twin of a robot when the view first shows it. */
   private async start(robot: Robot): Promise<void> {
     this.started = robot;
     this.asking = false;
@@ -141,20 +141,20 @@ export class InsideView implements View {
     const passed = Math.min(0.1, (now - this.before) / 1000);
     this.before = now;
     const { robot } = this;
-    if (this.room.hidden || !this.running) this.noted = { at: now, ticks: this.ticks };
-    if (this.room.hidden || robot === null) return;
+    if (this.panel.hidden || !this.running) this.noted = { at: now, ticks: this.ticks };
+    if (this.panel.hidden || robot === null) return;
     if (this.started !== robot) void this.start(robot);
     if (this.parts === null || robot.twin === null) return;
     const { rate } = robot.twin;
     if (this.stale) this.draw(rate);
     this.stale = false;
     if (!this.running) return;
-    this.owed = Math.min(MOST, this.owed + passed * this.speed * rate);
+    this.owed = Math.min(MAX_TICKS, this.owed + passed * this.speed * rate);
     this.measure(now, rate);
     if (!this.asking) void this.advance(rate);
   }
 
-  /** Make the ticks that are due, and those that become due meanwhile. */
+  /** Simulate the ticks that are due, and those that become due meanwhile. */
   private async advance(rate: number): Promise<void> {
     const { calculator, history } = this;
     const width = this.columns.reduce((sum, column) => sum + column.width, 0);
@@ -165,20 +165,20 @@ export class InsideView implements View {
       this.owed -= ticks;
       const broken = this.broken.splice(0);
       const { rows } = await calculator.ask({ kind: "tick", gait: this.row, armed: this.armed, broken, ticks });
-      if (history !== this.history) break; // it was started again
+      if (history !== this.history) break; // the twin was started again
       for (let k = 0; k < rows.length; k += width) {
         const row = rows.subarray(k, k + width);
         history.push(row);
         this.parts?.plots.add(++this.ticks / rate, row, at);
       }
-      history.splice(0, Math.max(0, history.length - KEPT * rate));
+      history.splice(0, Math.max(0, history.length - HISTORY * rate));
       this.stale = true;
       if (rows.length < ticks * width) this.fail();
     }
     this.asking = false;
   }
 
-  /** Note once a second how fast the twin's time runs. */
+  /** Measure once a second how fast the twin's time runs. */
   private measure(now: number, rate: number): void {
     const { at, ticks } = this.noted;
     if (now - at < 1000) return;
@@ -192,9 +192,9 @@ export class InsideView implements View {
     this.note.textContent = "The twin left what a robot can do and was stopped: start it again with a smaller gait.";
   }
 
-  // --- what a tick saw
+  // --- drawing
 
-  /** Numbers of a column in a row. */
+  /** The numbers of a column in a row of the record. */
   private of(row: Float64Array, name: string): number[] {
     const place = this.places.get(name);
     const width = this.columns.find((column) => column.name === name)?.width ?? 0;
@@ -217,17 +217,18 @@ export class InsideView implements View {
     };
     parts.machine.draw(moment);
     parts.table.show(moment);
-    if (this.drawn++ % 2 === 0 || !this.running) parts.plots.draw(this.speed); // slower than the machine: eyes follow
+    if (this.drawn++ % 2 === 0 || !this.running) parts.plots.draw(this.speed); // every second drawing
     this.tell(parts, rate);
   }
 
-  /** Say how it swims, and what the controller does about faults and limits. */
+  /** Show how the robot swims, and what the controller does about faults and limits. */
   private tell({ facts, guard, losses }: Parts, rate: number): void {
     const beat = Math.max(1, Math.round(rate / (this.row[0] ?? 1)));
     const rows = this.history.slice(-beat);
     const mean = (name: string): number =>
       rows.reduce((sum, row) => sum + this.of(row, name).reduce((a, b) => a + b, 0), 0) / Math.max(1, rows.length);
-    if (this.drawn % CALM === 1 || !this.running) losses.show(mean, mean("battery_voltage") * mean("battery_current"));
+    if (this.drawn % LOSS_INTERVAL === 1 || !this.running)
+      losses.show(mean, mean("battery_voltage") * mean("battery_current"));
     const slow = this.pace < SLOW * this.speed ? `, at ${digits(this.pace, 2)} x: no faster here` : "";
     const values = [
       [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
@@ -246,12 +247,12 @@ export class InsideView implements View {
     guard.dataset.quiet = String(sentences.length === 0);
   }
 
-  /** Conditions that held within the last moments, with where. */
+  /** Sentences on the controller's conditions of the last moments, with the places where they held. */
   private conditions(rate: number): string[] {
     const { robot } = this;
     if (robot === null || robot.twin === null) return [];
     const { conditions } = robot.twin;
-    const recent = this.history.slice(-Math.ceil(HELD * rate));
+    const recent = this.history.slice(-Math.ceil(CONDITION_TIME * rate));
     const where = conditions.map((_, k) => recent.reduce((bits, row) => bits | (this.of(row, "status_at")[k] ?? 0), 0));
     return conditions.flatMap(({ place, text }, k) => {
       const bits = where[k] ?? 0;
@@ -315,7 +316,7 @@ export class InsideView implements View {
     return row;
   }
 
-  /** Sensors that break by a click, and mend by another. */
+  /** A button for each sensor: a click breaks the sensor, another mends it. */
   private sensors(robot: Robot): HTMLElement {
     const channels = Object.entries(robot.twin?.channels ?? {});
     const single = channels.filter(([name]) => !channels.some(([other]) => other.startsWith(`${name}-`)));
@@ -339,10 +340,10 @@ export class InsideView implements View {
   }
 }
 
-/** What moves a robot's joints, in words. */
+/** What moves a robot's joints, in words of the page. */
 const machinery = (robot: Robot): string => ofKinds(robot, ({ words }) => [words]).join(", ");
 
-/** Names of the places that a condition's bits stand for. */
+/** Names of the places that the bits of a condition stand for, lowest bit first. */
 function placesOf(robot: Robot, place: string): string[] {
   const joints = robot.joints.map(({ name }) => name);
   if (place === "joint") return joints;

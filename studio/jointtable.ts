@@ -1,4 +1,4 @@
-// Bends of joints and hinges in numbers, and what moves them: pressures of oil, torques of servos.
+// A table of the bends of joints and hinges, and of the pressures or torques that move them.
 import { element } from "./dom.ts";
 import { drivesOf, ofKinds } from "./drives.ts";
 import type { Moment } from "./machine.ts";
@@ -12,7 +12,7 @@ interface Column {
 
 export class JointTable {
   readonly element = element("table", "joints");
-  private readonly cells: HTMLElement[][] = []; // by joint
+  private readonly cells: HTMLElement[][] = []; // cells of the table by joint and column
   private readonly columns: Column[];
 
   constructor(robot: Robot) {
@@ -40,12 +40,12 @@ export class JointTable {
   }
 }
 
-/** Columns of the bends, and of what the robot's drives have. */
+/** Columns for the bends and for the numbers of the robot's drives. */
 function columnsOf(robot: Robot): Column[] {
   const drives = drivesOf(robot);
   const bend = (numbers: (moment: Moment) => number[]): Column["value"] => {
     return (moment, joint) => {
-      const angle = numbers(moment)[joint]; // none is asked of a hinge
+      const angle = numbers(moment)[joint]; // a hinge has no commanded angle
       return angle === undefined ? undefined : angle / DEGREE;
     };
   };

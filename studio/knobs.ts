@@ -1,9 +1,9 @@
-// The knobs: a range, a number and the exact gradient for each parameter of a gait.
+// The knobs: a slider, a number field and the exact gradient for each parameter of a gait.
 import { element } from "./dom.ts";
 import { digits, plain } from "./quantities.ts";
 import type { Parameter, Range } from "./robot.ts";
 
-/** A range, and a number in a unit, under a label. */
+/** A slider and a number field with a unit, below a label. */
 export class Slider {
   readonly row = element("div", "knob");
   readonly range = element("input");
@@ -25,7 +25,7 @@ export class Slider {
     this.row.append(title, this.field, this.range);
   }
 
-  /** Show a place on the range, and its number. */
+  /** Set the slider to `place` and the number field to `value`. */
   show(place: number, value: number): void {
     const { range, number } = this;
     const [low, high] = [Number(range.min), Number(range.max)];
@@ -45,22 +45,22 @@ interface Knob {
 export class Knobs {
   private knobs: Knob[] = [];
 
-  /** `turned` hears the place in the gait's row and the value in SI units. */
+  /** `turned` is called with the index in the gait's row and the new value in SI units. */
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly turned: (index: number, value: number) => void,
   ) {}
 
-  /** Lay out the knobs of a robot: what the optimizer may change first, the rest folded. */
+  /** Make the knobs of a robot: those that the optimizer may change first, the others folded. */
   layOut(parameters: Parameter[]): void {
     const open = parameters.filter(({ free, kind }) => free || (kind !== "bias" && kind !== "phase"));
     const folded = parameters.filter((parameter) => !open.includes(parameter));
     this.knobs = [];
-    this.room.replaceChildren(...this.groups(open));
+    this.panel.replaceChildren(...this.groups(open));
     if (folded.length === 0) return;
     const more = element("details", "more");
     more.append(element("summary", "", "Turn: bias of the joints; phase of the first"), ...this.groups(folded));
-    this.room.append(more);
+    this.panel.append(more);
   }
 
   /** Show a gait. */
@@ -73,11 +73,11 @@ export class Knobs {
       slider.show(value, value);
     }
     const turned = this.knobs.some(({ parameter }) => parameter.kind === "bias" && (row[parameter.index] ?? 0) !== 0);
-    const more = this.room.querySelector("details");
+    const more = this.panel.querySelector("details");
     if (turned && more !== null) more.open = true;
   }
 
-  /** Show the derivatives of a quantity by each parameter [unit per Hz or rad]. */
+  /** Show the derivatives of a quantity with respect to each parameter [unit per Hz or rad]. */
   gradient(derivatives: ArrayLike<number>, unit: string): void {
     const reach = this.knobs.map(({ parameter }) => {
       const [low, high] = parameter.range;
@@ -110,7 +110,7 @@ export class Knobs {
     row.append(gradient);
     range.addEventListener("input", () => this.turned(parameter.index, range.valueAsNumber * parameter.size));
     number.addEventListener("input", () => this.type(parameter, number.valueAsNumber));
-    // what was typed beyond the range becomes its end, for all to see
+    // a number typed beyond the range is set to the nearer end
     number.addEventListener("change", () => {
       const [low, high] = parameter.range;
       const typed = number.valueAsNumber;
@@ -123,7 +123,7 @@ export class Knobs {
     return row;
   }
 
-  /** Take a number that was typed, within what the knob reaches. */
+  /** Take a typed number, limited to the knob's range. */
   private type(parameter: Parameter, value: number): void {
     if (Number.isNaN(value)) return;
     const [low, high] = parameter.range;

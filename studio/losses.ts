@@ -1,24 +1,24 @@
-// Where the electrical power of the twin goes, from the battery to the water, means of a beat: a bar for each place.
+// Shows where the twin's electrical power goes, from battery to water: mean of a beat, one bar for each place.
 import { element } from "./dom.ts";
 import { ofKinds } from "./drives.ts";
 import { digits } from "./quantities.ts";
 import type { Robot } from "./robot.ts";
 
-const REST = "converter and electronics"; // what the battery gives and the servos do not take
+const REST = "converter and electronics"; // power of the battery that the servos do not take
 const COLORS = ["pink", "orange", "green", "sky", "blue"];
-const SMALL = 5e-3; // part of the power below which a number is 0
+const SMALL = 5e-3; // a power below this fraction of the battery's is shown as 0
 
 interface Row {
   element: HTMLElement;
-  lost: HTMLElement; // a bar from the power lost before this place to the power lost with it
+  lost: HTMLElement; // bar from the power lost before this place to the power lost after it
   power: HTMLElement;
-  named: Map<string, HTMLElement>; // numbers by loss, but for one with the place's name
+  named: Map<string, HTMLElement>; // numbers by name of the loss, except a loss named like its place
 }
 
 export class Losses {
   readonly element = element("div", "losses");
   private readonly title = element("p", "caption");
-  private readonly places: string[]; // in the order of the power's path
+  private readonly places: string[]; // places in the order of the power's path
   private readonly rows: Row[];
   private readonly losses: { name: string; place: string; text: string }[];
 
@@ -34,7 +34,7 @@ export class Losses {
       row.append(element("span", "", place), track, power, parts);
       const named = new Map(this.names(place).map((name) => [name, element("span")]));
       for (const [name, number] of named) {
-        const part = element("span", "part", `${name} `); // as wide with each number: lines break where they did
+        const part = element("span", "part", `${name} `); // of constant width: line breaks stay
         part.append(number);
         parts.append(part);
       }
@@ -49,7 +49,7 @@ export class Losses {
     return place === "battery" ? [REST, ...own] : own;
   }
 
-  /** Show means of a beat; `mean` is that of a column of the record, `drawn` what the battery gives [W]. */
+  /** Show means of a beat: `mean` gives that of a column of the record, `drawn` is the battery's power [W]. */
   show(mean: (name: string) => number, drawn: number): void {
     const powers = this.losses.map(({ name, place }) => ({ name, place, power: mean(`loss_${name}`) }));
     const servos = powers.reduce((sum, { power }) => sum + power, 0);
@@ -57,13 +57,13 @@ export class Losses {
     this.title.textContent = `Where the ${digits(drawn, 3)} W from the battery go, means of a beat [W]`;
     let before = 0;
     this.rows.forEach((row, k) => {
-      const here = powers.filter(({ place }) => place === this.places[k]);
-      const sum = here.reduce((all, { power }) => all + power, 0);
-      row.element.hidden &&= Math.abs(sum) < 1e-9; // a hinge, without oil
+      const local = powers.filter(({ place }) => place === this.places[k]);
+      const sum = local.reduce((all, { power }) => all + power, 0);
+      row.element.hidden &&= Math.abs(sum) < 1e-9; // a place without any loss, as a hinge without oil
       row.lost.style.left = `${percent(before, drawn)}%`;
       row.lost.style.width = `${percent(sum, drawn)}%`;
       put(row.power, shown(sum, 3, drawn));
-      for (const { name, power } of here) {
+      for (const { name, power } of local) {
         const number = row.named.get(name);
         if (number) put(number, shown(power, 2, drawn));
       }

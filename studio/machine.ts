@@ -1,10 +1,10 @@
-// The machine inside the robot, in place, as it is at this tick: servos on axles; servos, cylinders, lines and muscles.
+// Draws the machine inside the robot at one tick: servos on axles, or servos, cylinders, lines and muscles.
 import { at, beside, type Point, Shape, type Station } from "./body.ts";
 import { colorOf } from "./dom.ts";
 import { type Drive, drivesOf, hasOil } from "./drives.ts";
 import { bendsOf, type Robot } from "./robot.ts";
 
-/** What is shown: angles [rad] of each joint; angles [rad], pressures [Pa] and torques [N m] of drives, two a joint. */
+/** Numbers of one tick: joint angles [rad]; angles [rad], pressures [Pa], torques [N m] of the two drives a joint. */
 export interface Moment {
   angle: number[];
   angleSet: number[];
@@ -15,19 +15,19 @@ export interface Moment {
   torque: number[];
 }
 
-const FULL = 250e3; // Pa: the color at its end
-const LONG = 0.84; // of the body, part of the picture's width
-const AXLE = 15; // px, radius of a servo on an axle at most
-const LARGER = 2.2; // of the drawn widths, at most
-const HIGH = 0.25; // half of the body, part of the picture's height
-const NAMES = 24; // px below for the names of joints
+const FULL_PRESSURE = 250e3; // Pa: pressure at which the color is full
+const BODY_LENGTH = 0.84; // length of the body, fraction of the picture's width
+const AXLE_RADIUS = 15; // px, largest radius of a servo on an axle
+const MAX_WIDENING = 2.2; // largest factor by which widths are drawn larger
+const BODY_HALF = 0.25; // half width of the drawn body, fraction of the picture's height
+const NAMES_HEIGHT = 24; // px below the body for the joints' names
 
 export class Machine {
   private readonly shape: Shape;
   private readonly pen: CanvasRenderingContext2D;
   private width = 0;
   private height = 0;
-  private stations: Station[] = [];
+  private stations: Station[] = []; // stations of the bent midline
   private readonly drives: Drive[];
 
   constructor(
@@ -50,7 +50,7 @@ export class Machine {
     pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
     const bends = bendsOf(this.robot, moment.angle);
     const tip = this.shape.stations({ x: 0, y: 0, heading: 0 }, bends).at(-1) ?? { x: 1, y: 0 };
-    const heading = -Math.atan2(tip.y, tip.x); // nose and tail tip are level, and the body within the picture
+    const heading = -Math.atan2(tip.y, tip.x); // nose and tail tip at the same height
     const pose = { x: 0, y: 0, heading };
     const heights = this.shape.stations(pose, bends).map(({ y }) => y);
     pose.y = -(Math.min(...heights) + Math.max(...heights)) / 2;
@@ -68,24 +68,27 @@ export class Machine {
   }
 
   private get scale(): number {
-    return (LONG * this.width) / this.shape.length;
+    return (BODY_LENGTH * this.width) / this.shape.length;
   }
 
   private place(point: Point): [number, number] {
-    return [(1 - LONG) * 0.4 * this.width + point.x * this.scale, (this.height - NAMES) / 2 - point.y * this.scale];
+    return [
+      (1 - BODY_LENGTH) * 0.4 * this.width + point.x * this.scale,
+      (this.height - NAMES_HEIGHT) / 2 - point.y * this.scale,
+    ];
   }
 
-  /** A point at a part of the length, `side` half bodies beside the midline; widths are drawn larger. */
+  /** A point at a fraction of the length, `side` half widths beside the midline; widths are drawn larger. */
   private on(part: number, side: number): [number, number] {
     const widest = Math.max(...this.stations.map(({ half }) => half));
-    const larger = Math.min(LARGER, Math.max(1, (HIGH * this.height) / (widest * this.scale)));
+    const larger = Math.min(MAX_WIDENING, Math.max(1, (BODY_HALF * this.height) / (widest * this.scale)));
     const station = at(this.stations, part);
     return this.place(
       beside({ ...station, half: Math.max(station.half, part < 0.5 ? 0 : 0.18 * widest) }, side * larger),
     );
   }
 
-  /** The part of the length where a link begins. */
+  /** The fraction of the length at which a link begins. */
   private front(link: number): number {
     return (this.shape.fronts[link] ?? 0) / this.shape.length;
   }
@@ -117,20 +120,20 @@ export class Machine {
     pen.stroke();
   }
 
-  /** Color of oil at a pressure: suction is sky blue, the largest is orange. */
+  /** Color of oil at a pressure: blue for suction, orange for pressure, stronger with its size. */
   private oil(pressure: number): string {
-    const part = Math.min(1, Math.abs(pressure) / FULL);
+    const part = Math.min(1, Math.abs(pressure) / FULL_PRESSURE);
     const end = this.color(pressure < 0 ? "blue" : "orange");
     return `color-mix(in oklab, ${end} ${(100 * part ** 0.7).toFixed(0)}%, ${this.color("oil")})`;
   }
 
-  /** The parts of the length between which a joint bends. */
+  /** The fractions of the length between which a joint bends. */
   private span(joint: number): [number, number] {
     const links = this.robot.joints[joint]?.links ?? [];
     return [this.front(links[0] ?? 0), Math.min(this.shape.fin, this.front((links.at(-1) ?? 0) + 1))];
   }
 
-  /** The midlines of the joints, and their names below, each as long as there is room. */
+  /** Draw the midlines of the joints, and below them the joints' names, shortened to the space that they have. */
   private names(): void {
     const { pen } = this;
     const middles = this.robot.joints.map((_, joint) => {
@@ -142,24 +145,24 @@ export class Machine {
         0,
       )[0];
     });
-    const room = Math.min(this.width / 3, ...middles.slice(1).map((x, k) => x - (middles[k] ?? 0))) - 6;
+    const nameWidth = Math.min(this.width / 3, ...middles.slice(1).map((x, k) => x - (middles[k] ?? 0))) - 6;
     pen.fillStyle = this.color("ink");
     pen.textAlign = "center";
     this.robot.joints.forEach(({ name }, joint) => {
       let shown = name;
-      while (shown.length > 2 && pen.measureText(shown).width > room) shown = `${shown.slice(0, -2)}…`;
+      while (shown.length > 2 && pen.measureText(shown).width > nameWidth) shown = `${shown.slice(0, -2)}…`;
       pen.fillText(shown, middles[joint] ?? 0, this.height - 10);
     });
     pen.textAlign = "left";
   }
 
-  /** A servo whose axle is the joint's: its case in front, its horn along the bend. */
+  /** Draw a servo whose axle is the joint's: its case in front of the joint, its horn along the bend. */
   private axle({ joint, row }: Drive, heading: number, bends: number[], moment: Moment): void {
     const { pen } = this;
     const link = this.robot.joints[joint]?.links[0] ?? 0;
     const [x, y] = this.on(this.front(link), 0);
     const ahead = bends.slice(0, link).reduce((sum, bend) => sum + bend, heading);
-    const radius = Math.min(AXLE, 0.28 * (this.shape.links[link] ?? 0) * this.scale);
+    const radius = Math.min(AXLE_RADIUS, 0.28 * (this.shape.links[link] ?? 0) * this.scale);
     pen.save();
     pen.translate(x, y);
     pen.rotate(-ahead);
@@ -184,7 +187,7 @@ export class Machine {
     pen.fill();
   }
 
-  /** Servo, cylinder, line and muscle of one side of a joint: in one of the places in the head. */
+  /** Draw servo, cylinder, line and muscle of one side of a joint; `g` is the place of its servo in the head. */
   private circuit({ joint, row: c, side: way }: Drive, g: number, places: number, moment: Moment): void {
     const slot = (0.94 * this.front(1)) / places;
     const [begin, end] = [(g + 0.5) * slot, (g + 0.98) * slot];
@@ -192,7 +195,7 @@ export class Machine {
     const across = 0.48 * way;
     this.servo(this.on((g + 0.27) * slot, across), radius, moment.servo[c] ?? 0, moment.servoTarget[c] ?? 0);
     this.cylinder(this.on(begin, across), this.on(end, across), radius, moment.servo[c] ?? 0, moment.pump[c] ?? 0);
-    const lane = g === 0 ? 0.66 : 0.26; // of its line: inside those that end before
+    const lane = g === 0 ? 0.66 : 0.26; // lateral place of its oil line: inside the lines that end before it
     this.muscle(joint, way, [end, across], lane, moment.pump[c] ?? 0, moment.unit[c] ?? 0);
   }
 
@@ -241,7 +244,7 @@ export class Machine {
     pen.strokeRect(left, top, wide, high);
   }
 
-  /** The line from a cylinder, and the muscle that it fills. */
+  /** Draw the oil line from a cylinder and the muscle that it fills. */
   private muscle(joint: number, way: number, from: [number, number], lane: number, pump: number, unit: number): void {
     const [begin, end] = this.span(joint);
     const along = (a: number, b: number, side: (t: number) => number): [number, number][] =>

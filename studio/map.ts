@@ -1,4 +1,4 @@
-// A map of a quantity over two parameters of the gait, finer and finer.
+// The map view: a quantity over two parameters of the gait, computed on finer and finer grids.
 import { Chart, colorAt, ticks } from "./chart.ts";
 import { element, inFrame, labeled } from "./dom.ts";
 import { Better } from "./interface.ts";
@@ -6,32 +6,32 @@ import { digits, meaning, type Quantities, SUMMARY, statusOf } from "./quantitie
 import { numbers } from "./hash.ts";
 import type { Kept, Page, Subject, View } from "./subject.ts";
 
-const COARSE = 8; // intervals of the first grid
-const LEVELS = 4; // each with half the interval
+const COARSE = 8; // intervals a side of the first grid
+const LEVELS = 4; // number of grids, each with half the interval of the one before
 const FINEST = COARSE << (LEVELS - 1);
-const CHUNK = 48; // gaits in one question: a knob never waits long
+const CHUNK = 48; // gaits in one question to the worker: few, so that a knob never waits long
 const QUIET = 120; // ms without a change before a map begins
-const CLIPPED = 0.93; // part of the gaits whose values the colors tell apart
+const CLIPPED = 0.93; // fraction of the gaits whose values the colors tell apart; above, one color
 
 export class MapView implements View {
   private quantity = "speed";
-  private over: [number, number] = [-1, -1]; // indices in the gait's row; -1: not chosen yet
+  private over: [number, number] = [-1, -1]; // indices in the gait's row of the two axes; -1: not chosen yet
   private readonly chart: Chart;
   private readonly choices: Record<"quantity" | "x" | "y", HTMLSelectElement>;
   private readonly note = element("p", "caption");
   private subject: Subject | null = null;
   private row: Float64Array = new Float64Array();
-  private size = 0; // intervals of the grid
-  private cells = new Map<number, Quantities>(); // of the finest grid, by place
-  private made = ""; // what the map is of
-  private run = 0;
+  private size = 0; // intervals a side of the grid that is computed
+  private cells = new Map<number, Quantities>(); // quantities by place of the finest grid
+  private made = ""; // key of what the map shows: robot, model, axes and the rest of the gait
+  private run = 0; // number of the present map; the computation of an older map ends
   private timer = 0;
   private readonly soon = inFrame(() => this.draw());
   private painted: { image: HTMLCanvasElement; low: number; high: number; clipped: boolean; best: number } | null =
     null;
 
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly page: Page,
   ) {
     const canvas = element("canvas", "chart");
@@ -44,7 +44,7 @@ export class MapView implements View {
     head.append(labeled("map of ", quantity), labeled("over ", x), labeled("and ", y));
     head.addEventListener("change", () => this.choose());
     quantity.append(...sought().map(({ label, name }) => new Option(label, name)));
-    room.replaceChildren(head, canvas, this.note);
+    panel.replaceChildren(head, canvas, this.note);
     this.chart = new Chart(canvas);
     canvas.addEventListener("pointerdown", (event) => this.drag(event));
     canvas.addEventListener("pointermove", (event) => this.hover(event));
@@ -72,7 +72,7 @@ export class MapView implements View {
     this.layOut();
   }
 
-  /** The gait of the knobs. */
+  /** Take the gait of the knobs. */
   at(row: Float64Array): void {
     this.row = row;
     this.soon();
@@ -87,7 +87,7 @@ export class MapView implements View {
     this.draw();
   }
 
-  /** Whether small values are the best. */
+  /** Whether small values of the quantity are the best ones. */
   private get least(): boolean {
     return meaning(this.quantity).better === Better.small;
   }
@@ -124,15 +124,15 @@ export class MapView implements View {
 
   // --- computing
 
-  /** Begin a new map where what it is of has changed, and the view is shown. */
+  /** If the view is shown, begin a new map when the robot, the model, the axes or the rest of the gait changed. */
   show(): void {
     const { subject, over, row } = this;
-    if (subject === null || this.room.hidden || row.length !== subject.parameters.length) return;
+    if (subject === null || this.panel.hidden || row.length !== subject.parameters.length) return;
     const rest = Array.from(row).filter((_, k) => !over.includes(k));
     const key = JSON.stringify([subject.robot.key, subject.model, over, rest]);
     if (key === this.made) return;
     this.made = key;
-    this.room.ariaBusy = "true";
+    this.panel.ariaBusy = "true";
     this.run++;
     clearTimeout(this.timer);
     this.timer = window.setTimeout(() => void this.compute(subject, row.slice(), this.run), QUIET);
@@ -154,10 +154,10 @@ export class MapView implements View {
       [this.cells, this.size, this.painted] = [cells, FINEST / stride, null];
       this.soon();
     }
-    this.room.ariaBusy = "false";
+    this.panel.ariaBusy = "false";
   }
 
-  /** The gait at a place of the finest grid; what the map is not over is as in `base`. */
+  /** The gait at a place of the finest grid; parameters that are not an axis are those of `base`. */
   private gaitAt(place: number, base: Float64Array, subject: Subject): Float64Array {
     const row = base.slice();
     const steps = [place % (FINEST + 1), Math.floor(place / (FINEST + 1))];
@@ -178,7 +178,7 @@ export class MapView implements View {
   private draw(): void {
     const { chart, subject } = this;
     const [x, y] = [subject?.parameters[this.over[0]], subject?.parameters[this.over[1]]];
-    if (x === undefined || y === undefined || this.room.hidden) return;
+    if (x === undefined || y === undefined || this.panel.hidden) return;
     chart.right = 88;
     const axis = (p: typeof x) => ({ label: `${p.label} [${p.unit}]`, range: p.range });
     if (!chart.begin(axis(x), axis(y))) return;
@@ -192,7 +192,7 @@ export class MapView implements View {
     this.tell();
   }
 
-  /** Values that the colors reach from and to. */
+  /** The lowest and the highest value that the colors show; `clipped` if larger values exist. */
   private reach(): { low: number; high: number; clipped: boolean } {
     const values = [...this.cells.values()].filter(settled).map((cell) => cell[this.quantity] ?? Number.NaN);
     const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
@@ -202,7 +202,7 @@ export class MapView implements View {
     return { low, high: high > low ? high : low + 1, clipped };
   }
 
-  /** Colors of the cells, and the best of them. */
+  /** An image with the cells' colors, and the place of the best cell. */
   private colored(): NonNullable<MapView["painted"]> {
     const { size, quantity } = this;
     const { low, high, clipped } = this.reach();
@@ -238,7 +238,7 @@ export class MapView implements View {
     this.cross(best);
   }
 
-  /** The colors' meaning. */
+  /** Draw the color bar, with values. */
   private bar(low: number, high: number, clipped: boolean): void {
     const { chart } = this;
     const { pen } = chart;
@@ -261,7 +261,7 @@ export class MapView implements View {
     }
   }
 
-  /** Place of the best settled gait that swims ahead; -1 where none does. */
+  /** Place of the best settled gait that swims ahead; -1 if there is none. */
   private best(): number {
     const sign = this.least ? -1 : 1;
     let [most, place] = [Number.NEGATIVE_INFINITY, -1];
@@ -293,7 +293,7 @@ export class MapView implements View {
     }
   }
 
-  /** Say what the map shows, or what is under the pointer. */
+  /** Show `text`, or else what the map shows. */
   private tell(text = ""): void {
     const { label, unit } = meaning(this.quantity);
     const best = this.least ? "least" : "largest";
@@ -344,12 +344,12 @@ export class MapView implements View {
   }
 }
 
-/** What a map may be of: all that an optimization seeks. */
+/** Quantities that a map may show: those of which a small or a large value is better. */
 const sought = () => SUMMARY.filter(({ better }) => better !== Better.neither);
 
 const settled = (cell: Quantities): boolean => statusOf(cell) === "settled";
 
-/** Places of a square grid with a stride, row by row. */
+/** Places of the finest grid that a square grid with this stride has, row by row. */
 function grid(stride: number): number[] {
   const places: number[] = [];
   for (let j = 0; j <= FINEST; j += stride) for (let i = 0; i <= FINEST; i += stride) places.push(j * (FINEST + 1) + i);

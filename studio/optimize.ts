@@ -1,34 +1,34 @@
-// Search for the best gait by exact gradients, within the optimizer's limits.
+// Searches for the best gait with exact gradients, within the optimizer's limits.
 import type { Computed, Subject } from "./subject.ts";
 
 export interface Goal {
-  quantity: "speed" | "cost_of_transport"; // the largest speed, or the least cost
-  speed: number | null; // m/s that is asked for
+  quantity: "speed" | "cost_of_transport"; // "speed": the largest; "cost_of_transport": the least
+  speed: number | null; // speed to swim at [m/s]; null: any
 }
 
 export interface Found {
   row: Float64Array;
   computed: Computed;
-  cut?: boolean; // whether its search was cut off
+  cut?: boolean; // whether its search ended at the largest number of steps
 }
 
-/** Hears each accepted step; a search ends where the answer is false. */
+/** Called after each accepted step; the search ends if it returns false. */
 export type Watch = (found: Found, step: number) => Promise<boolean>;
 
-/** Steps of a search at most. */
+/** Largest number of steps of a search. */
 export const STEPS = 60;
-const HALVINGS = 14;
-const FLAT = 1e-7; // change of the merit at which a search ends
-const REACHED = 1e-7; // relative error of the speed
-const FIRST = 0.15; // first step, part of the limits
-const NEARER = 0.3; // of the speed's relative error, at most in one step
+const HALVINGS = 14; // most halvings of a step in the line search
+const LEAST_GAIN = 1e-7; // a search ends when the merit gains less in a step
+const SPEED_ERROR = 1e-7; // relative error at which a required speed counts as reached
+const FIRST_STEP = 0.15; // largest coordinate of the first step, fraction of the limits' width
+const MAX_CORRECTION = 0.3; // largest change of the speed's relative error that one step asks for
 
-/** Value to minimize, error of the speed and their gradients in the box of the free parameters. */
+/** A point of the search: value to minimize, error of the speed, and their gradients in the unit box. */
 interface Place {
-  u: Float64Array; // 0 to 1 in each free parameter
+  u: Float64Array; // free parameters, each scaled to 0 to 1
   value: number;
   gradient: Float64Array;
-  error: number; // relative
+  error: number; // relative error of the speed
   errorGradient: Float64Array;
   found: Found;
 }
@@ -43,7 +43,7 @@ export class Box {
     );
   }
 
-  /** The gait at a point; what is not free is as in `base`. */
+  /** The gait at a point of the box; parameters that are not free are those of `base`. */
   row(u: ArrayLike<number>, base: Float64Array): Float64Array {
     const row = base.slice();
     this.free.forEach(({ index, low, width }, k) => {
@@ -52,24 +52,24 @@ export class Box {
     return row;
   }
 
-  /** The point of a gait, moved into the box. */
+  /** The point of a gait, clamped to the box. */
   point(row: ArrayLike<number>): Float64Array {
     return Float64Array.from(this.free, ({ index, low, width }) => clamp(((row[index] ?? 0) - low) / width));
   }
 
-  /** What cannot be changed, as the optimizer has it: phase of the first joint, no bias. */
+  /** A gait at the lower limit of each parameter; from it, parameters that are not free keep their value. */
   get base(): Float64Array {
     return Float64Array.from(this.subject.parameters, ({ limits, size }) => (limits?.[0] ?? 0) * size);
   }
 
-  /** Points spread over the box: a Halton sequence. */
+  /** Points spread over the box by a Halton sequence. */
   spread(count: number): Float64Array[] {
     const bases = primes(this.free.length);
     return Array.from({ length: count }, (_, k) => Float64Array.from(bases, (base) => radicalInverse(k + 1, base)));
   }
 }
 
-/** Sequential quadratic programming from a point, with BFGS; null where its first gait cannot be used. */
+/** Sequential quadratic programming with BFGS from a point; null if the gait there does not settle ahead. */
 export async function search(
   subject: Subject,
   goal: Goal,
@@ -81,8 +81,8 @@ export async function search(
   let here = await at(Float64Array.from(start));
   if (here === null) return null;
   if (!(await watch(here.found, 0))) return here.found;
-  let hessian = identity(here.u.length, Math.max(...here.gradient.map(Math.abs), 1e-12) / FIRST);
-  let weight = 0; // of the speed's error in the merit
+  let hessian = identity(here.u.length, Math.max(...here.gradient.map(Math.abs), 1e-12) / FIRST_STEP);
+  let weight = 0; // weight of the speed's error in the merit function
   let going = true;
   for (let step = 1; going && step <= STEPS; step++) {
     const { move, multiplier } = quadratic(here, hessian);
@@ -96,7 +96,7 @@ export async function search(
     hessian = updated(hessian, minus(next.u, here.u), minus(lagrangian(next), lagrangian(here)));
     here = next;
     const goes = await watch(here.found, step);
-    going = goes && (gain > FLAT || Math.abs(here.error) >= REACHED);
+    going = goes && (gain > LEAST_GAIN || Math.abs(here.error) >= SPEED_ERROR);
   }
   return { ...here.found, cut: going };
 }
@@ -124,12 +124,12 @@ async function evaluate(subject: Subject, box: Box, goal: Goal, u: Float64Array)
   return Number.isFinite(place.value + dot(place.gradient, place.gradient)) ? place : null;
 }
 
-/** The move that minimizes the quadratic model in the box and corrects the speed, by an active set. */
+/** The move that minimizes the quadratic model in the box and corrects the speed; active-set method. */
 function quadratic(here: Place, hessian: number[][]): { move: Float64Array; multiplier: number } {
   const n = here.u.length;
   const low = here.u.map((value) => -value);
   const high = here.u.map((value) => 1 - value);
-  const wanted = Math.min(NEARER, Math.max(-NEARER, -here.error));
+  const wanted = Math.min(MAX_CORRECTION, Math.max(-MAX_CORRECTION, -here.error));
   const held = new Set<number>();
   const released = new Set<number>();
   let move = new Float64Array(n);
@@ -143,7 +143,7 @@ function quadratic(here: Place, hessian: number[][]): { move: Float64Array; mult
       held.add(worst);
       continue;
     }
-    // what is held at an end but would go inward
+    // how strongly a coordinate that is held at an end is pulled into the box
     const inward = (k: number): number => {
       const pull = (here.gradient[k] ?? 0) + dot(hessian[k] ?? [], move) + multiplier * (here.errorGradient[k] ?? 0);
       return (move[k] ?? 0) === (low[k] ?? 0) ? -pull : pull;
@@ -156,7 +156,7 @@ function quadratic(here: Place, hessian: number[][]): { move: Float64Array; mult
   return { move: move.map((value, k) => Math.min(high[k] ?? 0, Math.max(low[k] ?? 0, value))), multiplier };
 }
 
-/** Newton's step of the coordinates that are not held, with the speed's error corrected where they can. */
+/** Newton's step of the coordinates that are not held; it also corrects the speed's error as far as these can. */
 function newton(
   here: Place,
   hessian: number[][],
@@ -189,7 +189,7 @@ async function lineSearch(
   weight: number,
   at: (u: Float64Array) => Promise<Place | null>,
 ): Promise<Place | null> {
-  const change = dot(here.gradient, move) - weight * Math.min(NEARER, Math.abs(here.error));
+  const change = dot(here.gradient, move) - weight * Math.min(MAX_CORRECTION, Math.abs(here.error));
   if (!(change < -1e-14)) return null;
   for (let size = 1, tries = 0; tries < HALVINGS; size /= 2, tries++) {
     const next = await at(here.u.map((value, k) => clamp(value + size * (move[k] ?? 0))));
@@ -198,7 +198,7 @@ async function lineSearch(
   return null;
 }
 
-/** BFGS, damped so that the matrix stays positive definite (Powell, 1978). */
+/** BFGS update, damped so that the matrix stays positive definite (Powell, 1978). */
 function updated(hessian: number[][], step: Float64Array, change: Float64Array): number[][] {
   const along = hessian.map((row) => row.reduce((sum, value, k) => sum + value * (step[k] ?? 0), 0));
   const curve = dot(step, along);
@@ -212,7 +212,7 @@ function updated(hessian: number[][], step: Float64Array, change: Float64Array):
   );
 }
 
-/** Solve a symmetric positive definite system by Cholesky. */
+/** Solve a symmetric positive definite system by Cholesky factorization. */
 function solve(matrix: number[][], right: number[]): number[] {
   const n = right.length;
   const lower = matrix.map((row) => row.slice());
@@ -240,7 +240,7 @@ const clamp = (value: number): number => Math.min(1, Math.max(0, value));
 const dot = (a: ArrayLike<number>, b: ArrayLike<number>): number =>
   Array.from(a).reduce((sum, value, k) => sum + value * (b[k] ?? 0), 0);
 const minus = (a: Float64Array, b: Float64Array): Float64Array => a.map((value, k) => value - (b[k] ?? 0));
-/** The one of n places where a number is largest. */
+/** The index below `n` at which `value` is largest. */
 function largest(n: number, value: (k: number) => number): number {
   let best = 0;
   for (let k = 1; k < n; k++) if (value(k) > value(best)) best = k;
@@ -250,14 +250,14 @@ function largest(n: number, value: (k: number) => number): number {
 const identity = (n: number, size: number): number[][] =>
   Array.from({ length: n }, (_, i) => Array.from({ length: n }, (_, j) => (i === j ? size : 0)));
 
-/** The first prime numbers. */
+/** The first `count` prime numbers. */
 function primes(count: number): number[] {
   const found: number[] = [];
   for (let n = 2; found.length < count; n++) if (found.every((prime) => n % prime !== 0)) found.push(n);
   return found;
 }
 
-/** Digits of a number in a base, mirrored behind the point. */
+/** The radical inverse: digits of `count` in a base, mirrored behind the point. */
 function radicalInverse(count: number, base: number): number {
   let [value, digit] = [0, 1 / base];
   for (let rest = count; rest > 0; rest = Math.floor(rest / base), digit /= base) value += (rest % base) * digit;

@@ -1,4 +1,4 @@
-// The page: the present choice, and what follows when it changes.
+// The page: it keeps the present choice and updates everything that depends on it.
 import { Beats } from "./beats.ts";
 import { type Factors, known } from "./changes.ts";
 import { Choices, type Model } from "./choices.ts";
@@ -20,15 +20,15 @@ import { Views } from "./views.ts";
 
 declare const WORKER: string; // script of the worker
 
-// A function of one vector instruction, in WebAssembly.
-const SIMD = [
+// Bytes of a WebAssembly module with one vector instruction: only a browser with SIMD validates it.
+const SIMD_PROBE = [
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
 ];
-const KEPT = 100; // ms after which a change is in the address: browsers allow few changes a second
-const SHAPED = 150; // ms after which a changed body is in the map and the other views
-const LINKED = location.protocol !== "about:"; // a page inside a document's frame has no address
+const KEPT = 100; // ms from a change to its entry in the address: browsers allow few updates a second
+const SHAPED = 150; // ms from a changed body to the update of the map and the other views
+const LINKED = location.protocol !== "about:"; // whether the page has an address: a frame inside a document has none
 
-/** What the page is given: robots, and what it begins with. */
+/** Data that the page comes with: robots, and the choice to begin with. */
 interface Given {
   robots: { name: string; image: string }[];
   start: { robot?: string; gait?: Omit<Gait, "bias"> & { bias?: number[] }; ledger?: string };
@@ -44,11 +44,11 @@ class Studio {
   private robot!: Robot;
   private row: Float64Array = new Float64Array();
   private model = 0;
-  private of = "speed"; // quantity of the gradients
+  private of = "speed"; // quantity whose gradient is shown
   private values: words.Quantities = {};
   private path: Float64Array = new Float64Array();
-  private kept = 0; // timer of the address
-  private shaped = 0; // timer of a changed body
+  private kept = 0; // timer of the address's update
+  private shaped = 0; // timer of the update after a changed body
   private readonly latest = new Latest();
 
   constructor(
@@ -83,7 +83,7 @@ class Studio {
     this.listen();
   }
 
-  /** Show what an address says, of the first robot where it names none. */
+  /** Show the robot and the choice of an address; the first robot if it names none. */
   async open(address: Partial<hash.Address>): Promise<void> {
     const { robot, of } = address;
     const { derivatives } = words.core;
@@ -97,7 +97,7 @@ class Studio {
     if (robot !== undefined && !known)
       say(`The link names the robot "${robot}", which this page does not have: drop its image here to see it.`);
     await this.choose(known ? robot : (this.robots.names[0] ?? ""), address);
-    if (this.views.moved) part("views").scrollIntoView(); // a link to a view shows it
+    if (this.views.moved) part("views").scrollIntoView(); // the link names a view
   }
 
   // --- what is chosen
@@ -174,7 +174,7 @@ class Studio {
     this.choices.midlines(midlines);
   }
 
-  /** Tell the views what they are about. */
+  /** Tell the views the robot, the model and the gait. */
   private async inform(): Promise<void> {
     await this.views.about(this.robot, this.model, (robot) => this.robots.image(robot));
     this.views.at(this.row, this.values);
@@ -182,7 +182,7 @@ class Studio {
 
   // --- the address
 
-  /** Keep what is chosen in the address. */
+  /** Write the present choice to the address, soon. */
   private keep(): void {
     clearTimeout(this.kept);
     this.kept = window.setTimeout(() => this.write(), KEPT);
@@ -198,7 +198,7 @@ class Studio {
     if (LINKED) history.replaceState(null, "", hash.written(address));
   }
 
-  /** Follow a link of the same page. */
+  /** Follow a link within the page. */
   private goBack(): void {
     const address = hash.read(location.hash);
     if (address.robot !== undefined) void this.choose(address.robot, address);
@@ -227,7 +227,7 @@ class Studio {
     this.choices.gaits(robot.gaits.map(({ name }) => name));
     this.choices.models(robot, robot.models[this.model] ?? { water: "", joints: "" });
     this.knobs.layOut(parameters);
-    this.results.certain(null); // of the robot before
+    this.results.certain(null); // remove the intervals of the robot before
     const fit = robot.fit === null ? "" : ` Its coefficients are a fit: ${robot.fit}.`;
     part("made").textContent = `${robot.description}.${fit} Its image was written by ${robot.made_by}.`;
     part("robot").title = robot.description + fit;
@@ -285,7 +285,7 @@ class Studio {
 
   // --- files
 
-  /** Open a robot image that was dropped or chosen. */
+  /** Open a robot image or a log that was dropped or chosen. */
   async take(file: File | undefined): Promise<void> {
     if (file === undefined) return;
     say("");
@@ -301,7 +301,7 @@ class Studio {
   }
 }
 
-/** What an address would say of what the page is given to begin with. */
+/** The choice that the page begins with, in the form of an address. */
 function fromStart({ robot, gait }: Given["start"]): Partial<hash.Address> {
   return {
     ...(robot === undefined ? {} : { robot }),
@@ -309,32 +309,32 @@ function fromStart({ robot, gait }: Given["start"]): Partial<hash.Address> {
   };
 }
 
-/** A gait in the middle of the knobs, for a robot without gaits. */
+/** A gait with each knob in the middle of its range, for a robot without named gaits. */
 function middle(parameters: Parameter[]): Float64Array {
   return Float64Array.from(parameters, ({ kind, range: [low, high], size }) =>
     kind === "bias" ? 0 : ((low + high) / 2) * size,
   );
 }
 
-/** Say why this browser shows no fish; "" where it does. */
+/** A sentence on why this browser cannot run the studio; "" if it can. */
 function unfit(): string {
   if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function")
     return "The studio computes with WebAssembly, which this browser does not have or does not allow: a browser of 2023 or later shows it.";
-  if (!WebAssembly.validate(new Uint8Array(SIMD)))
+  if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE)))
     return "The studio computes with the vector instructions of WebAssembly (SIMD), which this browser does not have: a browser of 2023 or later shows it.";
   return "";
 }
 
 async function open(): Promise<void> {
   const given = JSON.parse(part("robots").textContent ?? "") as Given;
-  const { ledger } = given.start; // address of its page, for links
+  const { ledger } = given.start; // address of the ledger's page, for links
   if (ledger !== undefined) document.documentElement.dataset.ledger = ledger;
   const script = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
   const module = await WebAssembly.compile(await packedBytes(part("core").textContent ?? ""));
   words.learn(await Core.start(module));
   const studio = new Studio(new Robots(given.robots), new Calculator(script, module));
   await studio.open({ ...fromStart(given.start), ...hash.read(location.hash) });
-  const log = document.getElementById("log"); // that the page comes with
+  const log = document.getElementById("log"); // a log that the page contains
   if (log === null) return;
   await studio.take(new File([plainBytes(log.textContent ?? "")], log.dataset.name ?? "log.mcap"));
   part("views").scrollIntoView();

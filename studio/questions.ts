@@ -1,4 +1,4 @@
-// What the page asks a worker, and how it asks.
+// The questions that the page asks a worker, and the class that asks them.
 
 import type { Column } from "./core.ts";
 import type { Swimmer } from "./robot.ts";
@@ -10,21 +10,21 @@ export type Question =
   | ({ kind: "path" } & Swimmer)
   | ({ kind: "gradient" } & Swimmer)
   | ({ kind: "point" } & Swimmer)
-  | { kind: "samples"; robot: string; images: Uint8Array[] } // of the coefficients, in place of those before
-  | { kind: "spread"; robot: string; gaits: Float64Array } // quantities by sample, then by gait
-  | { kind: "twin"; robot: string } // starts one, in place of the one before
-  | { kind: "fly"; robot: string; mission: number; seed: number } // as well
-  | { kind: "flown"; rows: number; every: number } // ticks from row to row
+  | { kind: "samples"; robot: string; images: Uint8Array[] } // replaces the loaded samples
+  | { kind: "spread"; robot: string; gaits: Float64Array } // computes quantities, ordered by sample, then by gait
+  | { kind: "twin"; robot: string } // starts a twin in place of the one before
+  | { kind: "fly"; robot: string; mission: number; seed: number } // starts a flight in place of the one before
+  | { kind: "flown"; rows: number; every: number } // next rows of the flight, `every` ticks apart
   | { kind: "tick"; gait: Float64Array; armed: boolean; broken: Broken[]; ticks: number };
 
-/** Sensor channels with a fault from now on, of a kind of `FaultKind`. */
+/** A fault of sensor channels `first` to `last`; `kind` is one of `FaultKind`. */
 export interface Broken {
   kind: number;
   first: number;
   last: number;
 }
 
-/** What each kind of question is answered with. */
+/** The answer to each kind of question. */
 export interface Answers {
   start: null;
   load: { text: string };
@@ -43,7 +43,7 @@ export interface Answers {
 export type Answer = Answers[keyof Answers];
 export type Reply = { id: number; answer: Answer } | { id: number; fault: string };
 
-/** Keeps the answer to the last question alone: one that a newer question has overtaken is null. */
+/** Lets only the answer to the newest question through: older ones become null. */
 export class Latest {
   private asked = 0;
 
@@ -62,11 +62,11 @@ interface Waiting {
   reject(fault: Error): void;
 }
 
-/** A worker with the core, which starts with its first question. */
+/** A worker with the core; it starts with its first question. */
 export class Calculator {
   private worker: Worker | null = null;
   private readonly waiting = new Map<number, Waiting>();
-  private readonly loaded = new Map<string, Promise<string>>(); // text of each robot
+  private readonly loaded = new Map<string, Promise<string>>(); // text of each loaded robot, by its key
   private last = 0;
 
   constructor(
@@ -93,17 +93,17 @@ export class Calculator {
     return new Calculator(this.script, this.module);
   }
 
-  /** Load a robot's image, where it was not loaded yet; returns its text. */
+  /** Load a robot's image if it is not loaded yet; returns the image's text. */
   load(robot: string, image: () => Promise<Uint8Array>): Promise<string> {
     const known = this.loaded.get(robot);
     if (known !== undefined) return known;
     const text = image().then(async (bytes) => (await this.ask({ kind: "load", robot, image: bytes })).text);
     this.loaded.set(robot, text);
-    text.catch(() => this.loaded.delete(robot)); // it may be tried again
+    text.catch(() => this.loaded.delete(robot)); // the next call tries again
     return text;
   }
 
-  /** Stop the worker: its questions stay without an answer. */
+  /** Stop the worker; open questions never get an answer. */
   end(): void {
     this.worker?.terminate();
   }

@@ -1,4 +1,4 @@
-// The numbers of a beat, its status in words and the command that swims it.
+// Shows the quantities of a beat, its status in words, and the command that swims it.
 import type { Meaning } from "./core.ts";
 import { element, part } from "./dom.ts";
 import * as words from "./quantities.ts";
@@ -16,7 +16,7 @@ export class Results {
     this.note.hidden = true;
   }
 
-  /** Show the quantities of a gait by one of a robot's models. */
+  /** Show the quantities of a gait that were computed with model `model` of the robot. */
   show(robot: Robot, model: number, row: Float64Array, values: words.Quantities): void {
     const gait = gaitOf(row);
     const turning = words.turns(values, robot);
@@ -37,12 +37,12 @@ export class Results {
     this.showIntervals();
   }
 
-  /** Say where a start from rest leads, too. */
+  /** Add to the status where the start from rest leads. */
   fromRest(row: Float64Array, values: words.Quantities): void {
     this.say(values, row[0] ?? 1, words.fromRest(values));
   }
 
-  /** Show between which numbers most samples lie; null where there are none. */
+  /** Show the intervals in which most samples lie; null hides them. */
   certain(spread: Spread | null): void {
     this.spread = spread;
     this.showIntervals();
@@ -51,7 +51,7 @@ export class Results {
   private showIntervals(): void {
     const estimates = this.spread?.of === "estimates";
     const spread = estimates && words.statusOf(this.values) !== "settled" ? null : this.spread;
-    let band = ""; // of the speed by the estimates
+    let band = ""; // interval of the speed by the estimates
     for (const box of part("facts").querySelectorAll<HTMLElement>("[data-interval]")) {
       const [low, high] = spread?.intervals[box.dataset.interval ?? ""] ?? [Number.NaN, Number.NaN];
       box.hidden = Number.isNaN(low) || Number.isNaN(high);

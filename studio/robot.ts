@@ -1,21 +1,21 @@
-// What the page knows of a robot: the text of its image. SI units and radians.
+// A robot as the page knows it: the text of its image. SI units and radians.
 import type { Mission, Said } from "./sea/flight.ts";
 
 export type Range = readonly [number, number];
 
-/** What the ledger says of a published number that a model computes. */
+/** The ledger's verdict on a published number that a model computes. */
 export interface Verdict {
   model: string;
-  class: string; // of the computed number: a prediction, or why it could not have come out otherwise
+  class: string; // class of the computed number: a prediction, or the reason why it had to agree
   computed: number | null;
   verdict: string;
-  seeds: readonly [number, number] | null; // of the noise: how many agree, of how many
+  seeds: readonly [number, number] | null; // seeds of the noise: how many agree, how many there are
   note: string;
 }
 
 export interface Published {
-  id: string; // in the ledger
-  verdicts: Verdict[]; // stored ones; none for a robot that the ledger is not of
+  id: string; // identifier in the ledger
+  verdicts: Verdict[]; // stored verdicts; none if the ledger does not cover this robot
   value: number;
   unit: string;
   kind: string; // "measured", "target", ...
@@ -24,92 +24,92 @@ export interface Published {
 
 export interface Gait {
   frequency: number; // Hz
-  amplitude: number[]; // rad, of each joint group, as phase and bias
+  amplitude: number[]; // rad, one per joint group; so are phase and bias
   phase: number[];
   bias: number[];
 }
 
 export interface NamedGait extends Gait {
   name: string;
-  published: Record<string, Published>; // by quantity
+  published: Record<string, Published>; // published numbers by quantity
 }
 
-/** A range of each parameter of a gait. */
+/** Ranges of the parameters of a gait. */
 interface Ranges {
   frequency: Range;
-  amplitude: Range[]; // of each joint group, as phase and bias
+  amplitude: Range[]; // one range per joint group; so for phase and bias
   phase: Range[];
   bias: Range[];
 }
 
-/** How a number follows a factor: by its power; by a term of a sum, of a power and a size; by a value at each step. */
+/** How a number follows a factor: a power of it; a term (power, size) of a sum; or a value for each step. */
 export type Law = readonly [number] | readonly [number, number] | readonly [readonly number[]];
 
-/** What may be changed of a body: a factor on values of the robot's file. */
+/** A knob of the body: a factor that multiplies values of the robot's file. */
 export interface BodyKnob {
   name: string;
   label: string;
   unit: string;
-  value: number; // that the factor multiplies
-  range: Range; // of the factor
-  steps?: number[]; // the factors that it may have
-  keys: { key: string; at: number; power?: number; sum?: number }[]; // in the file, and where they stand in its text
-  columns: Record<string, (readonly [number, ...Law])[]>; // of the image: place and law
-  facts: Record<string, Law>; // of this text, by path
-  twin?: boolean; // whether the twin follows
+  value: number; // the described value
+  range: Range; // limits of the factor
+  steps?: number[]; // the only factors that it may have
+  keys: { key: string; at: number; power?: number; sum?: number }[]; // keys of the file, at offset `at`
+  columns: Record<string, (readonly [number, ...Law])[]>; // columns of the image: indices and how their numbers follow
+  facts: Record<string, Law>; // facts of this text by path, and how they follow
+  twin?: boolean; // whether the twin's model follows the factor
 }
 
 export interface Robot {
   made_by: string; // program and version
   robot: string;
   description: string;
-  fit: string | null; // what its coefficients were fitted to, where they were
+  fit: string | null; // data that its coefficients were fitted to; null without a fit
   length: number; // m
   mass: number; // kg
   links: { name: string; length: number; width: number | null; height: number | null; mass: number; com: number }[];
-  tail: { edge_height: number | null }; // m: height of the caudal fin where the last link is one
+  tail: { edge_height: number | null }; // m: height of the caudal fin; null if the last link is not a fin
   fins: { x: number; y: number; z: number; span: number; chord: number } | null; // pectoral fins [m]
   joints: { name: string; links: number[]; share: number[]; drive: "hydraulic" | "servo" | "tendons" }[];
-  hinges: number[]; // passive ones, by the link behind each
-  models: { water: string; joints: string }[]; // the robot's own choice first
-  limits: Ranges | null; // that the optimizer searches
-  ranges: Ranges; // that the knobs reach
+  hinges: number[]; // passive hinges, each by the index of the link behind it
+  models: { water: string; joints: string }[]; // the robot's own model comes first
+  limits: Ranges | null; // limits of the optimizer's search
+  ranges: Ranges; // ranges of the knobs
   gaits: NamedGait[];
   ledger: {
-    marks: Record<string, string>; // by verdict
-    classes: Record<string, string>; // what they mean
-    models: Record<string, { water: string; joints: string }>; // those that the page has, too
-  } | null; // where verdicts are stored
+    marks: Record<string, string>; // sign of each verdict
+    classes: Record<string, string>; // meaning of each class
+    models: Record<string, { water: string; joints: string }>; // the ledger's models that the page has too
+  } | null; // null if no verdicts are stored
   body: { knobs: BodyKnob[] };
-  source: string; // the robot's file
-  samples?: { count: number; seed: number; speed_factors?: number[] }; // of the fit; with factors, of the estimates
-  key: string; // under which workers know its image
-  described?: Robot; // of a changed body: what its file says
-  factors?: Record<string, number>; // of a changed body, by knob
+  source: string; // text of the robot's file
+  samples?: { count: number; seed: number; speed_factors?: number[] }; // of a fit; with speed factors, of estimates
+  key: string; // name under which workers know its image
+  described?: Robot; // for a changed body: the robot as its file describes it
+  factors?: Record<string, number>; // for a changed body: its factors by name of the knob
   twin: {
-    rate: number; // control ticks a second
-    channels: Record<string, readonly [number, number]>; // first and last of each sensor's
-    conditions: { name: string; place: string; text: string }[]; // of the controller's status, by bit
-    losses: { name: string; place: string; text: string }[]; // that add up to the servos' power
+    rate: number; // control ticks per second
+    channels: Record<string, readonly [number, number]>; // first and last channel of each sensor
+    conditions: { name: string; place: string; text: string }[]; // conditions of the controller's status, by bit
+    losses: { name: string; place: string; text: string }[]; // losses that add up to the servos' power
   } | null;
-  no_twin?: string; // why there is none, the end of a sentence
-  missions: Mission[]; // that its pilot can fly
+  no_twin?: string; // why there is no twin, as the end of a sentence
+  missions: Mission[]; // missions that its pilot can fly
   pilot: { modes: Said[]; reasons: Said[]; endings: Said[] } | null;
 }
 
-const CHANGED = "~"; // in the key of a robot with a changed body, between the robot's and a number
+const CHANGED = "~"; // stands in the key of a robot with a changed body, between the robot's key and a number
 
 /** A new key for a robot with a changed body. */
 export const changedKey = (robot: Robot, count: number): string => `${robot.key}${CHANGED}${count}`;
 
-/** The robot that a key is of; "" where its body is as described. */
+/** The robot of a key with a changed body; "" for a key with the body as described. */
 export const bodyOf = (key: string): string => (key.includes(CHANGED) ? (key.split(CHANGED)[0] ?? "") : "");
 
-/** Whether two keys name the same robot, with any body. */
+/** Whether two keys name the same robot, whatever its body. */
 export const sameRobot = (a: string | undefined, b: string | undefined): boolean =>
   a?.split(CHANGED)[0] === b?.split(CHANGED)[0];
 
-/** What swims: a robot by one of its models, and its gait as a row of numbers, or several rows. */
+/** A swim to compute: a robot, one of its models, and a gait as a row of numbers, or several rows. */
 export interface Swimmer {
   robot: string;
   model: number;
@@ -119,13 +119,13 @@ export interface Swimmer {
 export const KINDS = ["amplitude", "phase", "bias"] as const;
 export type Kind = (typeof KINDS)[number];
 
-/** The kinds of angles of a gait that turns, or of one that has no bias. */
+/** The kinds of angles of a gait; bias only if it is not zero. */
 export const kindsOf = ({ bias }: Gait): Kind[] =>
   KINDS.filter((kind) => kind !== "bias" || bias.some((angle) => angle !== 0));
 
 export const DEGREE = Math.PI / 180;
 
-/** A gait as a row of numbers, as the core takes it: [Hz], [rad]. */
+/** A gait as a row of numbers in the core's order: frequency [Hz], angles [rad]. */
 export function rowOf(gait: Gait): Float64Array {
   return Float64Array.of(gait.frequency, ...gait.amplitude, ...gait.phase, ...gait.bias);
 }
@@ -137,7 +137,7 @@ export function gaitOf(row: ArrayLike<number>): Gait {
   return { frequency, amplitude: part(0), phase: part(1), bias: part(2) };
 }
 
-/** Bend in front of each link: a joint group's angle is shared by its links; those of hinges follow the groups'. */
+/** Bend in front of each link [rad]: its share of its joint group's angle, plus the angle of a hinge there. */
 export function bendsOf({ links, joints, hinges }: Robot, angles: ArrayLike<number>): number[] {
   const bends = links.map(() => 0);
   joints.forEach(({ links, share }, group) => {
@@ -151,17 +151,17 @@ export function bendsOf({ links, joints, hinges }: Robot, angles: ArrayLike<numb
   return bends;
 }
 
-/** One number of a gait: what a knob turns. */
+/** A parameter of a gait, which one knob sets. */
 export interface Parameter {
-  index: number; // in the row
-  knob: string; // its name on the page: "amplitude-0"
+  index: number; // index in the gait's row
+  knob: string; // name of its knob on the page, such as "amplitude-0"
   label: string;
   kind: Kind | "frequency";
-  joint: string | null; // name of the joint group
+  joint: string | null; // name of the joint group; null for the frequency
   unit: "Hz" | "deg";
-  size: number; // of the unit [Hz or rad]
-  range: Range; // in the unit
-  limits: Range | null; // of the optimizer, in the unit
+  size: number; // size of the unit [Hz or rad]
+  range: Range; // range of the knob, in the unit
+  limits: Range | null; // limits of the optimizer, in the unit
   free: boolean; // whether the optimizer may change it
 }
 
@@ -193,18 +193,18 @@ export function parametersOf(robot: Robot): Parameter[] {
 
 const rounded = (value: number): number => Math.round(1e9 * value) / 1e9;
 
-/** Place of a pair of water law and joint model; -1 where the robot has none. */
+/** Index of the model with this water law and joint model; -1 if the robot has none. */
 export function modelOf(robot: Robot, water: string, joints: string): number {
   return robot.models.findIndex((model) => model.water === water && model.joints === joints);
 }
 
-/** Read a robot's text. */
+/** Parse the text of a robot's image. */
 export function robotOf(text: string): Robot {
   const robot = JSON.parse(text) as Robot;
   const { ranges, ledger, joints } = robot;
   if (ranges === undefined || ledger === undefined || joints.some(({ drive }) => drive === undefined))
     throw new Error("the image is of an older program: write it anew with `hypertuna robot image`");
-  robot.body ??= { knobs: [] }; // of an older program
+  robot.body ??= { knobs: [] }; // images of older programs have none
   robot.key = robot.robot;
   return robot;
 }

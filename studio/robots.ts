@@ -1,4 +1,4 @@
-// The robots of the page: those it came with and those that were opened in it.
+// The robots of the page: those that it came with and those that were opened in it.
 import { packedBytes } from "./files.ts";
 import type { Calculator } from "./questions.ts";
 import { changedImage, changedRobot, type Factors } from "./changes.ts";
@@ -6,11 +6,12 @@ import { changedKey, type Robot, robotOf } from "./robot.ts";
 
 const MAX_IMAGE = 2 ** 24; // bytes
 
-export type Image = () => Promise<Uint8Array>;
+/** Reads the bytes of a robot's image when they are first needed. */
+export type ImageLoader = () => Promise<Uint8Array>;
 
 export class Robots {
-  private readonly images = new Map<string, Image>();
-  private bodies = 0; // changed ones so far
+  private readonly images = new Map<string, ImageLoader>();
+  private bodies = 0; // number of changed bodies so far
   private readonly known = new Map<string, Robot>();
 
   constructor(packed: { name: string; image: string }[]) {
@@ -28,7 +29,7 @@ export class Robots {
     return name !== undefined && this.images.has(name);
   }
 
-  image(robot: Robot): Image {
+  image(robot: Robot): ImageLoader {
     const { described, factors } = robot;
     const image = this.images.get(robot.robot);
     if (image === undefined) throw new Error(`the page has no robot ${robot.robot}`);
@@ -36,14 +37,14 @@ export class Robots {
     return async () => changedImage(await image(), described, factors);
   }
 
-  /** A robot with factors on its body; the described one where there are none. */
+  /** A robot with factors on its body; without factors, the described robot. */
   changed(robot: Robot, factors: Factors): Robot {
     const described = robot.described ?? robot;
     if (Object.keys(factors).length === 0) return described;
     return changedRobot(described, factors, changedKey(described, ++this.bodies));
   }
 
-  /** What the page knows of a robot, which the calculator has loaded then. */
+  /** Read a robot of the page, and load its image in the calculator. */
   async read(name: string, calculator: Calculator): Promise<Robot> {
     const image = this.images.get(name);
     if (image === undefined) throw new Error(`the page has no robot ${name}`);
@@ -53,7 +54,7 @@ export class Robots {
     return robot;
   }
 
-  /** Add a robot under a name that no other has. */
+  /** Add a robot, under another name if this one is taken; returns the name. */
   add(name: string, image: Uint8Array): string {
     let free = name;
     for (let k = 2; this.images.has(free); k++) free = `${name} (${k})`;
@@ -61,7 +62,7 @@ export class Robots {
     return free;
   }
 
-  /** Add the robot of a file; throws a sentence where the file holds none. */
+  /** Add the robot of an image file; returns its name, or throws a sentence if the file holds no robot. */
   async open(file: File, calculator: Calculator): Promise<string> {
     if (file.size > MAX_IMAGE) throw new Error("it is too large for a robot image");
     const image = new Uint8Array(await file.arrayBuffer());

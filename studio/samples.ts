@@ -1,24 +1,24 @@
-// Uncertainty of a fit or of estimates: numbers of a gait by samples of the coefficients, and where most of them lie.
+// Uncertainty of a fit or of estimates: a gait computed with each sample of the coefficients, and its intervals.
 import { changedColumns, type Factors } from "./changes.ts";
 import { type Column, columnsOf, imageOf } from "./image.ts";
 import { core, named, type Quantities, statusOf } from "./quantities.ts";
 import type { Calculator } from "./questions.ts";
 import type { Robot } from "./robot.ts";
-import type { Image } from "./robots.ts";
+import type { ImageLoader } from "./robots.ts";
 
-export const PARTS = [0.05, 0.95] as const; // of the samples, below either end of an interval
-const OWN = "models.0."; // columns of the robot's own model, which the fit is of
-const SAMPLED = "samples.";
+export const INTERVAL = [0.05, 0.95] as const; // fractions of the samples below the two ends of an interval
+const OWN = "models.0."; // prefix of columns of the robot's own model, to which the samples belong
+const SAMPLED = "samples."; // prefix of columns with samples of coefficients
 
-/** Of a gait: intervals by quantity, of the samples that settle. */
+/** Intervals of a gait's quantities over the samples that settle. */
 export interface Spread {
   of: "fit" | "estimates";
-  settled: number; // samples
+  settled: number; // number of samples that settle
   count: number;
   intervals: Record<string, readonly [number, number]>;
 }
 
-/** Images of the robot's own model with the coefficients of each sample, and factors on the body. */
+/** An image of the robot's own model for each sample of the coefficients, with factors on its body. */
 export function sampledImages(image: Uint8Array, described: Robot, factors: Factors): Uint8Array[] {
   const columns = columnsOf(image);
   const own = columns.filter(({ name }) => name.startsWith(OWN));
@@ -38,7 +38,7 @@ export function sampledImages(image: Uint8Array, described: Robot, factors: Fact
   });
 }
 
-/** Value below which a part of some numbers lies, linear between them. */
+/** Quantile of some numbers, with linear interpolation between them. */
 export function quantile(numbers: readonly number[], part: number): number {
   const sorted = [...numbers].sort((a, b) => a - b);
   const place = part * (sorted.length - 1);
@@ -46,13 +46,13 @@ export function quantile(numbers: readonly number[], part: number): number {
   return low + (place % 1) * (high - low);
 }
 
-/** Where most of the samples of a gait lie; with estimates, `factors` of the speed say how far the water law is off. */
+/** The intervals of a gait's samples; with estimates, `factors` of the speed carry the water law's error. */
 export function spreadOf(samples: Quantities[], quantities: readonly string[], factors?: readonly number[]): Spread {
   const scaled = samples.map((values, k) => ({ ...values, speed: (values.speed ?? Number.NaN) * (factors?.[k] ?? 1) }));
   const settled = scaled.filter((values) => statusOf(values) === "settled" && Number.isFinite(values.speed));
   const interval = (name: string): readonly [number, number] => {
     const numbers = settled.map((values: Quantities) => values[name] ?? Number.NaN);
-    return [quantile(numbers, PARTS[0]), quantile(numbers, PARTS[1])];
+    return [quantile(numbers, INTERVAL[0]), quantile(numbers, INTERVAL[1])];
   };
   return {
     of: factors === undefined ? "fit" : "estimates",
@@ -62,17 +62,17 @@ export function spreadOf(samples: Quantities[], quantities: readonly string[], f
   };
 }
 
-/** Computes spreads of gaits, in a worker of its own. */
+/** Computes spreads of gaits in its own worker. */
 export class Samples {
-  private loaded = ""; // key of the robot
-  private last: Promise<unknown> = Promise.resolve(); // questions come one after another
+  private loaded = ""; // key of the robot whose samples are loaded
+  private last: Promise<unknown> = Promise.resolve(); // the last question; questions wait for each other
 
   constructor(
     private readonly calculator: Calculator,
-    private readonly image: (robot: Robot) => Image,
+    private readonly image: (robot: Robot) => ImageLoader,
   ) {}
 
-  /** Spreads of gaits by a robot's own model; null for another model, and for a robot without samples. */
+  /** Spreads of gaits with a robot's own model; null for another model, and for a robot without samples. */
   of(robot: Robot, model: number, rows: Float64Array[]): Promise<Spread[] | null> {
     const count = robot.samples?.count;
     if (count === undefined || model !== 0 || rows.length === 0) return Promise.resolve(null);
@@ -99,7 +99,7 @@ export class Samples {
   }
 }
 
-/** Spread of the gait of the knobs: of turns that come while one is computed, only the last counts. */
+/** Computes the spread of the knobs' gait; if knobs are turned meanwhile, only the last gait is computed next. */
 export class Follower {
   private wanted: { robot: Robot; model: number; row: Float64Array } | null = null;
   private running = false;
@@ -125,7 +125,7 @@ export class Follower {
   }
 }
 
-/** What the intervals are, in words. */
+/** The meaning of the intervals, in words. */
 export function spreadWords({ of, settled, count }: Spread): string {
   const some = settled === count ? `${count}` : `the ${settled} of ${count}`;
   const what = of === "fit" ? "the fit" : "the estimates in the robot's file and of the water law's error";

@@ -1,4 +1,4 @@
-// What the File menu saves: gait, beat, pictures, a short video.
+// Saves files from the File menu: gait, beat, pictures, a short video.
 import { part } from "./dom.ts";
 import { beatTable, gaitToml } from "./exports.ts";
 import { save, savePicture, saveText } from "./files.ts";
@@ -8,7 +8,7 @@ import { gaitOf, type Robot } from "./robot.ts";
 import { lengthOf, Video, videoType } from "./video.ts";
 import type { Views } from "./views.ts";
 
-/** What is shown now. */
+/** The swim that is shown now. */
 export interface Shown {
   robot: Robot;
   row: Float64Array;
@@ -52,7 +52,7 @@ export class Saves {
     else saveText(chart, `${name}-${this.views.view}.svg`);
   }
 
-  /** Record two beats, at the tempo of the picture, or at the true one where it stands still; stop by a second click. */
+  /** Record two beats at the picture's tempo, or in real time if it stands still; a second click stops. */
   private async record(button: HTMLButtonElement): Promise<void> {
     if (this.video !== null) {
       this.video.stop();

@@ -1,4 +1,4 @@
-// The Sea view: what it stands on, three.js and a reader of logs, is unpacked when it is first opened.
+// The Sea view's frame: it unpacks three.js and the reader of logs when the view is first opened.
 import { part } from "./dom.ts";
 import { packedBytes } from "./files.ts";
 import type { Robot } from "./robot.ts";
@@ -6,13 +6,13 @@ import type { SeaRoom } from "./sea/view.ts";
 import type { Another, Kept, Page, View } from "./subject.ts";
 
 export class SeaView implements View {
-  private flight = ""; // mission and seed that were chosen, "lake:3"
+  private flight = ""; // chosen mission and seed, such as "lake:3"
   private sea: Promise<SeaRoom> | null = null;
   private robot: Robot | null = null;
 
-  /** `another` makes a calculator with a robot loaded: each flight has its own. */
+  /** `another` makes a calculator with a robot loaded; each flight has its own. */
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly page: Page,
     private readonly another: Another,
   ) {}
@@ -25,10 +25,10 @@ export class SeaView implements View {
     return this.flight === "" ? {} : { flight: this.flight };
   }
 
-  /** Turn to a robot. */
+  /** Take a robot, as its file describes it. */
   turnTo(robot: Robot): void {
     this.robot = robot.described ?? robot;
-    if (!this.room.hidden) this.show();
+    if (!this.panel.hidden) this.show();
   }
 
   show(): void {
@@ -47,7 +47,7 @@ export class SeaView implements View {
   private with(use: (sea: SeaRoom) => unknown): void {
     this.sea ??= this.unpack();
     this.sea.then(use).catch((error: Error) => {
-      this.room.textContent = `The Sea view could not be opened: ${error.message}.`;
+      this.panel.textContent = `The Sea view could not be opened: ${error.message}.`;
     });
   }
 
@@ -55,8 +55,8 @@ export class SeaView implements View {
     const script = document.createElement("script");
     script.textContent = new TextDecoder().decode(await packedBytes(part("sea-block").textContent ?? ""));
     document.head.append(script);
-    const { SeaRoom: Room } = globalThis as unknown as { SeaRoom: typeof SeaRoom };
-    return new Room(this.room, {
+    const { SeaRoom: LoadedRoom } = globalThis as unknown as { SeaRoom: typeof SeaRoom };
+    return new LoadedRoom(this.panel, {
       another: this.another,
       robot: this.page.robot,
       flight: () => this.flight,

@@ -1,46 +1,46 @@
-// What the views below the fish are about, and how they compute: robot, model and gait, in a worker of their own.
+// The interface of the views below the fish, and the robot, model and gait that they compute with.
 import { named, type Quantities, ratesOf, statusOf } from "./quantities.ts";
 import type { Factors } from "./changes.ts";
 import type { Calculator } from "./questions.ts";
 import type { Parameter, Robot } from "./robot.ts";
 import type { Samples, Spread } from "./samples.ts";
 
-/** What a view asks of the page. */
+/** The functions of the page that a view may call. */
 export interface Page {
-  go(row: Float64Array): void;
-  robot(name: string): Promise<Robot | null>; // of the page
-  changed(): void; // something that the address keeps
-  body(factors: Factors): void; // factors on the robot's body
-  certain(spread: Spread | null): void; // of the gait of the knobs, where the robot has samples
+  go(row: Float64Array): void; // sets the knobs to a gait
+  robot(name: string): Promise<Robot | null>; // finds a robot of the page
+  changed(): void; // tells that something the address keeps has changed
+  body(factors: Factors): void; // sets factors on the robot's body
+  certain(spread: Spread | null): void; // shows the intervals of the knobs' gait; null without samples
 }
 
-/** Makes a calculator of its own with a robot, in a worker beside the page's. */
+/** Makes a calculator with a robot loaded, in a worker beside the page's. */
 export type Another = (robot: Robot) => Promise<Calculator>;
 
-/** A view below the fish, of a tab each: what it hears of. */
+/** A view below the fish, with its own tab; the page calls the methods that it has. */
 export interface View {
-  turnTo?(robot: Robot): void; // to another robot, or another body of it
-  shape?(robot: Robot): void; // a body while it is changed
-  about?(subject: Subject, described: Subject): unknown; // the robot with its model, and the one of its file
-  set?(row: Float64Array): void; // the knobs' gait, at once
-  at?(row: Float64Array, values: Quantities): void; // the same with its numbers
-  certain?(spread: Spread | null): void; // of the knobs' gait
-  show?(): void; // it is shown from now on
-  refresh?(): void; // the colors of the page's theme
-  open?(name: string, content: Uint8Array): void; // a log of a mission
-  restore?(kept: Kept): void; // what an address says
-  kept?(): Kept; // what the address keeps
-  svg?(title: string): string; // its chart
+  turnTo?(robot: Robot): void; // takes another robot, or another body of it
+  shape?(robot: Robot): void; // takes a body while it is being changed
+  about?(subject: Subject, described: Subject): unknown; // takes the robot with its model, and the robot of its file
+  set?(row: Float64Array): void; // takes the knobs' gait at once, before its quantities
+  at?(row: Float64Array, values: Quantities): void; // takes the knobs' gait with its quantities
+  certain?(spread: Spread | null): void; // takes the intervals of the knobs' gait
+  show?(): void; // the view is shown from now on
+  refresh?(): void; // draws again after a change of the page's theme
+  open?(name: string, content: Uint8Array): void; // opens a log of a mission
+  restore?(kept: Kept): void; // takes the values that an address holds
+  kept?(): Kept; // returns the values that the address keeps
+  svg?(title: string): string; // the view's chart
 }
 
-/** Parts of an address, by key. */
+/** Values of an address, by key. */
 export type Kept = Record<string, string>;
 
-/** A settled gait with derivatives. */
+/** A computed gait with derivatives of its quantities. */
 export interface Computed {
   values: Quantities;
   settled: boolean;
-  rates(quantity: string): Float64Array; // by the gait's numbers
+  rates(quantity: string): Float64Array; // derivatives with respect to the gait's numbers
 }
 
 export class Subject {
@@ -52,7 +52,7 @@ export class Subject {
     private readonly samples: Samples,
   ) {}
 
-  /** Where most samples lie, of each gait; null without samples. */
+  /** The intervals of most samples for each gait; null without samples. */
   spreads(rows: Float64Array[]): Promise<Spread[] | null> {
     return this.samples.of(this.robot, this.model, rows);
   }

@@ -1,17 +1,17 @@
-// A pen that writes SVG: what the page draws on a canvas, as a drawing for papers. It has what the page uses of a canvas.
+// A pen that writes SVG: it has those methods of a canvas that the page uses, so that plots can be saved for papers.
 
-const SHORT = (value: number): string => String(Math.round(100 * value) / 100);
-const point = (x: number, y: number): string => `${SHORT(x)} ${SHORT(y)}`;
-const PLAIN = document.createElement("canvas").getContext("2d") as CanvasRenderingContext2D; // writes colors plainly
+const short = (value: number): string => String(Math.round(100 * value) / 100);
+const point = (x: number, y: number): string => `${short(x)} ${short(y)}`;
+const COLOR_PARSER = document.createElement("canvas").getContext("2d") as CanvasRenderingContext2D; // reads CSS colors
 const escaped = (text: string): string =>
   text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll('"', "&quot;");
 
-/** A path that remembers how it goes. */
+/** A path that collects SVG path commands. */
 export class SvgPath {
   commands: string[] = [];
 
   private go(command: string): void {
-    // as on a canvas, where a first line is a move
+    // on a canvas, too, a line that comes first only moves
     this.commands.push(this.commands.length === 0 ? command.replace(/^L/, "M") : command);
   }
 
@@ -43,14 +43,14 @@ export class SvgPath {
     const whole = Math.abs(to - from) >= 2 * Math.PI;
     const end = whole ? from + 2 * Math.PI : to;
     this.go(`L${point(...at(from))}`);
-    const shape = `A${point(rx, ry)} ${SHORT((turn * 180) / Math.PI)}`;
+    const shape = `A${point(rx, ry)} ${short((turn * 180) / Math.PI)}`;
     for (const angle of [(from + end) / 2, end])
       this.commands.push(`${shape} 0 ${end > from ? 1 : 0} ${point(...at(angle))}`);
     if (whole) this.closePath();
   }
 
   rect(x: number, y: number, width: number, height: number): void {
-    this.commands.push(`M${point(x, y)}h${SHORT(width)}v${SHORT(height)}h${SHORT(-width)}Z`);
+    this.commands.push(`M${point(x, y)}h${short(width)}v${short(height)}h${short(-width)}Z`);
   }
 }
 
@@ -69,7 +69,7 @@ class Shade {
 
 type Matrix = [number, number, number, number, number, number];
 
-/** The settings of a pen, as of a canvas, with what it has beside them. */
+/** The initial state of a pen: that of a canvas, and dashes, transform and clip path. */
 const INITIAL = {
   ...{ fillStyle: "#000" as string | Shade, strokeStyle: "#000" as string | Shade, lineWidth: 1 },
   ...{ lineCap: "butt", lineJoin: "miter", globalAlpha: 1, font: "12px sans-serif", textAlign: "left" },
@@ -77,7 +77,7 @@ const INITIAL = {
 };
 type State = typeof INITIAL;
 
-/** What `draw` draws with the pen of a canvas of some size. */
+/** The SVG text of what `draw` draws with the pen, on a canvas of this size. */
 export function drawing(
   width: number,
   height: number,
@@ -89,12 +89,12 @@ export function drawing(
   return pen.text(title);
 }
 
-/** A path for a pen, of a canvas or of SVG. */
+/** A new path that fits the pen: for a canvas or for SVG. */
 export function pathFor(pen: unknown): Path2D {
   return pen instanceof SvgPen ? (new SvgPath() as unknown as Path2D) : new Path2D();
 }
 
-/** Give what a pen draws from now on, until the next name, a name in an SVG. */
+/** Name the group of what the pen draws from now on, until the next name; without effect on a canvas. */
 export function group(pen: unknown, name: string): void {
   if (pen instanceof SvgPen) pen.group(name);
 }
@@ -115,11 +115,11 @@ class SvgPen extends SvgPath {
     Object.assign(this, INITIAL);
   }
 
-  /** The drawing, with a title. */
+  /** The SVG text of the drawing, with a title. */
   text(title: string): string {
     const shades = this.shades.map(({ shade, head, tail }) => `${head}${shade.stops.join("")}${tail}`);
     return [
-      `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${point(this.width, this.height)}" width="${SHORT(this.width)}" height="${SHORT(this.height)}">`,
+      `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${point(this.width, this.height)}" width="${short(this.width)}" height="${short(this.height)}">`,
       `<title>${escaped(title)}</title>`,
       `<defs>${[...shades, ...this.defs].join("")}</defs>`,
       ...this.parts,
@@ -129,7 +129,7 @@ class SvgPen extends SvgPath {
     ].join("\n");
   }
 
-  /** What is drawn from now on, until the next name, belongs together. */
+  /** Begin a named group; it ends at the next name. */
   group(name: string): void {
     this.parts.push(`${this.groups > 0 ? "</g>\n" : ""}<g id="${escaped(name)}">`);
     this.groups = 1;
@@ -202,10 +202,10 @@ class SvgPen extends SvgPath {
   fillText(text: string, x: number, y: number): void {
     const anchor = { center: "middle", right: "end", end: "end" }[this.textAlign] ?? "start";
     const style = `style="font: ${escaped(this.font)}" text-anchor="${anchor}"`;
-    this.add(`<text x="${SHORT(x)}" y="${SHORT(y)}" ${style} ${this.paint("fill", this.fillStyle)}`, escaped(text));
+    this.add(`<text x="${short(x)}" y="${short(y)}" ${style} ${this.paint("fill", this.fillStyle)}`, escaped(text));
   }
 
-  /** A picture, embedded as PNG. */
+  /** Embed a picture as PNG. */
   drawImage(image: HTMLCanvasElement, x: number, y: number, width: number, height: number): void {
     this.add(`<image ${box(x, y, width, height)} preserveAspectRatio="none" href="${image.toDataURL("image/png")}"`);
   }
@@ -225,20 +225,20 @@ class SvgPen extends SvgPath {
     return shade;
   }
 
-  /** A color for readers of SVG, which know neither #rrggbbaa nor rgb(r g b / a). */
+  /** SVG attributes of a color: readers of SVG know neither #rrggbbaa nor rgb(r g b / a). */
   private paint(kind: "fill" | "stroke", style: string | Shade): string {
     if (style instanceof Shade) return `${kind}="${style}"`;
-    PLAIN.fillStyle = style;
-    const [, r, g, b, alpha] = /rgba\((\d+), (\d+), (\d+), ([\d.]+)\)/.exec(PLAIN.fillStyle) ?? [];
+    COLOR_PARSER.fillStyle = style;
+    const [, r, g, b, alpha] = /rgba\((\d+), (\d+), (\d+), ([\d.]+)\)/.exec(COLOR_PARSER.fillStyle) ?? [];
     return alpha === undefined
-      ? `${kind}="${PLAIN.fillStyle}"`
+      ? `${kind}="${COLOR_PARSER.fillStyle}"`
       : `${kind}="rgb(${r},${g},${b})" ${kind}-opacity="${alpha}"`;
   }
 
   private line(): string {
     const { strokeStyle, lineWidth, lineCap, lineJoin, dash } = this;
-    const dashed = dash.length === 0 ? "" : ` stroke-dasharray="${dash.map(SHORT).join(" ")}"`;
-    const width = `stroke-width="${SHORT(lineWidth)}" stroke-linecap="${lineCap}" stroke-linejoin="${lineJoin}"`;
+    const dashed = dash.length === 0 ? "" : ` stroke-dasharray="${dash.map(short).join(" ")}"`;
+    const width = `stroke-width="${short(lineWidth)}" stroke-linecap="${lineCap}" stroke-linejoin="${lineJoin}"`;
     return `${this.paint("stroke", strokeStyle)} ${width}${dashed}`;
   }
 
@@ -250,7 +250,7 @@ class SvgPen extends SvgPath {
 
   private add(head: string, content = ""): void {
     const { globalAlpha, clipped } = this;
-    const alpha = globalAlpha === 1 ? "" : ` opacity="${SHORT(globalAlpha)}"`;
+    const alpha = globalAlpha === 1 ? "" : ` opacity="${short(globalAlpha)}"`;
     const tag = /^<(\w+)/.exec(head)?.[1] ?? "g";
     const part = `${head}${alpha}${this.transform()}>${content}</${tag}>`;
     this.parts.push(clipped === "" ? part : `<g${clipped}>${part}</g>`);
@@ -258,4 +258,4 @@ class SvgPen extends SvgPath {
 }
 
 const box = (x: number, y: number, width: number, height: number): string =>
-  `x="${SHORT(x)}" y="${SHORT(y)}" width="${SHORT(width)}" height="${SHORT(height)}"`;
+  `x="${short(x)}" y="${short(y)}" width="${short(width)}" height="${short(height)}"`;

@@ -1,13 +1,13 @@
-// Traces over time, by uPlot: values under the pointer in the legend, a series hidden by a click on its name.
+// Plots traces over time with uPlot: the legend shows values under the pointer, a click on a name hides its trace.
 import uPlot from "uplot";
 import { colorOf, element } from "./dom.ts";
 import { digits } from "./quantities.ts";
 
-const HEIGHT = 230; // px, without the legend
+const HEIGHT = 230; // px, height without the legend
 
 export interface Trace {
   name: string;
-  color: string; // name of one of the page's colors
+  color: string; // name of a color of the page's theme
   dashed: boolean;
 }
 
@@ -15,20 +15,20 @@ export class TimePlot {
   readonly element = element("div", "timeplot");
   private plot: uPlot | null = null;
   private data: number[][] = [];
-  private window = 4; // s
+  private window = 4; // s, time that is shown
 
   constructor(
     private readonly label: string,
     private readonly unit: string,
     private readonly traces: Trace[],
-    private readonly reach: readonly [number, number], // that the axis has at least
+    private readonly reach: readonly [number, number], // range that the axis shows at least
   ) {
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", `${label} over time`);
     new ResizeObserver(() => this.resize()).observe(this.element);
   }
 
-  /** Show values of the traces at times, over a window that ends with the last time. */
+  /** Show values of the traces at these times [s]; the time axis covers the last `window` seconds. */
   set(times: number[], values: number[][], window: number): void {
     this.data = [times, ...values];
     this.window = window;
@@ -42,11 +42,11 @@ export class TimePlot {
     this.resize();
   }
 
-  /** What an axis covers that has values from low to high, with some room. */
-  private room(low: number, high: number): [number, number] {
+  /** The range of an axis with values from `low` to `high`: at least `reach`, with a margin. */
+  private axisRange(low: number, high: number): [number, number] {
     const [least, most] = [Math.min(this.reach[0], low), Math.max(this.reach[1], high)];
-    const room = 0.08 * (most - least);
-    return [least - room, most + room];
+    const margin = 0.08 * (most - least);
+    return [least - margin, most + margin];
   }
 
   private resize(): void {
@@ -72,7 +72,7 @@ export class TimePlot {
       cursor: { drag: { x: false, y: false }, y: false },
       scales: {
         x: { time: false, range: (_, __, last) => [Math.max(0, last - this.window), Math.max(this.window, last)] },
-        y: { range: (_, low, high) => this.room(low, high) },
+        y: { range: (_, low, high) => this.axisRange(low, high) },
       },
       axes: [
         { ...ink, grid, label: "time [s]", labelSize: 18, size: 26, gap: 2 },

@@ -1,4 +1,4 @@
-// The robot's named gaits: what was published of them beside what is computed here.
+// The view of published gaits: the published numbers of the robot's named gaits beside the computed ones.
 import { button, element, fact } from "./dom.ts";
 import { digits, gaitText, type Quantities, statusOf, verdict } from "./quantities.ts";
 import { Latest } from "./questions.ts";
@@ -20,7 +20,7 @@ export class TourView implements View {
   private readonly latest = new Latest();
 
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly page: Page,
   ) {}
 
@@ -43,11 +43,15 @@ export class TourView implements View {
     list.append(...this.cards.values());
     const note = known ? ledgerNote(subject.robot) : null;
     const sum = summary(subject.robot, subject.model, found);
-    this.room.replaceChildren(element("p", "intro", `${intro}${other} ${sum}`), ...(note === null ? [] : [note]), list);
+    this.panel.replaceChildren(
+      element("p", "intro", `${intro}${other} ${sum}`),
+      ...(note === null ? [] : [note]),
+      list,
+    );
     this.at(this.row);
   }
 
-  /** Mark the gait that the knobs are at. */
+  /** Mark the card of the gait that the knobs have. */
   at(row: Float64Array): void {
     this.row = row;
     for (const gait of this.subject?.robot.gaits ?? []) {
@@ -77,7 +81,7 @@ export class TourView implements View {
   }
 }
 
-/** How many numbers there are of each verdict: measurements apart from what was never measured. */
+/** A sentence with the count of each verdict, measurements apart from targets of the optimizer. */
 function summary(robot: Robot, model: number, found: Quantities[]): string {
   const counts = new Map<string, Map<string, number>>();
   robot.gaits.forEach((gait, k) => {
@@ -94,7 +98,7 @@ function summary(robot: Robot, model: number, found: Quantities[]): string {
     .join(" ");
 }
 
-/** A published number beside the computed one, in words, and what the ledger says of it. */
+/** A published number beside the computed one, with the deviation in words and the ledger's verdict. */
 function comparison(
   robot: Robot,
   model: number,

@@ -1,18 +1,18 @@
-// Bends of the twin, and what moves its joints, over the last seconds, as traces.
+// Plots the twin's bends, and the pressures or torques that move its joints, over the last seconds.
 import { element } from "./dom.ts";
 import { drivesOf, ofKinds } from "./drives.ts";
 import { DEGREE, type Robot } from "./robot.ts";
 import { TimePlot, type Trace } from "./timeplot.ts";
 
-const WINDOW = 4; // s that are shown, more where time runs fast
-const LONGEST = 6; // s: more beats than can be told apart take long to draw
-const CALM = 5; // tempo up to which the window is the shortest
-const COLORS = ["blue", "orange", "green", "pink"]; // of joints
+const WINDOW = 4; // s: time that is shown; more at a high tempo
+const LONGEST = 6; // s: longest time that is shown: more beats cannot be told apart and take long to draw
+const CALM = 5; // tempo up to which the window stays at its shortest
+const COLORS = ["blue", "orange", "green", "pink"]; // colors of the joints' traces
 
 interface Column {
   trace: Trace;
-  name: string; // of the core
-  part: number; // in its width
+  name: string; // name of the column in the twin's record
+  part: number; // index within the column
   scale: number;
 }
 
@@ -42,7 +42,7 @@ export class TwinPlots {
     this.element.append(...this.shown.map(({ plot }) => plot.element));
   }
 
-  /** Add what a tick saw; `at` finds a column's place in the row. */
+  /** Add one row of the record; `at` gives the index of a column's first number. */
   add(time: number, row: Float64Array, at: (name: string) => number): void {
     this.times.push(time);
     for (const { columns, values } of this.shown)
@@ -54,7 +54,7 @@ export class TwinPlots {
     for (const { values } of this.shown) for (const column of values) column.length = 0;
   }
 
-  /** Draw the last seconds, at a tempo. */
+  /** Draw the last seconds; at a higher tempo, more of them. */
   draw(tempo: number): void {
     const old = this.times.findIndex((time) => time >= (this.times.at(-1) ?? 0) - LONGEST);
     if (old > 0)
@@ -69,7 +69,7 @@ export class TwinPlots {
   }
 }
 
-/** What is plotted of a robot: bends, and what its drives have. */
+/** The plots of a robot: bends, and the numbers of its drives. */
 function kindsOf(robot: Robot): Kind[] {
   const color = (joint: number): string => COLORS[joint % COLORS.length] ?? "ink";
   const drives = drivesOf(robot);

@@ -1,13 +1,13 @@
-// What the ledger says of a published number: its stored verdicts in words, none of the page's own.
+// Shows the ledger's stored verdicts on a published number; the page judges nothing itself.
 import { element } from "./dom.ts";
 import { digits } from "./quantities.ts";
 import type { Published, Robot, Verdict } from "./robot.ts";
 
-const SAME = 1e-6; // relative difference of numbers that are one: digits that the ledger stores
+const SAME = 1e-6; // numbers are the same below this relative difference, as the ledger stores rounded ones
 const AGREES = ["reproduced", "agrees", "holds"];
 const worded = (verdict: string): string => verdict.replaceAll("-", " ");
 
-/** The verdicts on a published number; the one on the number that the page computes comes first. */
+/** The verdicts on a published number, with the verdict on the number that the page computes first. */
 export function verdictsOn(robot: Robot, published: Published, model: number, computed: number | null): HTMLElement {
   const box = element("div", "judged");
   if (robot.ledger === null || published.verdicts.length === 0) {
@@ -24,14 +24,14 @@ export function verdictsOn(robot: Robot, published: Published, model: number, co
   return box;
 }
 
-/** The ledger's word on a number that the page computes; null where it has none. */
+/** The ledger's verdict, in words, on a number that the page computes; null if it has none. */
 export function wordOn(robot: Robot, published: Published, model: number, computed: number | null): string | null {
   if (robot.ledger === null || computed === null) return null;
   const own = ownOf(robot, published.verdicts, model, computed);
   return own === null ? null : worded(own.verdict);
 }
 
-/** The verdict on the model of the page, where the ledger computed the same number by it. */
+/** The verdict on the page's model, if the ledger computed the same number with that model. */
 function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: number): Verdict | null {
   const now = robot.models[model];
   const own = verdicts.find((one) => {
@@ -42,7 +42,7 @@ function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: numbe
   return own !== undefined && same ? own : null;
 }
 
-/** A verdict: of the number that stands above it, or, with a unit, of another model's number. */
+/** One verdict in words: with a unit, on another model's number; without, on the number above it. */
 function told(robot: Robot, one: Verdict, unit: string | null = null): HTMLElement {
   const reason = robot.ledger?.classes[one.class] ?? one.class;
   const number = unit === null || one.computed === null ? "" : `: ${digits(one.computed, 3)} ${unit}`;
@@ -59,7 +59,7 @@ function told(robot: Robot, one: Verdict, unit: string | null = null): HTMLEleme
   return text;
 }
 
-/** The verdicts of other models, counted, behind a line that unfolds them. */
+/** The verdicts on other models: their counts, in a line that unfolds them. */
 function folded(robot: Robot, others: Verdict[], unit: string): HTMLElement {
   const counts = Object.keys(robot.ledger?.marks ?? {}).flatMap((verdict) => {
     const count = others.filter((one) => one.verdict === verdict).length;
@@ -87,7 +87,7 @@ function line(verdict: string, mark: string, word: string, rest: string): HTMLEl
 
 const mark = (robot: Robot, one: Verdict): string => robot.ledger?.marks[one.verdict] ?? "–";
 
-/** Where the ledger has the number: a link where its page is at hand. */
+/** The number's place in the ledger: a link if the page knows the ledger's address. */
 function place(id: string): HTMLElement {
   const text = element("p", "caption");
   const { ledger } = document.documentElement.dataset;
@@ -102,7 +102,7 @@ function place(id: string): HTMLElement {
   return text;
 }
 
-/** What the marks mean, and how to see the ledger where no page of it is at hand. */
+/** A note on the meaning of the marks, and on how to write the ledger's page if there is none. */
 export function ledgerNote(robot: Robot): HTMLElement | null {
   if (robot.ledger === null) return null;
   const text = element("p", "caption");

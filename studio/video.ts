@@ -1,23 +1,23 @@
-// A short video of a canvas, by the browser's own recorder.
+// Records a short video of a canvas with the browser's own recorder.
 
 const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
-const SHARP = 8e6; // bits a second
-const FRAMES = 60; // a second
-const LEAST = 3; // s
-const MARGIN = 0.1; // s: the first frame comes late
+const BIT_RATE = 8e6; // bits per second of the video
+const FRAMES = 60; // frames per second
+const MIN_LENGTH = 3; // s, shortest video
+const MARGIN = 0.1; // s, extra recording time: the first frame comes late
 
-/** The kind of video that this browser records; "" where it records none. */
+/** The type of video that this browser can record; "" if it records none. */
 export function videoType(): string {
   if (typeof MediaRecorder !== "function" || !("captureStream" in HTMLCanvasElement.prototype)) return "";
   return TYPES.find((type) => MediaRecorder.isTypeSupported(type)) ?? "";
 }
 
-/** How long a video of two beats is, of 3 s at least [s]. */
+/** Length of a video of two beats, at least 3 s [s]. */
 export function lengthOf(frequency: number, tempo: number): number {
-  return Math.max(LEAST, 2 / (frequency * tempo));
+  return Math.max(MIN_LENGTH, 2 / (frequency * tempo));
 }
 
-/** A video of a canvas while something is drawn on it; `stop` ends it sooner. */
+/** Records a canvas for some seconds; `stop` ends the video sooner. */
 export class Video {
   readonly done: Promise<Blob>;
   private readonly recorder: MediaRecorder;
@@ -25,7 +25,7 @@ export class Video {
   constructor(canvas: HTMLCanvasElement, seconds: number) {
     const type = videoType();
     const stream = canvas.captureStream(FRAMES);
-    this.recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: SHARP });
+    this.recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: BIT_RATE });
     const chunks: Blob[] = [];
     this.recorder.ondataavailable = ({ data }) => chunks.push(data);
     this.done = new Promise((resolve, reject) => {

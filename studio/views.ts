@@ -1,4 +1,4 @@
-// The views below the fish: one is shown at a time. A new one is an entry of VIEWS.
+// The tabs and views below the fish, of which one is shown; a new view is an entry of VIEWS.
 import { BodyView } from "./bodyview.ts";
 import { element, part } from "./dom.ts";
 import { FrontView } from "./front.ts";
@@ -7,41 +7,41 @@ import { MapView } from "./map.ts";
 import type { Quantities } from "./quantities.ts";
 import { type Calculator, Latest } from "./questions.ts";
 import { parametersOf, type Robot } from "./robot.ts";
-import type { Image } from "./robots.ts";
+import type { ImageLoader } from "./robots.ts";
 import { Follower, Samples } from "./samples.ts";
 import { SeaView } from "./sea.ts";
 import { type Another, type Kept, type Page, Subject, type View } from "./subject.ts";
 import { TourView } from "./tour.ts";
 
-/** Name, title of the tab, and what makes the view in its panel. */
-const VIEWS: [string, string, (room: HTMLElement, page: Page, another: Another) => View][] = [
-  ["map", "Map", (room, page) => new MapView(room, page)],
-  ["front", "Cost over speed", (room, page) => new FrontView(room, page)],
-  ["body", "Body", (room, page) => new BodyView(room, page)],
-  ["paper", "Published gaits", (room, page) => new TourView(room, page)],
-  ["inside", "Inside", (room, _, another) => new InsideView(room, another)],
-  ["sea", "Sea", (room, page, another) => new SeaView(room, page, another)],
+/** Name of the view, title of its tab, and function that makes the view in its tabPanel. */
+const VIEWS: [string, string, (panel: HTMLElement, page: Page, another: Another) => View][] = [
+  ["map", "Map", (panel, page) => new MapView(panel, page)],
+  ["front", "Cost over speed", (panel, page) => new FrontView(panel, page)],
+  ["body", "Body", (panel, page) => new BodyView(panel, page)],
+  ["paper", "Published gaits", (panel, page) => new TourView(panel, page)],
+  ["inside", "Inside", (panel, _, another) => new InsideView(panel, another)],
+  ["sea", "Sea", (panel, page, another) => new SeaView(panel, page, another)],
   ["about", "About", () => ({})],
 ];
 
 interface Tab {
   name: string;
   button: HTMLElement;
-  room: HTMLElement;
+  panel: HTMLElement;
   view: View;
 }
 
 export class Views {
   private readonly tabs: Tab[];
   private chosen: Tab;
-  private image: (robot: Robot) => Image = () => async () => new Uint8Array();
+  private image: (robot: Robot) => ImageLoader = () => async () => new Uint8Array();
   private row: Float64Array = new Float64Array();
   private readonly samples: Samples;
   private readonly follower: Follower;
   private subject: Subject | null = null;
   private readonly latest = new Latest();
 
-  /** Compute with a calculator of their own, beside the knobs. */
+  /** The views compute with `calculator`, beside the knobs' own. */
   constructor(
     private readonly page: Page,
     private readonly calculator: Calculator,
@@ -52,8 +52,8 @@ export class Views {
       page.certain(spread);
     });
     this.tabs = VIEWS.map(([name, title, make]) => {
-      const [button, room] = panel(name, title);
-      return { name, button, room, view: make(room, page, (robot) => this.another(robot)) };
+      const [button, panel] = tabPanel(name, title);
+      return { name, button, panel, view: make(panel, page, (robot) => this.another(robot)) };
     });
     this.chosen = this.tabs[0] as Tab;
     for (const tab of this.tabs) tab.button.addEventListener("click", () => this.choose(tab));
@@ -71,20 +71,20 @@ export class Views {
     return this.chosen !== this.tabs[0];
   }
 
-  /** Show what an address says; a view that does not exist is left out. */
+  /** Show the view of an address, with its values; an unknown name is ignored. */
   restore(name: string, kept: Kept): void {
     for (const { view } of this.tabs) view.restore?.(kept);
     this.chosen = this.tabs.find((tab) => tab.name === name) ?? this.chosen;
     this.show();
   }
 
-  /** What the address keeps of the views. */
+  /** The values of all views that the address keeps. */
   get kept(): Kept {
     return Object.assign({}, ...this.tabs.map(({ view }) => view.kept?.()));
   }
 
-  /** Turn to a robot and a model. */
-  async about(robot: Robot, model: number, image: (robot: Robot) => Image): Promise<void> {
+  /** Give the views another robot or model. */
+  async about(robot: Robot, model: number, image: (robot: Robot) => ImageLoader): Promise<void> {
     const { calculator, samples } = this;
     this.image = image;
     for (const { view } of this.tabs) view.turnTo?.(robot);
@@ -105,17 +105,17 @@ export class Views {
       void this.follower.want(subject.robot, subject.model, row);
   }
 
-  /** Follow a body while it is changed. */
+  /** Give the views a body while it is being changed. */
   shape(robot: Robot): void {
     for (const { view } of this.tabs) view.shape?.(robot);
   }
 
-  /** Take the knobs' gait at once: a search must not turn back what was turned while its numbers were computed. */
+  /** Give the views the knobs' gait at once: a search must not undo a turn of a knob while quantities are computed. */
   set(row: Float64Array): void {
     for (const { view } of this.tabs) view.set?.(row);
   }
 
-  /** Follow the knobs. */
+  /** Give the views the knobs' gait with its quantities. */
   at(row: Float64Array, values: Quantities): void {
     this.row = row;
     for (const { view } of this.tabs) view.at?.(row, values);
@@ -141,7 +141,7 @@ export class Views {
     return calculator;
   }
 
-  /** The chart that is shown, as SVG; null where the view has none. */
+  /** The chart of the shown view, as SVG text; null if it has none. */
   svg(title: string): string | null {
     return this.chosen.view.svg?.(title) ?? null;
   }
@@ -150,14 +150,14 @@ export class Views {
     this.chosen = tab;
     this.show();
     this.page.changed();
-    // a view that lies below the window comes into it
+    // scroll to a view that lies below the window
     if (part("views").getBoundingClientRect().top > 0.4 * innerHeight) part("views").scrollIntoView();
   }
 
   private show(): void {
     for (const tab of this.tabs) {
       const shown = tab === this.chosen;
-      tab.room.hidden = !shown;
+      tab.panel.hidden = !shown;
       tab.button.setAttribute("aria-selected", String(shown));
       tab.button.tabIndex = shown ? 0 : -1;
     }
@@ -165,7 +165,7 @@ export class Views {
     this.chosen.view.show?.();
   }
 
-  /** Arrow keys go from tab to tab. */
+  /** Arrow keys choose the tab before or after. */
   private press(event: KeyboardEvent): void {
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (way === undefined || (event.target as HTMLElement).getAttribute("role") !== "tab") return;
@@ -175,16 +175,16 @@ export class Views {
   }
 }
 
-/** The tab of a view, and its panel: one of the page, where it has one of this name. */
-function panel(name: string, title: string): [HTMLElement, HTMLElement] {
+/** Make the tab of a view and its tabPanel; the tabPanel is the page's element of this name if it has one. */
+function tabPanel(name: string, title: string): [HTMLElement, HTMLElement] {
   const button = element("button", "", title);
   Object.assign(button, { type: "button", role: "tab", id: `tab-${name}` });
   button.setAttribute("aria-controls", name);
   button.dataset.view = name;
-  const room = document.getElementById(name) ?? element("div");
-  Object.assign(room, { id: name, role: "tabpanel" });
-  room.setAttribute("aria-labelledby", button.id);
+  const panel = document.getElementById(name) ?? element("div");
+  Object.assign(panel, { id: name, role: "tabpanel" });
+  panel.setAttribute("aria-labelledby", button.id);
   part("tabs").append(button);
-  part("views").append(room);
-  return [button, room];
+  part("views").append(panel);
+  return [button, panel];
 }

@@ -1,9 +1,9 @@
-// Numbers, beside the page: answers questions about robots one by one.
+// The worker that computes beside the page: it answers questions about robots one by one.
 import { Core, type CoreRobot, type CoreTwin } from "./core.ts";
 import { bodyOf } from "./robot.ts";
 import type { Answer, Question, Reply } from "./questions.ts";
 
-const BODIES = 16; // changed bodies that are kept: of searches and maps that have not ended yet
+const BODIES = 16; // changed bodies that stay loaded: searches and maps may still ask about them
 
 let core: Core;
 let twin: CoreTwin | null = null;
@@ -16,7 +16,7 @@ function robot(name: string): CoreRobot {
   return found;
 }
 
-/** Numbers one after another. */
+/** Join arrays of numbers, one after another. */
 function joined(parts: Float64Array[]): Float64Array {
   const whole = new Float64Array(parts.reduce((sum, { length }) => sum + length, 0));
   let place = 0;
@@ -27,7 +27,7 @@ function joined(parts: Float64Array[]): Float64Array {
   return whole;
 }
 
-/** Free the robots with a changed body that nobody asks about any more. */
+/** Free the oldest changed bodies, which nobody asks about any more. */
 function forget(): void {
   const bodies = [...robots.keys()].filter((key) => bodyOf(key) !== "");
   for (const key of bodies.slice(0, -BODIES)) {
@@ -89,7 +89,7 @@ async function answer(question: Question): Promise<Answer> {
   }
 }
 
-// In order of arrival: a robot is loaded before it is asked about.
+// Questions are answered in order of arrival: a robot is loaded before it is asked about.
 let last: Promise<void> = Promise.resolve();
 
 self.onmessage = ({ data }: MessageEvent<{ id: number; question: Question }>): void => {

@@ -1,4 +1,4 @@
-/// The kernels, compiled once for each instruction set: HYPERTUNA_ARCH names it.
+/// The kernels, compiled once for each instruction set, which HYPERTUNA_ARCH names.
 #include <algorithm>
 
 #include "hypertuna/host/rows.hpp"
@@ -36,13 +36,13 @@ void settle_any(const Model& model, const GaitBatch& gaits, const SettleOptions&
     });
 }
 
-/// Derivatives fill the lanes: every lane holds the same value and its derivative in a direction of its own.
+/// Scalar of the derivatives: every lane holds the same value and its derivative in another direction.
 using Derivative = Dual<Real, 1>;
 
-/// Results that have derivatives: quantities, and the momentum at the end.
+/// Number of results that have derivatives: quantities, and the momentum at the end.
 constexpr int output_count = derivative_count + 3;
 
-/// Point the lanes into directions first, first + 1, ... of a list; beyond the last, the last is repeated.
+/// Set the lanes' derivatives to directions first, first + 1, ... of a list; beyond the last, the last is repeated.
 void point(const Directions& directions, const std::vector<int>& list, std::size_t first, Momentum<Derivative>& start,
            std::vector<Derivative>& parameters) {
     Derivative* const axes[3] = {&start.x, &start.y, &start.z};
@@ -54,7 +54,7 @@ void point(const Directions& directions, const std::vector<int>& list, std::size
     }
 }
 
-/// The same of the shares of the links' joints, whose rows come after the parameters'.
+/// Set the derivatives of the joints' shares to the directions, whose rows for shares come after the parameters'.
 template <class G>
 void point_shares(const Directions& directions, const std::vector<int>& list, std::size_t first, std::size_t row,
                   std::vector<JointShare<G>>& joints) {
@@ -67,7 +67,7 @@ void point_shares(const Directions& directions, const std::vector<int>& list, st
             }
 }
 
-/// Derivatives along a list of directions. G has derivatives where the directions change the shape.
+/// Write derivatives along a list of directions. G has derivatives where the directions change the shape.
 template <class Law, class G>
 void gradient_along(const Model& model, const GaitBatch& gaits, const Directions& directions,
                     const std::vector<int>& list, int begin, int end, const double* momentum, int steps, double mass,
@@ -140,7 +140,7 @@ void track_along(const Model& model, const JointSeries& series, const Directions
     };
     const Derivative zero(Real(0.0));
     const double still[3] = {0, 0, 0}, *const xi = series.twist ? series.twist : still;
-    const int offset = series.twist ? 3 : 0;  // of the column of the first direction
+    const int offset = series.twist ? 3 : 0;  // column of the first direction
     Twist<Derivative> start{Derivative(Real(xi[0])), Derivative(Real(xi[1])), Derivative(Real(xi[2]))};
     for (std::size_t first = 0; first == 0 || first < list.size(); first += lanes) {
         point(directions, list, first, start, tank.parameters);
@@ -174,7 +174,7 @@ void track_along(const Model& model, const JointSeries& series, const Directions
 
 template <class Law>
 void track_of(const Model& model, const JointSeries& series, const Directions& directions, const Track& track) {
-    if (directions.moving.empty() || !directions.still.empty())  // once at least, for the pose itself
+    if (directions.moving.empty() || !directions.still.empty())  // compute at least once, for the pose itself
         track_along<Law, Real>(model, series, directions, directions.still, track);
     if (!directions.moving.empty()) track_along<Law, Derivative>(model, series, directions, directions.moving, track);
 }
@@ -184,8 +184,8 @@ void track_any(const Model& model, const JointSeries& series, const Directions& 
                          [&](auto law) { track_of<typename decltype(law)::type>(model, series, directions, track); });
 }
 
-/// Mean force toward the head over the beats of gaits whose head is held, with derivatives along all directions. What
-/// the body's momentum takes of the force is back after a beat.
+/// Mean force toward the head over the beats of gaits whose head is held, with derivatives along all directions. Over a
+/// beat the change of the body's momentum adds nothing to the force.
 template <class Law>
 void held_gaits(const Model& model, const GaitBatch& gaits, const Directions& directions, int begin, int end,
                 const double* speed, int steps, double* rows) {

@@ -1,4 +1,4 @@
-/// Machines side by side in lanes, compiled once for each instruction set: HYPERTUNA_ARCH names it.
+/// Machines side by side in lanes, compiled once for each instruction set, which HYPERTUNA_ARCH names.
 #include "hypertuna/host/machines.hpp"
 
 #include "hypertuna/host/real.hpp"
@@ -9,7 +9,7 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 using Rows = const PlantNumbers* const*;
 
-/// Numbers of all lanes, from one place per lane and back.
+/// Copy numbers from one place per lane into lanes, or back.
 static void load(const double* const* from, std::size_t count, Real* to) {
     for (int k = 0; k < lanes; ++k)
         for (std::size_t i = 0; i < count; ++i) set_lane(to[i], k, from[k][i]);
@@ -18,7 +18,7 @@ static void store(const Real* from, std::size_t count, double* const* to) {
     for (int k = 0; k < lanes; ++k)
         for (std::size_t i = 0; i < count; ++i) to[k][i] = lane(from[i], k);
 }
-/// The same for what is made of numbers alone.
+/// Copy structs that consist of numbers, lane by lane.
 template <class Numbers>
 void load(const double* const* from, Numbers& to) {
     load(from, sizeof(Numbers) / sizeof(Real), reinterpret_cast<Real*>(&to));
@@ -28,7 +28,7 @@ void store(const Numbers& from, double* const* to) {
     store(reinterpret_cast<const Real*>(&from), sizeof(Numbers) / sizeof(Real), to);
 }
 
-/// A row of every robot's numbers.
+/// One row of numbers of all robots, a robot per lane.
 static std::vector<Real> load_row(Rows robots, const double* PlantNumbers::* row, std::size_t count) {
     const double* from[lanes];
     for (int k = 0; k < lanes; ++k) from[k] = robots[k]->*row;

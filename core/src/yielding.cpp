@@ -1,4 +1,4 @@
-/// The kernels of joints that yield, compiled once for each instruction set: HYPERTUNA_ARCH names it.
+/// The kernels of joints that yield, compiled once for each instruction set, which HYPERTUNA_ARCH names.
 #include "hypertuna/host/yielding.hpp"
 
 #include <algorithm>
@@ -102,7 +102,8 @@ void settle_any(const Model& model, const YieldBatch& batch, const SettleOptions
             const auto body = yield.fill();
             LaneRows write{rows, width_of_row(D), first, end};
             const auto found = settle_into(model, body, yield.tank, options, write);
-            if (any(Real(0.0) < found.retry)) body.measure(found.start);  // the last measured was another's
+            if (any(Real(0.0) < found.retry))
+                body.measure(found.start);  // the beat measured last was that of another start
             const Swinging<Real, D>& swings = yield.swings;
             for (int d = 0; d < D; ++d)
                 for (const Real& value :
@@ -114,7 +115,7 @@ void settle_any(const Model& model, const YieldBatch& batch, const SettleOptions
 
 using Derivative = Dual<Real, 1>;
 
-/// Derivatives of the beat in the tank by the start and along the directions, a lane for each, into rows.
+/// Write derivatives of the beat in the tank with respect to the start and along the directions, one lane for each.
 template <class Law, int D>
 void gradient_of(const Model& model, const Directions& directions, const double* state, double mass,
                  YieldTank<Derivative, Law, D>& yield, double* out) {

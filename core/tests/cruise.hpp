@@ -1,5 +1,5 @@
-/// A fish that is kinematics alone, and a pilot for it written down by hand: it swims as fast as its beat says, turns
-/// by its bias, pitches and rolls by its fins, and its head swings with the beat as a tail-driven head does.
+/// A purely kinematic fish and a handwritten pilot for it: it swims as fast as its beat says, turns by its bias,
+/// pitches and rolls by its fins, and its head swings with the beat.
 #pragma once
 
 #include "check.hpp"
@@ -50,7 +50,7 @@ Pilot<T> test_pilot() {
     return m;
 }
 
-/// What the pilot's sensors get wrong; those of the robot as in test_sensors.cpp.
+/// Errors of the pilot's sensors; those of the robot are tested in test_sensors.cpp.
 inline Sensors<double> test_senses(std::uint64_t seed) {
     Sensors<double> s{};
     s.joints = 2, s.root_tick = 0.1, s.seed = seed;
@@ -63,18 +63,19 @@ inline Sensors<double> test_senses(std::uint64_t seed) {
     return s;
 }
 
-/// Where the fish is, and what the water and its builder did to it.
+/// State of the water and of the fish, with the fish's flaws.
 struct Water {
     double current[2] = {0, 0};
-    double eases = 1e9;              // s after which there is none
-    double factor = 1;               // of the speed that the gait table says
-    double lean = 0;                 // part of the whole bias that the tail has by itself
+    double eases = 1e9;              // s, time after which the current is zero
+    double factor = 1;               // true speed over the speed in the gait table
+    double lean = 0;                 // bias that the tail has by itself, fraction of the largest bias
     double sinking = 0;              // m/s, from a trim that is off
     double dip = 1.1;                // rad, inclination of the magnetic field
     double stuck[2] = {9, 9};        // rad at which a fin's servo stands; more than 3 for none
-    double gap[2] = {0, 0};          // s from and to which no satellite is received
+    double gap[2] = {0, 0};          // s, begin and end of the time without satellites
     double volts = 15.5, drain = 0;  // V, V/s
-    double held = 1e9, swell = 0;    // s from which a line holds it; m by which that is lifted and lowered, in 7 s
+    double held = 1e9,
+           swell = 0;  // s, time from which a line holds the fish; m, amplitude of the swell of 7 s that moves the line
 };
 
 struct Cruiser {
@@ -86,7 +87,7 @@ struct Cruiser {
     double swung() const { return yaw + 0.12 * swing * std::sin(phase); }
 };
 
-/// Truth that the sensors see, body axes from nose to tail, to starboard, up.
+/// The true motion that the sensors measure, in body axes: from nose to tail, to starboard, up.
 template <class T>
 PilotReadings<double> truth_of(const Cruiser& at, const Water& water, const ControllerOutput<T>& out,
                                double frequency) {
@@ -121,7 +122,7 @@ PilotReadings<double> truth_of(const Cruiser& at, const Water& water, const Cont
     return r;
 }
 
-/// 10 ms of the fish.
+/// Advance the fish by 10 ms.
 template <class T>
 void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const ControllerState<T>& state,
              const ControllerOutput<T>& out) {
@@ -139,7 +140,7 @@ void swim_on(Cruiser& at, const Water& water, const Steering<T>& steering, const
         const double asked = water.stuck[k] < 3 ? water.stuck[k] : double(out.target[4 + k]);
         at.fin[k] += dt * 15 * (asked - at.fin[k]);
     }
-    // Fins lift the body; what it then meets from above turns its nose down again.
+    // Fins lift the body; the flow that then meets it from above turns its nose down again.
     const double q = air * at.speed * at.speed, w0 = 1.1, damp = 2 * 0.4 * w0 + 3 * at.speed;
     const double both = 0.5 * (at.fin[0] + at.fin[1]);
     at.heave += dt / 2.0 * (0.8 * air * at.speed * both - at.heave);

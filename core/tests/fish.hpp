@@ -66,7 +66,7 @@ struct Fish {
     Fish(const Fish&) = delete;
     Fish& operator=(const Fish&) = delete;
 
-    /// Tabulate the beat anew, after a change of coefficients say.
+    /// Tabulate the beat again, for example after a change of coefficients.
     void fill() { tabulate_beat(swimmer, joints, swings, frequency, motion_, table); }
 
     /// The moving shape at phase 2 pi f t, in instant 0 of the table.
@@ -144,7 +144,7 @@ struct Fish {
     BeatSample<S> sample_[steps];
 };
 
-/// Leave nothing in the wake of a law that sheds.
+/// Remove the wake of a law that sheds one.
 template <class Law>
 void stop_shedding(Law& water) {
     if constexpr (requires { water.fin; })

@@ -33,7 +33,7 @@ Controller<T> test_controller() {
     return m;
 }
 
-/// What sound sensors of a robot at rest show.
+/// Readings of sound sensors of a robot at rest.
 template <class T>
 Readings<T> calm_readings() {
     Readings<T> r{};
@@ -50,7 +50,7 @@ Command<T> beat_command(double frequency = 2, double first = 0.2, double second 
     return c;
 }
 
-/// Readings of a tail that follows what it is asked to by a gain, with a little noise so that nothing looks stuck.
+/// Readings of a tail that follows its command with a gain, with a little noise so that no sensor looks stuck.
 template <class T>
 Readings<T> tail_readings(const ControllerOutput<T>& out, double gain, int tick, double noise = 1e-3) {
     Readings<T> r = calm_readings<T>();

@@ -19,7 +19,7 @@ inline SoftJoint<double> soft(double c1, double friction, double left = 0.012, d
             {0, 0}};
 }
 
-/// For dynamics: its first section, filled to a pressure.
+/// A copy of the joint for dynamics: its first section stands for all, at a fill pressure.
 inline Joint<double> soft_joint(double fill, double friction = 0) {
     const double filled[2] = {fill, fill};
     Joint<double> joint{soft(40e3, friction), soft_sections[0], {}, 0, 0.01, 0.2};

@@ -1,5 +1,4 @@
-/// The core lives on the memory it is given: not one allocation from tabulating a beat to settling it and its
-/// derivatives.
+/// The core uses only memory that it is given: no allocation from tabulating a beat to settling it with derivatives.
 #include "allocations.hpp"
 #include "check.hpp"
 #include "fish.hpp"

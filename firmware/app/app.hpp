@@ -30,7 +30,7 @@ void communicate(App& app, B& board) {
     if (app.radio.restart_at != 0 && app.radio.restart_at == app.vehicle.now.tick) boot(app, *app.vehicle.robot, board);
 }
 
-/// One tick of all.
+/// One tick of radio and vehicle.
 template <Board B>
 void tick(App& app, B& board) {
     communicate(app, board);

@@ -12,7 +12,7 @@ namespace hypertuna::firmware {
 /// Flash memory: sectors are erased to ones, pages programmed to zeros. [bytes]
 inline constexpr int flash_sector = 4096, flash_page = 256;
 
-/// Channels that are read as counts, in the order of the core's readings.hpp.
+/// Number of channels that are read as counts, in the order of the core's readings.hpp.
 inline constexpr int channels = sensor_channels;
 
 /// Samples of a channel since the last tick. A sensor without samples does not answer.
@@ -41,22 +41,24 @@ struct Raw {
 template <class B>
 concept Board = requires(B& board, Raw& raw, const float (&pulse)[max_servos], const std::uint8_t* from,
                          std::uint8_t* to, int count, std::uint32_t word) {
-    { board.wait() } -> std::same_as<bool>;  // until the next tick is due; false at the end of a simulated run
+    { board.wait() } -> std::same_as<bool>;  // wait until the next tick is due; false at the end of a simulated run
     { board.read(raw) };                     // adds the samples since the last tick
     { board.drive(pulse, count) };           // servo pulses [s]; 0 for none
-    { board.feed() };                        // the watchdog
-    { board.clock() } -> std::same_as<std::uint32_t>;     // counts up, wraps
+    { board.feed() };                        // resets the watchdog
+    { board.clock() } -> std::same_as<std::uint32_t>;     // clock that counts up and wraps
     { board.per_tick() } -> std::same_as<std::uint32_t>;  // counts of that clock in a control tick
     { board.watchdog_reset() } -> std::same_as<bool>;     // whether the watchdog caused this boot
-    { board.keep(word) };                                 // over a reset without loss of power
-    { board.kept() } -> std::same_as<std::uint32_t>;      // the word; anything after a loss of power
-    { board.load(count, to, count) };                     // bytes of the flash memory from an address on
-    { board.program(count, from, count) };                // within a page; only clears bits; done when it returns
-    { board.erase(count) };                               // sets all bits of a sector; may take 0.4 s
-    { board.recovers() } -> std::same_as<bool>;           // the key is to be deleted: somebody has the board in hand
-    { board.log(from, count) } -> std::same_as<int>;      // black box: number of bytes accepted
-    { board.receive(to, count) } -> std::same_as<int>;    // radio: number of bytes received, without waiting
-    { board.send(from, count) } -> std::same_as<int>;     // radio: number of bytes accepted
+    { board.keep(word) };                                 // keeps a word over a reset without loss of power
+    { board.kept() } -> std::same_as<std::uint32_t>;      // read that word; arbitrary after a loss of power
+    { board.load(count, to, count) };                     // reads bytes of the flash memory from an address on
+    { board.program(count, from, count) };  // writes within a page; only clears bits; done when it returns
+    { board.erase(count) };                 // sets all bits of a sector; may take 0.4 s
+    {
+        board.recovers()
+    } -> std::same_as<bool>;  // whether the key is to be deleted, since somebody has the board in hand
+    { board.log(from, count) } -> std::same_as<int>;    // black box: number of bytes accepted
+    { board.receive(to, count) } -> std::same_as<int>;  // radio: number of bytes received, without waiting
+    { board.send(from, count) } -> std::same_as<int>;   // radio: number of bytes accepted
 };
 
 }  // namespace hypertuna::firmware

@@ -1,7 +1,7 @@
-/// Lock-step: a board whose sensors and servos are a twin at the other end of two pipes.
+/// Lock-step: a board whose sensors and servos are simulated by a twin at the other end of two pipes.
 ///
 /// Each tick waits for a request with the sensors' samples and at most one command, and ends with a reply that has the
-/// pulses, the vehicle's state, and a digest of every computed bit. Little endian, no padding.
+/// pulses, the vehicle's state, and a digest of all computed numbers. Little-endian, no padding.
 #pragma once
 
 #include <algorithm>
@@ -19,27 +19,28 @@ enum class OrderKind : std::uint8_t {
     gait,      // number: frequency, amplitudes, phases, biases, fins
     sticks,    // number: ahead, turn, climb
     leg,       // which
-    origin,    // fix of the request
+    origin,    // its place is the fix of the request
     begin,     // mission; number: home, home_radius, home_speed, depth, reserve, duration, surface_every, stay, center,
                // range, start, declination, silence_below
     waypoint,  // number: x, y, depth, speed, radius, hold
     corner,    // number: x, y
-    end,       // of the mission: it is set
+    end,       // end of the mission, which is then set
     parameter,  // which, number
 };
-inline constexpr int order_numbers = std::max(16, 3 * max_joints + 3);  // of a mission, of a gait
-inline constexpr Station ground{255, 190};                              // that the requests come from
+inline constexpr int order_numbers =
+    std::max(16, 3 * max_joints + 3);       // largest number of a mission's numbers, and of a gait's
+inline constexpr Station ground{255, 190};  // station that the requests come from
 
 struct ToBoard {
     std::int32_t sample[counted_channels];
     std::int32_t fix[2], accuracy;
     std::uint8_t flags, order, which, satellites;
     float number[order_numbers];
-    std::uint8_t missed;             // ticks before this one that the board missed: its clock went on
+    std::uint8_t missed;             // ticks before this one that the board missed, while its clock ran
     std::uint8_t length, radio[62];  // bytes that the radio received
 
     static constexpr std::uint8_t fixed = 1, leak = 2, ground = 4, last = 8, stack = 16;
-    static constexpr std::uint8_t reset = 32, power = 64;  // boot before this tick; its power was never gone
+    static constexpr std::uint8_t reset = 32, power = 64;  // the board boots before this tick; without loss of power
 };
 static_assert(sizeof(ToBoard) == 4 * (counted_channels + 3 + 1 + order_numbers + 16));
 
@@ -50,8 +51,9 @@ struct FromBoard {
     std::uint32_t status, reasons, faults;
     std::uint8_t mode, state, answer, refusal, leg, spare[3];
     std::uint32_t digest;
-    // Board-specific from here on.
-    std::uint32_t controller, pilot, whole, radio, stack;  // counts of the clock; bytes of stack used so far
+    // The fields below depend on the board.
+    std::uint32_t controller, pilot, whole, radio,
+        stack;  // counts of the clock; largest number of bytes of stack used so far
 };
 static_assert(sizeof(FromBoard) == 4 * (1 + max_servos + 9 + 3 + 2 + 1 + 5));
 
@@ -131,7 +133,7 @@ inline Command<float> command_of(int joints, const float* number) {
     }
 }
 
-/// A running digest of 32-bit words (FNV-1a).
+/// Running digest of 32-bit words (FNV-1a).
 struct Digest {
     std::uint32_t value = 2166136261u;
 
@@ -164,24 +166,24 @@ struct Digest {
 
 using FlashMemory = std::uint8_t[flash_sectors * flash_sector];
 
-/// `Wire` moves whole blocks, and keeps time: read(bytes, count) -> bool, write(bytes, count), log(bytes, count) ->
-/// int, clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
+/// Board in lock-step. `Wire` moves whole blocks and keeps time: read(bytes, count) -> bool, write(bytes, count),
+/// log(bytes, count) -> int, clock(), per_tick(), stack(), receive(bytes, count) -> int, send(bytes, count) -> int.
 template <class Wire>
 struct Lockstep {
     Wire& wire;
     FlashMemory& memory;
     ToBoard request;
     float pulse[max_servos];
-    std::uint32_t due = 0, begun = 0;  // clock at the start of the tick: the board's, the wire's
+    std::uint32_t due = 0, begun = 0;  // clock at the start of the tick: that of the board, that of the wire
     std::uint32_t word = 0;            // survives a reset without loss of power
-    bool by_watchdog = false;          // the last reset
+    bool by_watchdog = false;          // the watchdog caused the last reset
 
     bool wait() {
         if (!wire.read(&request, sizeof(request))) return false;
         due += (1u + request.missed) * wire.per_tick(), begun = wire.clock();
         return true;
     }
-    /// What a reset leaves of the board: its flash memory, and the word if the power stayed.
+    /// Reset the board: its flash memory stays, and so does the word if the power stayed.
     void reset() {
         by_watchdog = request.flags & ToBoard::power;
         if (!by_watchdog) word = 0xa5a5a5a5;
@@ -244,14 +246,15 @@ struct Lockstep {
 template <class Wire>
 void run(App& app, MissionBuffer& buffer, Lockstep<Wire>& board, const Description& robot) {
     std::memset(board.memory, 0xff, sizeof(board.memory));
-    buffer.mission.waypoint = buffer.waypoint, buffer.mission.corner = buffer.corner;  // also of one that never begins
+    buffer.mission.waypoint = buffer.waypoint,
+    buffer.mission.corner = buffer.corner;  // also for a mission that never begins
     boot(app, robot, board);
     while (board.wait()) {
         if (board.request.flags & ToBoard::reset) {
             board.reset();
             std::memset(static_cast<void*>(&app), 0, sizeof(app));
             boot(app, robot, board);
-            board.begun = board.wire.clock();  // the boot took its time before this tick
+            board.begun = board.wire.clock();  // the time of the boot counts before this tick
         }
         communicate(app, board);
         if (board.request.flags & ToBoard::ground) on_ground_contact(app.vehicle, ground);

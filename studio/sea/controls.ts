@@ -1,16 +1,17 @@
-// What is chosen in the Sea view: mission and seed, a log, colors of the track, camera.
+// The choices of the Sea view: mission and seed, a log, colors of the track, camera.
 import { button, element, labeled, selection } from "../dom.ts";
 import { BY, type By } from "./colors.ts";
 import type { Mission } from "./flight.ts";
 import { type Sight, STRETCHES } from "./picture.ts";
 
 const MAX_SEED = 2 ** 32 - 1;
-const LOG = "log"; // choice of the list of missions
-const NEARER = 1.4; // of a button
+const LOG = "log"; // value of the log's entry in the list of missions
+const ZOOM_FACTOR = 1.4; // zoom factor of a button
 
-export interface Heard {
+/** Handlers, called when a choice changes. */
+export interface Handlers {
   mission(place: number, seed: number): void;
-  log(): void; // the log that is open is chosen again
+  log(): void; // the open log is chosen again
   file(file: File): void;
   by(by: By): void;
   sight(sight: Sight): void;
@@ -19,7 +20,7 @@ export interface Heard {
 }
 
 export class Controls {
-  readonly room = element("div", "row left");
+  readonly element = element("div", "row left");
   private readonly missions = element("select");
   private readonly seed = element("input");
   private readonly sights = element("div", "switch");
@@ -29,9 +30,9 @@ export class Controls {
     (times) => this.heard.stretch(Number(times)),
   );
 
-  /** `space` where the picture is one in space. */
+  /** `space`: whether the picture is three-dimensional, with cameras to choose. */
   constructor(
-    private readonly heard: Heard,
+    private readonly heard: Handlers,
     space: boolean,
   ) {
     const { missions, seed } = this;
@@ -39,8 +40,8 @@ export class Controls {
     Object.assign(seed, { type: "number", min: "0", step: "1", value: "0" });
     seed.title = "0: the mission as it stands; others scatter current and satellites";
     seed.addEventListener("change", () => this.pick());
-    this.room.append(labeled("mission ", missions), labeled("seed ", seed), this.opener(), this.colors());
-    if (space) this.room.append(this.cameras());
+    this.element.append(labeled("mission ", missions), labeled("seed ", seed), this.opener(), this.colors());
+    if (space) this.element.append(this.cameras());
   }
 
   /** List a robot's missions. */
@@ -50,20 +51,20 @@ export class Controls {
     this.seed.disabled = missions.length === 0;
   }
 
-  /** Mark what is flown. */
+  /** Show the mission and the seed that are flown. */
   flown(place: number, seed: number): void {
     this.missions.value = String(place);
     this.seed.value = String(seed);
   }
 
-  /** Put an open log into the list, chosen or not. */
+  /** Add an open log to the list, chosen or not. */
   logged(title: string, chosen: boolean): void {
     for (const option of this.missions.querySelectorAll(`[value="${LOG}"]`)) option.remove();
     this.missions.append(new Option(title, LOG, false, chosen));
     this.missions.disabled = false;
   }
 
-  /** Mark the camera that is chosen, null for one that was moved. */
+  /** Mark the chosen camera; null if it was moved by hand. */
   seen(sight: Sight | null, stretch: number): void {
     for (const button of this.sights.querySelectorAll("button")) {
       button.setAttribute("aria-pressed", String(button.dataset.sight === sight));
@@ -112,8 +113,8 @@ export class Controls {
     zoom.setAttribute("role", "group");
     zoom.setAttribute("aria-label", "Zoom");
     for (const [text, name, by] of [
-      ["+", "Zoom in", 1 / NEARER],
-      ["−", "Zoom out", NEARER],
+      ["+", "Zoom in", 1 / ZOOM_FACTOR],
+      ["−", "Zoom out", ZOOM_FACTOR],
     ] as const) {
       const nearer = button(text, () => this.heard.zoom(by));
       nearer.setAttribute("aria-label", name);

@@ -1,4 +1,4 @@
-// What a mission is made of, in space: water, ground, fence, legs, waypoints, home.
+// Draws a mission in three dimensions: water, ground, fence, legs, waypoints, home.
 import {
   BackSide,
   BufferGeometry,
@@ -23,15 +23,15 @@ import type { Flight, Mission, Place } from "./flight.ts";
 import { cornersOf, type Extent, extentOf } from "./geometry.ts";
 import { dispose, type Label, type Space } from "./scene.ts";
 
-const LABELED = 24; // waypoints at most that have labels
+const MAX_LABELS = 24; // largest number of waypoints with labels
 
 export class Course {
   readonly group = new Group();
   readonly extent: Extent;
-  readonly step: number; // m of the grid
+  readonly step: number; // m, distance between lines of the grid
   private readonly mission: Mission;
   private readonly labels: Label[] = [];
-  private fine: LineSegments | null = null; // lines of the ground for near cameras
+  private fine: LineSegments | null = null; // finer lines on the ground, for a near camera
   private readonly ahead: Line; // legs that are still to fly
 
   constructor(
@@ -52,7 +52,7 @@ export class Course {
     this.scale();
   }
 
-  /** Show the legs from where the robot is to the waypoint of a leg, and on from there. */
+  /** Show the legs that are still to fly, from the robot's place to the waypoint of leg `leg` and on from there. */
   go(at: Vector3, leg: number, mode: string): void {
     const corners = cornersOf(this.mission).map((place) => new Vector3(...place));
     const count = this.mission.waypoints.length;
@@ -65,7 +65,7 @@ export class Course {
     this.ahead.visible = points.length > 1;
   }
 
-  /** Draw a finer grid for a camera that is near. */
+  /** Show the finer grid if the camera is near. */
   near(distance: number): void {
     const near = distance < 3 * this.step;
     if (this.fine !== null) this.fine.visible = near;
@@ -85,7 +85,7 @@ export class Course {
     this.labels.push(label);
   }
 
-  /** A level rectangle over the area. */
+  /** A horizontal rectangle over the area. */
   private plane(z: number, color: Color, opacity: number): Mesh {
     const { low, high } = this.extent;
     const mesh = new Mesh(
@@ -104,7 +104,7 @@ export class Course {
     return lines;
   }
 
-  /** The surface, and the far sides of the block of water. */
+  /** Draw the surface and the sides of the block of water. */
   private water(): void {
     const color = this.space.color("sea-water");
     const { low, high } = this.extent;
@@ -120,7 +120,7 @@ export class Course {
     corners.forEach((corner, k) => {
       const next = corners[(k + 1) % 4] ?? corner;
       const [a, b, c, d] = [edge(corner, 0), edge(next, 0), edge(corner, low[2]), edge(next, low[2])];
-      faces.push(a, c, b, b, c, d); // seen from outside
+      faces.push(a, c, b, b, c, d); // faces point outward
       for (const depth of [0, 1, 0, 0, 1, 1]) colors.push(color.r, color.g, color.b, depth === 0 ? 0.34 : 0.1);
       edges.push(a, b, a, c);
     });
@@ -205,7 +205,7 @@ export class Course {
     return ahead;
   }
 
-  /** A waypoint: the circle within which it is reached, on a pole from the ground to the surface. */
+  /** Draw a waypoint: the circle in which it counts as reached, on a pole from ground to surface. */
   private waypoint([x, y, depth, , radius]: Mission["waypoints"][number], k: number): void {
     const color = this.space.color("sea-leg");
     const pole = new Line(
@@ -213,7 +213,7 @@ export class Course {
       new LineBasicMaterial({ color, transparent: true, opacity: 0.35 }),
     );
     this.group.add(pole, this.ring(x, y, -depth, radius, color));
-    const every = Math.ceil(this.mission.waypoints.length / LABELED);
+    const every = Math.ceil(this.mission.waypoints.length / MAX_LABELS);
     if (k % every === 0) this.label(String(k + 1), x, y, -depth, "stop");
   }
 
@@ -235,7 +235,7 @@ export class Course {
     return group;
   }
 
-  /** Depths at a corner. */
+  /** Draw a scale of depths at a corner. */
   private scale(): void {
     const { low, high } = this.extent;
     const [x, y] = [high[0], low[1]];
@@ -252,7 +252,7 @@ export class Course {
   }
 }
 
-/** A level circle around the origin. */
+/** A horizontal circle around the origin. */
 export function circle(radius: number, color: Color, opacity: number): LineLoop {
   const points = Array.from({ length: 96 }, (_, k) => {
     const turn = (2 * Math.PI * k) / 96;

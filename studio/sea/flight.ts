@@ -1,43 +1,43 @@
-// A flight: rows of what the robot did and believed, ten a second, of a mission that is flown or of a log.
+// A flight, live or from a log: rows of what the robot did and believed, ten per second.
 
 import type { Column } from "../core.ts";
 
-/** A place to go to: east, north, depth on the way there [m], speed [m/s], radius within which it is reached [m]. */
+/** A waypoint: east, north, depth on the way there [m], speed [m/s], radius in which it counts as reached [m]. */
 export type Waypoint = readonly [number, number, number, number, number];
 export type Place = readonly [number, number]; // east, north [m]
 
 export interface Mission {
   name: string;
-  text?: string; // its purpose, in a line
+  text?: string; // the mission's purpose, in a line
   waypoints: Waypoint[];
   start: Place;
   home: Place;
   home_radius: number; // m
-  fence: Place[]; // corners; none for no fence
+  fence: Place[]; // corners; empty without a fence
   bottom: number; // m, depth of the ground
   depth_max: number; // m
-  current: Place; // m/s at the surface
-  stay: boolean; // surface at the last waypoint instead of going home
+  current: Place; // current at the surface, east and north [m/s]
+  stay: boolean; // whether the robot surfaces at the last waypoint instead of going home
 }
 
-/** A name of the program and its sentence. */
+/** A name in the program, with the sentence that explains it. */
 export interface Said {
   name: string;
   text: string;
 }
 
-/** What does not change during a flight. */
+/** The part of a flight that does not change while it lasts. */
 export interface Head {
-  title: string; // "box, seed 0", name of a log
+  title: string; // such as "box, seed 0", or the name of a log
   robot: string;
   mission: Mission;
   modes: Said[];
-  reasons: Said[]; // by bit
-  joints: number; // joint groups
+  reasons: Said[]; // reasons, by bit
+  joints: number; // number of joint groups
 }
 
 export class Flight {
-  count = 0; // rows
+  count = 0; // number of rows
   private rows = new Float64Array();
   private readonly width: number;
   private readonly places = new Map<string, { place: number; width: number }>();
@@ -54,7 +54,7 @@ export class Flight {
     this.width = place;
   }
 
-  /** Append rows, one after another. */
+  /** Append rows of numbers. */
   append(rows: Float64Array): void {
     const used = this.count * this.width;
     if (used + rows.length > this.rows.length) {
@@ -70,7 +70,7 @@ export class Flight {
     return this.places.has(name);
   }
 
-  /** Numbers of a column in a row, NaN where there is none. */
+  /** Number `part` of a column in row `k`; NaN if there is none. */
   value(name: string, k: number, part = 0): number {
     const found = this.places.get(name);
     if (found === undefined || part >= found.width || k < 0 || k >= this.count) return Number.NaN;
@@ -90,7 +90,7 @@ export class Flight {
     return this.count === 0 ? 0 : this.time(this.count - 1);
   }
 
-  /** The last row that is not later than a time. */
+  /** The last row that is not later than a time [s]. */
   at(time: number): number {
     let [low, high] = [0, this.count - 1];
     while (low < high) {
@@ -101,9 +101,9 @@ export class Flight {
     return low;
   }
 
-  // --- what both kinds of flights have, the true one where it is known
+  // values of live flights and logs: the true one if it is known
 
-  /** Whether the true motion is known: a log of the robot itself has its estimate alone. */
+  /** Whether the true motion is known; a log of the robot itself has only its estimate. */
   get true(): boolean {
     return this.has("position");
   }
@@ -115,7 +115,7 @@ export class Flight {
       : this.believed(k);
   }
 
-  /** Where the robot believes that its nose is [m]. */
+  /** Place of the nose in the robot's estimate: east, north, up [m]. */
   believed(k: number): [number, number, number] {
     const place = (part: number): number => this.value("position_estimated", k, part);
     return [place(0), place(1), -this.value("depth_estimated", k)];
@@ -137,7 +137,7 @@ export class Flight {
     return this.has("velocity") ? -this.value("velocity", k, 0) : this.value("speed_estimated", k);
   }
 
-  /** Distance of the believed from the true place in the plane [m]; NaN where either is unknown. */
+  /** Horizontal distance between the believed and the true place [m]; NaN if either is unknown. */
   error(k: number): number {
     if (!this.true) return Number.NaN;
     const [a, b] = [this.position(k), this.believed(k)];

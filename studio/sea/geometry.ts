@@ -1,9 +1,9 @@
-// Places of a mission: the corners of its course, and the area around it.
+// The geometry of a mission: the corners of its course, and the box around it.
 import type { Flight, Mission } from "./flight.ts";
 
 export type Point = readonly [number, number, number]; // east, north, up [m]
 
-/** Corners of the course: start, waypoints, home; each at the depth of the way there. */
+/** Corners of the course: start, waypoints, home [m]; each at the depth of the leg that leads there. */
 export function cornersOf(mission: Mission): Point[] {
   const { waypoints, start, home } = mission;
   const [first, last] = [waypoints[0]?.[2] ?? 0, waypoints.at(-1)?.[2] ?? 0];
@@ -11,7 +11,7 @@ export function cornersOf(mission: Mission): Point[] {
   return [[...start, -first], ...corners, ...(mission.stay ? [] : [[...home, -last] as const])];
 }
 
-/** A box around what is to be seen [m]: its floor is the ground, its top the surface. */
+/** The box that the picture shows [m]: its floor is the ground, its top the surface. */
 export interface Extent {
   low: Point;
   high: Point;
@@ -29,9 +29,9 @@ export function extentOf(flight: Flight): Extent {
       low[k] = Math.min(low[k], place[k]);
       high[k] = Math.max(high[k], place[k]);
     }
-  const room = Math.max(3, 0.06 * Math.hypot(high[0] - low[0], high[1] - low[1]));
+  const border = Math.max(3, 0.06 * Math.hypot(high[0] - low[0], high[1] - low[1]));
   return {
-    low: [low[0] - room, low[1] - room, -mission.bottom],
-    high: [high[0] + room, high[1] + room, 0],
+    low: [low[0] - border, low[1] - border, -mission.bottom],
+    high: [high[0] + border, high[1] + border, 0],
   };
 }

@@ -1,14 +1,14 @@
-// A mission that is flown now: a worker computes it as fast as it can, the view plays behind.
+// A mission that is flown live: a worker computes it as fast as it can, and the view plays it.
 import type { Calculator } from "../questions.ts";
 import type { Robot } from "../robot.ts";
 import { Flight } from "./flight.ts";
 
-const ROWS = 10; // a second
-const PART = 5; // s of the flight in one question
+const ROWS = 10; // rows per second of the flight
+const QUESTION_TIME = 5; // s of the flight that one question to the worker computes
 
 export class Live {
   readonly flight: Flight;
-  over = false; // flown to its end
+  over = false; // whether the mission is flown to its end
   private stopped = false;
 
   private constructor(
@@ -38,21 +38,21 @@ export class Live {
     return new Live(calculator, robot.twin?.rate ?? 100, robot, mission, seed, columns);
   }
 
-  /** Fly to the end; `grown` hears of each part. */
+  /** Fly to the end; `grown` is called after each part. */
   async run(grown: () => void): Promise<void> {
     const every = Math.round(this.rate / ROWS);
-    let next = { rows: 1, every: 1 }; // the first tick, then every tenth from there, as a log has them
+    let next = { rows: 1, every: 1 }; // the first tick, then ten rows per second, as in a log
     while (!this.over && !this.stopped) {
       const { rows, over } = await this.calculator.ask({ kind: "flown", ...next });
       if (this.stopped) return;
-      next = { rows: PART * ROWS, every };
+      next = { rows: QUESTION_TIME * ROWS, every };
       this.flight.append(rows);
       this.over = over;
       grown();
     }
   }
 
-  /** How it ended, in words; "" while it flies. */
+  /** How the flight ended, in words; "" while it lasts. */
   get ending(): string {
     const { flight, robot } = this;
     const place = flight.value("ending", flight.count - 1);

@@ -1,4 +1,4 @@
-// Logs of missions: what `hypertuna mission FILE -o x.mcap` writes, read into rows; the sentences are the program's.
+// Reads logs of missions, which `hypertuna mission FILE -o x.mcap` writes, into rows; errors are worded as in Python.
 import type { Column } from "../core.ts";
 import type { Head, Mission, Place, Waypoint } from "./flight.ts";
 import { isMcap, type Messages, messagesOf } from "./mcap.ts";
@@ -7,15 +7,15 @@ export interface Log {
   head: Head;
   columns: Column[];
   rows: Float64Array;
-  sentence: string; // whether the file is whole, and the extent read
+  sentence: string; // a sentence on whether the file is whole, and how far it was read
 }
 
 const TURN = Math.PI / 180;
 const AGAIN = "record the log again";
-const UNREAD = ["/servos", "/hydraulics", "/command", "/status", "/sensors"]; // topics whose numbers are not shown
+const UNREAD = ["/servos", "/hydraulics", "/command", "/status", "/sensors"]; // not shown, but their times count
 const FRAMES = { "/tf robot": "attitude", "/tf estimate": "attitude_estimated" };
 
-/** A quantity of a log in messages of JSON: its topic, the unit of its key, the factor to SI, and its parts. */
+/** A quantity in JSON messages of a log: its topic, the unit in its key, the factor to SI, and its parts. */
 interface Source {
   name: string;
   topic: string;
@@ -42,14 +42,14 @@ const SOURCES: Source[] = [
   { name: "charge_left", topic: "/battery", unit: "", size: 1, parts: ONE },
 ];
 
-/** Bad input: the subject, the rule as a verb phrase, the present value, the correction. */
+/** Bad input: names the key, the rule as a verb phrase, the present value and the correction. */
 class InputError extends Error {
   constructor(rule: string, { key = "", value = "", fix = "" }: { key?: string; value?: string; fix?: string }) {
     super(`${key === "" ? "" : `: ${key}`} ${rule}${value && `, but is ${value}`}${fix && `: ${fix}`}.`);
   }
 }
 
-/** Read a log, or throw the sentence that says why not. */
+/** Read a log; throws a sentence that says why a file cannot be read. */
 export function readLog(file: string, content: Uint8Array): Log {
   try {
     return read(content);
@@ -108,7 +108,7 @@ function headerOf(text: string): Header {
   }
 }
 
-/** What a header leaves out of its mission: as in the program. */
+/** Values of keys that a header leaves out of its mission; the same as in the Python program. */
 const LEFT_OUT = {
   start: [0, 0],
   home: [0, 0],
@@ -139,7 +139,7 @@ function missionOf(name: string, written: Record<string, unknown>): Mission {
   };
 }
 
-// Values of a parsed text, of the kind that is expected.
+// Checked casts of parsed JSON; they throw if a value is of another type.
 
 function fields(value: unknown): Record<string, unknown> {
   if (typeof value !== "object" || value === null || Array.isArray(value)) throw new TypeError();
@@ -176,7 +176,7 @@ function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: 
   const frames = Object.entries(FRAMES).filter(([, name]) => known.has(name));
   const sources = SOURCES.filter(({ name }) => known.has(name));
   const topics = [...new Set([...frames.map(([topic]) => topic), ...sources.map(({ topic }) => topic)])];
-  const complete = [...topics, ...UNREAD.filter((topic) => messages.times.has(topic))]; // of a time
+  const complete = [...topics, ...UNREAD.filter((topic) => messages.times.has(topic))]; // each has every time
   const count = Math.min(...complete.map((topic) => messages.times.get(topic)?.length ?? 0));
   if (frames.length === 0 || count === 0) {
     const rule = `has no time that all topics have${messages.fault && `: it is ${messages.fault}`}`;
@@ -203,7 +203,7 @@ function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: 
   return { columns: table.columns, rows: table.rows(), end: times.at(-1) ?? 0 };
 }
 
-/** Columns that are filled one by one. */
+/** A table whose columns are filled one after another. */
 class Table {
   readonly columns: Column[] = [{ name: "time", width: 1 }];
   private readonly values: Float64Array[] = [];
@@ -222,7 +222,7 @@ class Table {
     return values;
   }
 
-  /** Read numbers of messages in JSON. */
+  /** Read numbers of JSON messages into columns. */
   json(contents: Uint8Array[], sources: Source[], joints: string[]): void {
     const decoder = new TextDecoder();
     const keys = sources.map(({ name, parts, unit }) => {
@@ -240,7 +240,7 @@ class Table {
     }
   }
 
-  /** Read transforms: the attitude in our body axes, and of the true one the position. */
+  /** Read transforms into columns: the attitude in hypertuna's body axes, and the position of the true one. */
   pose(contents: Uint8Array[], name: string): void {
     const place = name === "attitude" ? this.add("position", 3) : null;
     const turn = this.add(name, 4);
@@ -265,7 +265,7 @@ class Table {
   }
 }
 
-/** Numbers 1 to `count` of a message of doubles; those that are 0 are not written. */
+/** Fields 1 to `count` of a protobuf message of doubles; fields that are 0 are absent from the message. */
 function doubles(content: Uint8Array | undefined, count: number): number[] {
   if (content === undefined) throw new TypeError();
   const values = new Array<number>(count).fill(0);
@@ -276,7 +276,7 @@ function doubles(content: Uint8Array | undefined, count: number): number[] {
   return values;
 }
 
-/** Number and content of a transform's fields: doubles, and texts or messages of less than 128 bytes. */
+/** Number and content of the fields of a protobuf message: doubles, and texts or messages below 128 bytes. */
 function* protobuf(content: Uint8Array): Generator<[number, Uint8Array]> {
   for (let at = 0; at + 1 < content.length; ) {
     const [tag = 0, next = 0] = [content[at], content[at + 1]];
@@ -287,7 +287,7 @@ function* protobuf(content: Uint8Array): Generator<[number, Uint8Array]> {
   }
 }
 
-/** Name of a message: its topic, a transform's child frame, too. */
+/** Name of a message: its topic; for a transform also its child frame. */
 function nameOf(topic: string, content: Uint8Array): string {
   if (topic !== "/tf") return topic;
   return `/tf ${new TextDecoder().decode(new Map(protobuf(content)).get(3))}`;

@@ -1,29 +1,29 @@
-// A flight at a time between its rows.
+// The state of a flight at a time between two rows, by interpolation.
 import { Quaternion, Vector3 } from "three";
 import type { Flight } from "./flight.ts";
 
 export interface Moment {
-  row: number; // the last that is not later
-  exact: number; // with the part on the way to the next
-  position: Vector3; // of the nose [m]
-  attitude: Quaternion; // from nose-to-tail, starboard, up axes
-  angles: number[]; // of the joint groups [rad]
-  fins: [number, number]; // port, starboard [rad]
+  row: number; // the last row that is not later
+  exact: number; // row plus the fraction of the way to the next row
+  position: Vector3; // place of the nose: east, north, up [m]
+  attitude: Quaternion; // turns the body's axes (nose to tail, starboard, up) into the world's
+  angles: number[]; // angles of the joint groups [rad]
+  fins: [number, number]; // angles of the port and starboard fins [rad]
 }
 
-/** Value at a part between two of four rows: a curve through all of them. */
+/** Interpolate between the middle two of four rows: a Catmull-Rom curve. */
 function through(a: number, b: number, c: number, d: number, t: number): number {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
 
-/** Value at a part between rows. */
+/** Value of a column at a fractional row. */
 function between(flight: Flight, row: number, value: (k: number) => number): number {
   const first = Math.floor(row);
   const near = (k: number): number => value(Math.min(flight.count - 1, Math.max(0, first + k)));
   return through(near(-1), near(0), near(1), near(2), row - first);
 }
 
-/** Place of the nose at a part between rows [m]. */
+/** Place of the nose at a fractional row [m]. */
 export function placeOf(flight: Flight, row: number): [number, number, number] {
   const part = (i: number): number => between(flight, row, (k) => flight.position(k)[i] ?? 0);
   return [part(0), part(1), part(2)];

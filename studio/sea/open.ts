@@ -1,11 +1,11 @@
-// Open a log in a worker of its own, within a time.
+// Opens a log in its own worker, within a time limit.
 import type { Log } from "./log.ts";
 import type { Read } from "./reader.ts";
 
-const PATIENCE = 60; // s
-const MAX_FILE = 2 ** 28; // bytes: two days of a mission
+const TIME_LIMIT = 60; // s, time limit of reading a log
+const MAX_FILE = 2 ** 28; // largest file in bytes: two days of a mission
 
-/** Read a log; rejects with a sentence where it is none. */
+/** Read a log; rejects with a sentence if the file is not one. */
 export function openLog(script: string, name: string, content: Uint8Array): Promise<Log> {
   if (content.length > MAX_FILE) {
     const size = Math.round(content.length / 2 ** 20);
@@ -15,7 +15,7 @@ export function openLog(script: string, name: string, content: Uint8Array): Prom
   const worker = new Worker(address);
   return new Promise<Log>((resolve, reject) => {
     const fail = (reason: string): void => reject(new Error(`${name} cannot be read: ${reason}.`));
-    const late = setTimeout(() => fail(`it takes more than ${PATIENCE} s`), 1000 * PATIENCE);
+    const late = setTimeout(() => fail(`it takes more than ${TIME_LIMIT} s`), 1000 * TIME_LIMIT);
     worker.onerror = (event) => {
       event.preventDefault();
       fail(event.message || "the reader ended");

@@ -1,4 +1,4 @@
-// The flight in space: its course, its track, the robot at true size, and where the robot believes that it is.
+// Draws a flight in three dimensions: its course, its track, the robot at true size, and where it believes that it is.
 import {
   BufferGeometry,
   CircleGeometry,
@@ -22,20 +22,20 @@ import { dispose, type Label, Space } from "./scene.ts";
 import { Specks } from "./specks.ts";
 import { Track } from "./track.ts";
 
-const MARK = 22; // px: a robot that is smaller has an arrow
-const NEAR = 4.2; // body lengths from which the robot is followed
-const STRETCHES = [1, 2, 5, 10, 20];
-const FLAT = 0.14; // depth of the water over the size of the area that is too flat to see
+const ARROW_SIZE = 22; // px: a robot shorter than two of these gets an arrow of this size
+const FOLLOW_DISTANCE = 4.2; // distance of the camera that follows the robot, body lengths
+const STRETCHES = [1, 2, 5, 10, 20]; // factors by which depths can be drawn larger
+const MIN_FLATNESS = 0.14; // least depth of the drawn water over the size of the area
 
 export type Sight = "overview" | "follow";
 
 export class Picture {
   readonly space = new Space();
-  sight: Sight | null = "overview"; // null where the camera was moved by hand
-  private readonly world = new Group(); // what is stretched
+  sight: Sight | null = "overview"; // null after the camera was moved by hand
+  private readonly world = new Group(); // everything whose depths are drawn larger
   private readonly fish = new Group();
   private readonly arrow: Mesh;
-  private readonly spread = new Group(); // of the believed place
+  private readonly spread = new Group(); // circle of two standard deviations around the believed place
   private readonly plumb: Line;
   private readonly specks = new Specks();
   private readonly name: Label;
@@ -45,11 +45,11 @@ export class Picture {
   private course: Course | null = null;
   private track: Track | null = null;
   private by: By = "mode";
-  private last = new Vector3(); // place of the robot in the picture before
+  private last = new Vector3(); // place of the robot when it was drawn last
   private leg = "";
 
-  get room(): HTMLElement {
-    return this.space.room;
+  get element(): HTMLElement {
+    return this.space.element;
   }
 
   get canvas(): HTMLCanvasElement {
@@ -77,7 +77,7 @@ export class Picture {
     };
   }
 
-  /** Show a flight, with the body of its robot where it is known. */
+  /** Show a flight, with the body of its robot if the page knows the robot. */
   set(flight: Flight, robot: Robot | null): void {
     this.flight = flight;
     if (this.body !== null) dispose(this.body.model);
@@ -90,7 +90,7 @@ export class Picture {
     this.overview();
   }
 
-  /** Draw all anew, in the colors of the page's theme. */
+  /** Draw everything again, in the colors of the page's theme. */
   refresh(): void {
     const { flight, space } = this;
     if (flight === null) return;
@@ -125,7 +125,7 @@ export class Picture {
     this.space.renew();
   }
 
-  /** Draw depths larger than lengths. */
+  /** Set the factor by which depths are drawn larger than lengths. */
   deepen(stretch: number): void {
     this.space.stretch = stretch;
     if (this.sight === "overview") this.overview();
@@ -135,10 +135,10 @@ export class Picture {
   see(sight: Sight): void {
     this.sight = sight;
     if (sight === "overview") this.overview();
-    else this.space.look(this.last, new Vector3(0.75, -0.75, 0.4), NEAR * (this.body?.length ?? 1));
+    else this.space.look(this.last, new Vector3(0.75, -0.75, 0.4), FOLLOW_DISTANCE * (this.body?.length ?? 1));
   }
 
-  /** Show a time of the flight. */
+  /** Show the flight at a time [s]. */
   show(time: number): void {
     const { flight } = this;
     if (flight === null || flight.count === 0) return;
@@ -155,7 +155,7 @@ export class Picture {
     this.space.renew();
   }
 
-  /** Draw where something has changed. */
+  /** Draw if something has changed. */
   draw(): void {
     this.size();
     this.space.draw();
@@ -196,18 +196,18 @@ export class Picture {
     this.guess.place.set(x, y - radius, z);
   }
 
-  /** An arrow of constant size on the screen, where the robot is too small to see. */
+  /** Show an arrow of constant size on the screen if the robot is too small to see. */
   private size(): void {
     const { space, fish, body } = this;
     const scale = space.scale(space.camera.position.distanceTo(fish.position));
     const length = body?.length ?? 0;
-    this.arrow.visible = length * scale < 2 * MARK;
-    this.arrow.scale.setScalar(MARK / scale);
+    this.arrow.visible = length * scale < 2 * ARROW_SIZE;
+    this.arrow.scale.setScalar(ARROW_SIZE / scale);
     this.specks.points.visible = !this.arrow.visible && body !== null;
     this.course?.near(space.camera.position.distanceTo(space.controls.target));
     const [disc] = this.spread.children;
-    if (disc !== undefined) disc.visible = this.spread.scale.x * scale < 0.45 * space.room.clientHeight;
-    this.name.box.hidden = length * scale > 3 * MARK;
+    if (disc !== undefined) disc.visible = this.spread.scale.x * scale < 0.45 * space.element.clientHeight;
+    this.name.box.hidden = length * scale > 3 * ARROW_SIZE;
   }
 
   private overview(): void {
@@ -219,7 +219,7 @@ export class Picture {
     this.space.fit(corners, new Vector3(0.32, -0.9, 0.62));
   }
 
-  /** How much depths are drawn larger, so that the water of a wide area is not too flat to see. */
+  /** The least factor for depths with which the water of a wide area is deep enough to see. */
   private fitting(): number {
     const { mission } = this.flight?.head ?? {};
     if (mission === undefined) return 1;
@@ -227,7 +227,7 @@ export class Picture {
     const span = (k: number): number =>
       Math.max(...places.map((p) => p[k] ?? 0)) - Math.min(...places.map((p) => p[k] ?? 0));
     const size = Math.max(span(0), span(1), 1);
-    return STRETCHES.find((stretch) => (stretch * mission.bottom) / size >= FLAT) ?? 20;
+    return STRETCHES.find((stretch) => (stretch * mission.bottom) / size >= MIN_FLATNESS) ?? 20;
   }
 }
 

@@ -1,4 +1,4 @@
-// The flight from above, for browsers that draw nothing in space.
+// Draws the flight from above, for browsers without WebGL.
 import { Chart } from "../chart.ts";
 import { element } from "../dom.ts";
 import { type By, colorOf, rangeOf } from "./colors.ts";
@@ -6,11 +6,11 @@ import { cornersOf, extentOf } from "./geometry.ts";
 import type { Flight, Place } from "./flight.ts";
 import { type Box, place, rankOf } from "./labels.ts";
 
-const POINTS = 2000; // of the drawn track at most
-const TALL = 14; // px of a line of text
+const MAX_POINTS = 2000; // largest number of points of the drawn track
+const TEXT_HEIGHT = 14; // px, height of a line of text
 
 export class Plan {
-  readonly room = element("div", "sea-space");
+  readonly element = element("div", "sea-space");
   readonly canvas = element("canvas", "sea-canvas");
   private readonly chart: Chart;
   private flight: Flight | null = null;
@@ -21,9 +21,9 @@ export class Plan {
 
   constructor() {
     this.canvas.setAttribute("role", "img");
-    this.room.append(this.canvas);
+    this.element.append(this.canvas);
     this.chart = new Chart(this.canvas);
-    new ResizeObserver(() => this.refresh()).observe(this.room);
+    new ResizeObserver(() => this.refresh()).observe(this.element);
   }
 
   set(flight: Flight, _: unknown): void {
@@ -51,7 +51,7 @@ export class Plan {
 
   draw(): void {
     const { flight, chart } = this;
-    if (!this.stale || flight === null || flight.count === 0 || this.room.clientWidth === 0) return;
+    if (!this.stale || flight === null || flight.count === 0 || this.element.clientWidth === 0) return;
     this.stale = false;
     if (!this.begin(flight)) return;
     chart.axes(true);
@@ -62,24 +62,24 @@ export class Plan {
     this.write();
   }
 
-  /** Write the labels, none over another. */
+  /** Write the labels so that none covers another. */
   private write(): void {
     const { pen, inside } = this.chart;
-    const room = { left: inside.x, top: inside.y, wide: inside.width, high: inside.height };
+    const bounds = { left: inside.x, top: inside.y, wide: inside.width, high: inside.height };
     const taken: Box[] = [];
     pen.textAlign = "left";
     for (const { text, kind, point, color } of this.labels.sort((a, b) => rankOf(a.kind) - rankOf(b.kind))) {
-      const found = place(kind, point, [pen.measureText(text).width, TALL], taken, room);
+      const found = place(kind, point, [pen.measureText(text).width, TEXT_HEIGHT], taken, bounds);
       pen.fillStyle = this.chart.color(color);
-      if (found !== null) pen.fillText(text, found.box.left, found.box.top + TALL - 3);
+      if (found !== null) pen.fillText(text, found.box.left, found.box.top + TEXT_HEIGHT - 3);
     }
   }
 
-  /** Axes of one scale around all that is to be seen. */
+  /** Set axes with equal scales around everything that is to be seen. */
   private begin(flight: Flight): boolean {
     const { chart } = this;
     const { low, high } = extentOf(flight);
-    const [wide, tall] = [this.room.clientWidth - 72, this.room.clientHeight - 56];
+    const [wide, tall] = [this.element.clientWidth - 72, this.element.clientHeight - 56];
     const scale = Math.max((high[0] - low[0]) / wide, (high[1] - low[1]) / tall);
     const around = (k: 0 | 1, size: number): [number, number] => {
       const middle = (low[k] + high[k]) / 2;
@@ -123,7 +123,7 @@ export class Plan {
     const { chart, by } = this;
     const { pen } = chart;
     const last = flight.at(this.time);
-    const every = Math.max(1, Math.ceil(flight.count / POINTS));
+    const every = Math.max(1, Math.ceil(flight.count / MAX_POINTS));
     const range = rangeOf(flight, by);
     const rows = Array.from({ length: Math.ceil(flight.count / every) }, (_, k) => k * every);
     pen.lineWidth = 1;
@@ -161,7 +161,7 @@ export class Plan {
     }
     const [left, top] = chart.place(x, y);
     const [qx, qy, qz, qw] = flight.attitude(k);
-    const heading = Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) + Math.PI; // of the head
+    const heading = Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) + Math.PI; // heading of the head
     pen.save();
     pen.translate(left, top);
     pen.rotate(-heading);

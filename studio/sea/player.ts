@@ -1,13 +1,13 @@
-// Play and scrub: a button, a slider over the flight's time, a tempo.
+// Controls that play a flight: a button, a slider over its time, a tempo.
 import { element, labeled, selection } from "../dom.ts";
 import type { Flight } from "./flight.ts";
 import { clock, spoken } from "./words.ts";
 
 const TEMPI = [0.5, 1, 2, 5, 10, 20, 50];
-const KEY = 5; // s of an arrow key
+const KEY_STEP = 5; // s that an arrow key goes forward or back
 
 export class Player {
-  readonly room = element("div", "sea-player");
+  readonly element = element("div", "sea-player");
   time = 0;
   tempo = 5;
   private playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -17,7 +17,7 @@ export class Player {
   private flight: Flight | null = null;
   private complete = true;
 
-  /** `changed` hears of another time. */
+  /** `changed` is called when the time has changed. */
   constructor(private readonly changed: () => void) {
     const { button, slider } = this;
     button.type = "button";
@@ -30,17 +30,17 @@ export class Player {
     const tempo = selection(tempi, this.tempo, (times) => {
       this.tempo = Number(times);
     });
-    this.room.append(button, slider, this.text, labeled("tempo ", tempo));
+    this.element.append(button, slider, this.text, labeled("tempo ", tempo));
     this.name();
   }
 
-  /** Play another flight from its start; `complete` where no more of it will come. */
+  /** Play another flight from its start; `complete`: no more rows of it will come. */
   set(flight: Flight, complete: boolean): void {
     [this.flight, this.complete, this.time] = [flight, complete, flight.begin];
     this.show();
   }
 
-  /** More of the flight has come. */
+  /** Take new rows of the flight; `complete`: no more will come. */
   grow(complete: boolean): void {
     this.complete = complete;
     if (this.flight !== null && this.time < this.flight.begin) this.time = this.flight.begin;
@@ -55,7 +55,7 @@ export class Player {
     this.changed();
   }
 
-  /** Let time pass on the screen [s]. */
+  /** Advance the player by seconds of the screen. */
   pass(seconds: number): void {
     const { flight } = this;
     if (flight === null || !this.playing || flight.count < 2) return;
@@ -79,7 +79,7 @@ export class Player {
 
   private press(event: KeyboardEvent): void {
     const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -6, PageUp: 6 }[event.key];
-    if (way !== undefined) this.go(this.time + KEY * way);
+    if (way !== undefined) this.go(this.time + KEY_STEP * way);
     else if (event.key === " ") this.play(!this.playing);
     else return;
     event.preventDefault();

@@ -1,7 +1,7 @@
-// The worker that reads a log, beside the page.
+// The worker that reads a log beside the page.
 import { type Log, readLog } from "./log.ts";
 
-/** The request, a file, and its answer. */
+/** The request to the worker: a file; its answer is a `Read`. */
 export interface File {
   name: string;
   content: Uint8Array;

@@ -1,4 +1,4 @@
-// The picture in space: canvas, camera, light, labels; drawn only when something has changed. z is up.
+// The three-dimensional scene: canvas, camera, light, labels; drawn only when something has changed. z is up.
 import {
   type BufferGeometry,
   Color,
@@ -16,27 +16,27 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { colorOf, element } from "../dom.ts";
 import { type Box, place, rankOf } from "./labels.ts";
 
-const FIELD = 40; // deg of the camera, upright
-const TURN = Math.PI / 24; // of an arrow key
-const ZOOM = 1.15; // of a key
-const LABELS = 84; // px of the depths' labels
-const HAZE = 40; // m that one sees in water at least
+const FIELD_OF_VIEW = 40; // deg, vertical field of view of the camera
+const KEY_TURN = Math.PI / 24; // rad that an arrow key turns the picture
+const KEY_ZOOM = 1.15; // zoom factor of a key
+const LABELS_WIDTH = 84; // px, width that is left for the labels of depths
+const VISIBILITY = 40; // m, least distance that one sees through the water
 
-/** A text beside a place in space. */
+/** A text beside a point of the scene. */
 export interface Label {
   box: HTMLElement;
   place: Vector3;
   kind: string;
-  way: number; // that it was placed by
+  way: number; // direction in which it was placed last
 }
 
-/** Least and largest x and y. */
+/** The least and largest x, then the least and largest y. */
 function edges(places: Vector3[]): [number, number, number, number] {
   const [xs, ys] = [places.map(({ x }) => x), places.map(({ y }) => y)];
   return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
 }
 
-/** Whether this browser draws in space. */
+/** Whether this browser has WebGL 2. */
 export function draws(): boolean {
   try {
     return document.createElement("canvas").getContext("webgl2") !== null;
@@ -47,13 +47,13 @@ export function draws(): boolean {
 
 export class Space {
   readonly scene = new Scene();
-  readonly camera = new PerspectiveCamera(FIELD, 1, 0.05, 5000);
+  readonly camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.05, 5000);
   readonly controls: OrbitControls;
   readonly canvas = element("canvas", "sea-canvas");
-  readonly room = element("div", "sea-space");
-  stretch = 1; // of depths
-  grid = 0; // m between lines of the ground
-  moved: () => void = () => {}; // the camera was moved by hand
+  readonly element = element("div", "sea-space");
+  stretch = 1; // factor by which depths are drawn larger
+  grid = 0; // m between grid lines of the ground
+  moved: () => void = () => {}; // called when the camera is moved by hand
   resized: () => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly over = element("div", "sea-labels");
@@ -70,11 +70,11 @@ export class Space {
     this.over.setAttribute("aria-hidden", "true");
     this.compass.innerHTML = '<svg viewBox="-20 -20 40 40"><path d="M0-15 5 6 0 3-5 6Z"/></svg><span>N</span>';
     this.over.append(this.compass, this.bar);
-    this.room.append(this.canvas, this.over);
+    this.element.append(this.canvas, this.over);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.maxPolarAngle = 0.96 * Math.PI;
-    this.controls.enableZoom = false; // the wheel is the page's until the picture is chosen
+    this.controls.enableZoom = false; // the wheel scrolls the page until the picture is chosen
     this.controls.zoomToCursor = false;
     this.controls.addEventListener("change", () => this.renew());
     this.controls.addEventListener("start", () => this.moved());
@@ -86,30 +86,30 @@ export class Space {
     sun.position.set(-0.4, -0.6, 1);
     this.scene.fog = this.haze;
     this.scene.add(new HemisphereLight(0xffffff, 0x8fa6b5, 1.7), sun);
-    new ResizeObserver(() => this.resize()).observe(this.room);
+    new ResizeObserver(() => this.resize()).observe(this.element);
   }
 
-  /** Draw at the next frame. */
+  /** Request a drawing at the next frame. */
   renew(): void {
     this.stale = true;
   }
 
-  /** Draw where something has changed. */
+  /** Draw if something has changed. */
   draw(): void {
-    if (!this.stale || this.room.clientWidth === 0) return;
+    if (!this.stale || this.element.clientWidth === 0) return;
     this.stale = false;
     const far = this.camera.position.distanceTo(this.controls.target);
     this.camera.near = Math.max(0.01, far / 200);
     this.camera.far = 40 * far + 400;
     this.camera.updateProjectionMatrix();
     this.haze.color.copy(this.color("sea-low"));
-    [this.haze.near, this.haze.far] = [2 * far, Math.max(HAZE, 14 * far)];
+    [this.haze.near, this.haze.far] = [2 * far, Math.max(VISIBILITY, 14 * far)];
     this.renderer.render(this.scene, this.camera);
     this.orient(far);
     this.put();
   }
 
-  /** Look at a place from a direction, at a distance. */
+  /** Let the camera look at a point from a direction, at a distance [m]. */
   look(target: Vector3, from: Vector3, distance: number): void {
     this.controls.target.copy(target);
     this.camera.position.copy(target).addScaledVector(from.normalize(), distance);
@@ -117,18 +117,18 @@ export class Space {
     this.renew();
   }
 
-  /** Look from a direction so that all places are seen. */
+  /** Let the camera look from a direction so that all points are in the picture. */
   fit(places: Vector3[], from: Vector3): void {
     const middle = new Vector3();
     for (const place of places) middle.addScaledVector(place, 1 / places.length);
-    const labels = Math.min(0.6, (2 * LABELS) / Math.max(1, this.room.clientWidth)); // part of the picture, on the right
-    const tangent = Math.tan((FIELD * Math.PI) / 360);
+    const labels = Math.min(0.6, (2 * LABELS_WIDTH) / Math.max(1, this.element.clientWidth)); // fraction of the width
+    const tangent = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
     const size = Math.max(...places.map((place) => place.distanceTo(middle)));
     for (let distance = 1.4 * size; distance < 12 * size; distance *= 1.04) {
       this.look(middle, from, distance);
       this.camera.updateMatrixWorld();
       const [left, right, low, high] = edges(places.map((place) => place.clone().project(this.camera)));
-      // the middle of what is seen comes to the middle of the picture, a little left of it for the depths' labels
+      // center the points, a little left of the middle to leave space for the labels of depths
       const tall = distance * tangent;
       const [aside, up] = [0, 1].map((axis) => new Vector3().setFromMatrixColumn(this.camera.matrix, axis));
       if (aside === undefined || up === undefined) return;
@@ -146,12 +146,12 @@ export class Space {
     this.renew();
   }
 
-  /** Pixels of a meter at a distance from the camera. */
+  /** Pixels per meter at a distance from the camera [m]. */
   scale(distance: number): number {
-    return this.room.clientHeight / (2 * distance * Math.tan((FIELD * Math.PI) / 360));
+    return this.element.clientHeight / (2 * distance * Math.tan((FIELD_OF_VIEW * Math.PI) / 360));
   }
 
-  /** Put a text at a place; the place may be moved later. */
+  /** Add a text at a point; the label's `place` may be moved later. */
   label(text: string, kind: string): Label {
     const label = { box: element("span", `sea-label ${kind}`, text), place: new Vector3(), kind, way: 0 };
     this.over.append(label.box);
@@ -166,7 +166,7 @@ export class Space {
   }
 
   color(name: string): Color {
-    return new Color(colorOf(this.room, name));
+    return new Color(colorOf(this.element, name));
   }
 
   private zoomable(on: boolean): void {
@@ -174,7 +174,7 @@ export class Space {
   }
 
   private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.room;
+    const { clientWidth: width, clientHeight: height } = this.element;
     if (width === 0) return;
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.renderer.setSize(width, height, false);
@@ -185,9 +185,9 @@ export class Space {
     this.draw();
   }
 
-  /** Put the labels beside their places, none over another; what has no room is left out. */
+  /** Place the labels beside their points, none over another; labels without space are hidden. */
   private put(): void {
-    const room = { left: 0, top: 0, wide: this.room.clientWidth, high: this.room.clientHeight };
+    const bounds = { left: 0, top: 0, wide: this.element.clientWidth, high: this.element.clientHeight };
     const taken = [boxOf(this.compass), boxOf(this.bar)];
     const sizes = this.labels.map(({ box }) => [box.offsetWidth, box.offsetHeight] as const);
     this.labels.forEach((label, k) => {
@@ -196,8 +196,8 @@ export class Space {
         .clone()
         .setZ(label.place.z * this.stretch)
         .project(this.camera);
-      const point = [((seen.x + 1) / 2) * room.wide, ((1 - seen.y) / 2) * room.high] as const;
-      const found = seen.z > 1 || box.hidden ? null : place(kind, point, sizes[k] ?? [0, 0], taken, room, way);
+      const point = [((seen.x + 1) / 2) * bounds.wide, ((1 - seen.y) / 2) * bounds.high] as const;
+      const found = seen.z > 1 || box.hidden ? null : place(kind, point, sizes[k] ?? [0, 0], taken, bounds, way);
       box.style.visibility = found === null ? "hidden" : "visible";
       if (found === null) return;
       label.way = found.way;
@@ -205,11 +205,11 @@ export class Space {
     });
   }
 
-  /** North arrow, and a bar of a round length at the distance of what is looked at. */
+  /** Update the north arrow, and the scale bar: a round length at the distance of the point that is looked at. */
   private orient(far: number): void {
     const way = new Vector3().subVectors(this.controls.target, this.camera.position);
-    const turned = Math.atan2(way.x, way.y); // clockwise from north
-    this.compass.style.setProperty("--turned", `${-turned}rad`);
+    const bearing = Math.atan2(way.x, way.y); // clockwise from north
+    this.compass.style.setProperty("--turned", `${-bearing}rad`);
     const scale = this.scale(far);
     const power = 10 ** Math.floor(Math.log10(120 / scale));
     const length = Math.max(...[1, 2, 5].map((step) => step * power).filter((step) => step * scale <= 120));
@@ -219,19 +219,19 @@ export class Space {
     if (this.bar.textContent !== text) this.bar.textContent = text;
   }
 
-  /** Arrow keys turn the picture, with Shift they move it; plus and minus zoom. */
+  /** Arrow keys turn the picture, or move it with Shift; plus and minus zoom. */
   private press(event: KeyboardEvent): void {
     const [way, rise] =
       { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key] ?? [];
     if (way !== undefined && rise !== undefined) {
       if (event.shiftKey) this.controls.pan(40 * way, 40 * rise);
       else {
-        this.controls.rotateLeft(TURN * way);
-        this.controls.rotateUp(TURN * rise);
+        this.controls.rotateLeft(KEY_TURN * way);
+        this.controls.rotateUp(KEY_TURN * rise);
       }
       this.moved();
-    } else if (event.key === "+" || event.key === "=") this.zoom(1 / ZOOM);
-    else if (event.key === "-") this.zoom(ZOOM);
+    } else if (event.key === "+" || event.key === "=") this.zoom(1 / KEY_ZOOM);
+    else if (event.key === "-") this.zoom(KEY_ZOOM);
     else return;
     event.preventDefault();
   }
@@ -241,7 +241,7 @@ const boxOf = ({ offsetLeft: left, offsetTop: top, offsetWidth: wide, offsetHeig
   ...{ left, top, wide, high },
 });
 
-/** Give memory of drawn things back. */
+/** Free the memory of drawn objects, and remove them from the scene. */
 export function dispose(object: Object3D): void {
   object.traverse((one) => {
     const { geometry, material } = one as { geometry?: BufferGeometry; material?: Material };

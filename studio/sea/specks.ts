@@ -1,9 +1,9 @@
-// Specks at rest in the water around the robot: they show how it moves.
+// Specks that rest in the water around the robot and show how it moves.
 import { BufferAttribute, BufferGeometry, type Color, Points, PointsMaterial, type Vector3 } from "three";
 import { scatter } from "../body.ts";
 
-const COUNT = 240;
-const CELL = 6; // m of the cube around the robot
+const COUNT = 240; // number of specks
+const CELL = 6; // m, side of the cube around the robot that holds the specks
 
 export class Specks {
   readonly points: Points<BufferGeometry, PointsMaterial>;
@@ -28,7 +28,7 @@ export class Specks {
     this.points.material.color = color;
   }
 
-  /** Keep those near a place, between ground and surface. */
+  /** Keep the specks near a point [m], between ground and surface. */
   around({ x, y, z }: Vector3, bottom: number): void {
     const middle = [x, y, z];
     for (let k = 0; k < this.places.length; k++) {

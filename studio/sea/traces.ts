@@ -1,4 +1,4 @@
-// Depth, speed, uncertainty and charge over time; a click goes to a time.
+// Plots depth, speed, error of position and charge over time; a click sets the player to that time.
 import { Chart } from "../chart.ts";
 import { element } from "../dom.ts";
 import type { Range } from "../robot.ts";
@@ -60,7 +60,7 @@ const PLOTS: Plot[] = [
   },
 ];
 
-/** A plot, with a line at the time that is shown. */
+/** A plot, with a vertical line at the player's time. */
 class Trace {
   readonly box = element("div", "sea-trace");
   private readonly chart: Chart;
@@ -128,7 +128,7 @@ class Trace {
   }
 }
 
-/** Rows to draw: about two a pixel. */
+/** Rows to draw: about two per pixel. */
 function rowsOf(flight: Flight, pixels: number): number[] {
   const every = Math.max(1, Math.floor(flight.count / (2 * pixels)));
   const rows: number[] = [];
@@ -137,12 +137,12 @@ function rowsOf(flight: Flight, pixels: number): number[] {
 }
 
 export class Traces {
-  readonly room = element("div", "traces sea-traces");
+  readonly element = element("div", "traces sea-traces");
   private readonly all: Trace[];
 
   constructor(go: (time: number) => void) {
     this.all = PLOTS.map((plot) => new Trace(plot, go));
-    this.room.append(...this.all.map(({ box }) => box));
+    this.element.append(...this.all.map(({ box }) => box));
   }
 
   draw(flight: Flight, until: number): void {

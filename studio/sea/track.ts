@@ -1,4 +1,5 @@
-// The track in space: what is flown, thick and colored; what a log has beyond it, faint; what the robot believes.
+// The three-dimensional track: flown part thick and colored, rest of a log faint; and the track that the robot
+// believes.
 import { BufferAttribute, BufferGeometry, Color, Group, Line, LineBasicMaterial, SRGBColorSpace } from "three";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
@@ -8,11 +9,11 @@ import type { Flight } from "./flight.ts";
 import { placeOf } from "./moment.ts";
 import { dispose, type Space } from "./scene.ts";
 
-const POINTS = 8000; // of the drawn track at most
-const SMOOTH = 3; // points from row to row at most: a beat has few rows
-const WIDTH = 3; // px
+const MAX_POINTS = 8000; // largest number of points of the drawn track
+const SMOOTH = 3; // most points per row of the flight: a beat has few rows
+const WIDTH = 3; // px, width of the flown track
 
-/** A thin line of which the first part is drawn. */
+/** A thin line; `until` limits it to its first points. */
 class Thin {
   readonly line: Line<BufferGeometry, LineBasicMaterial>;
 
@@ -38,7 +39,7 @@ export class Track {
   private readonly whole: Thin;
   private readonly believed: Thin;
   private readonly shadow: Thin;
-  private step = 1; // rows from point to point
+  private step = 1; // rows of the flight per point
 
   constructor(
     private readonly space: Space,
@@ -55,12 +56,12 @@ export class Track {
     this.grow();
   }
 
-  /** Take the rows that have come. */
+  /** Take new rows of the flight. */
   grow(): void {
     const { flight } = this;
     const last = flight.count - 1;
     if (last < 1) return;
-    this.step = Math.max(1 / SMOOTH, flight.count / POINTS);
+    this.step = Math.max(1 / SMOOTH, flight.count / MAX_POINTS);
     this.step = this.step < 1 ? 1 / Math.floor(1 / this.step) : Math.ceil(this.step);
     const rows = Array.from({ length: Math.floor(last / this.step) + 1 }, (_, k) => k * this.step);
     const points = Float32Array.from(rows.flatMap((row) => placeOf(flight, row)));
@@ -91,7 +92,7 @@ export class Track {
     });
   }
 
-  /** Draw what is flown until a row, or between rows. */
+  /** Draw the track up to a row, which may be fractional. */
   until(row: number): void {
     const count = Math.floor(row / this.step);
     this.flown.geometry.instanceCount = Math.max(0, count);

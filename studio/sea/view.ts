@@ -1,9 +1,9 @@
-// The Sea view: a mission that is flown now, or a log, in space; with what the robot does and believes beside it.
+// The Sea view: a live mission or a log in three dimensions, and beside it what the robot does and believes.
 import { element } from "../dom.ts";
 import type { Calculator } from "../questions.ts";
 import type { Robot } from "../robot.ts";
 import { type By, modeColor } from "./colors.ts";
-import { Controls, type Heard } from "./controls.ts";
+import { Controls, type Handlers } from "./controls.ts";
 import { Flight, type Said } from "./flight.ts";
 import { Live } from "./live.ts";
 import { openLog } from "./open.ts";
@@ -14,19 +14,19 @@ import { draws } from "./scene.ts";
 import { Traces } from "./traces.ts";
 import { facts, spoken, why } from "./words.ts";
 
-declare const LOG_WORKER: string; // script of the reader of logs
+declare const LOG_WORKER: string; // script of the worker that reads logs
 
 const HELP =
   "Drag to turn, with two fingers or the right button to move; the wheel zooms once the picture is clicked. Keys: arrows, with Shift to move, + and −.";
-const REDRAWN = 0.7; // s between drawings of a flight that grows
+const REDRAW_INTERVAL = 0.7; // s between two drawings of a flight that still grows
 
-/** What the view asks of the page. */
+/** The functions of the page that the view may call. */
 export interface Needs {
-  /** A calculator of its own, with a robot loaded. */
+  /** Make a calculator with a robot loaded, for a flight. */
   another(robot: Robot): Promise<Calculator>;
-  /** A robot of the page by its name. */
+  /** Find a robot of the page by its name. */
   robot(name: string): Promise<Robot | null>;
-  /** Mission and seed that the link names; those that are chosen. */
+  /** Return the chosen mission and seed, at first those of the link; `chosen` takes another choice. */
   flight(): string;
   chosen(flight: string): void;
 }
@@ -40,12 +40,12 @@ interface Shown {
 }
 
 export class SeaRoom {
-  private readonly picture: Picture | null; // in space
+  private readonly picture: Picture | null; // the three-dimensional picture; null without WebGL
   private readonly drawing: Picture | Plan;
   private readonly player = new Player(() => this.show());
   private readonly traces = new Traces((time) => this.player.go(time));
   private readonly controls: Controls;
-  private readonly shown = element("div"); // what there is of a flight
+  private readonly shown = element("div"); // everything that shows a flight
   private readonly note = element("p", "sea-note");
   private readonly alert = element("p", "sea-alert");
   private readonly facts = element("dl", "facts sea-facts");
@@ -55,16 +55,16 @@ export class SeaRoom {
   private robot: Robot | null = null;
   private flight: Flight | null = null;
   private live: Live | null = null;
-  private started = ""; // what was asked for last
-  private log: Shown | null = null; // that was opened last
-  private opened = 0; // logs that were given
+  private started = ""; // the request that was made last
+  private log: Shown | null = null; // the log that was opened last
+  private opened = 0; // number of logs that were given
   private by: By = "mode";
   private before = 0;
-  private drawn = 0; // s, when the plots were drawn
+  private drawn = 0; // s, time of the last drawing
   private grown = false;
 
   constructor(
-    private readonly room: HTMLElement,
+    private readonly panel: HTMLElement,
     private readonly needs: Needs,
   ) {
     this.picture = draws() ? new Picture(() => this.press()) : null;
@@ -74,7 +74,7 @@ export class SeaRoom {
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  /** Turn to a robot of the page: fly its first mission, unless a log is shown. */
+  /** Take a robot of the page: fly its first mission, unless a log is shown. */
   about(robot: Robot): void {
     if (this.robot === robot) return;
     this.robot = robot;
@@ -84,7 +84,7 @@ export class SeaRoom {
     if (!kept) this.start(robot);
   }
 
-  /** Open a log. */
+  /** Open a log and show it. */
   async open(name: string, content: Uint8Array): Promise<void> {
     const turn = ++this.opened;
     const before = this.note.textContent;
@@ -120,9 +120,9 @@ export class SeaRoom {
     this.show();
   }
 
-  // --- what is flown
+  // live flights and logs
 
-  /** Fly what the link names, else the first mission. */
+  /** Fly the mission and seed of the link, or else the first mission. */
   private start(robot: Robot): void {
     const [name, seed] = this.needs.flight().split(":");
     const mission = Math.max(
@@ -201,8 +201,8 @@ export class SeaRoom {
     requestAnimationFrame((later) => this.frame(later));
     const passed = Math.min(0.1, (now - this.before) / 1000);
     this.before = now;
-    if (this.room.hidden || this.flight === null) return;
-    if (this.grown && now / 1000 - this.drawn > REDRAWN) {
+    if (this.panel.hidden || this.flight === null) return;
+    if (this.grown && now / 1000 - this.drawn > REDRAW_INTERVAL) {
       this.grown = false;
       this.drawn = now / 1000;
       this.drawing.grow();
@@ -214,7 +214,7 @@ export class SeaRoom {
     this.drawing.draw();
   }
 
-  /** Show the player's time. */
+  /** Show the flight at the player's time. */
   private show(): void {
     const { flight, player } = this;
     if (flight === null || flight.count === 0) return;
@@ -257,7 +257,7 @@ export class SeaRoom {
     help.id = "sea-help";
     help.hidden = this.picture === null;
     this.picture?.canvas.setAttribute("aria-describedby", help.id);
-    stage.append(this.drawing.room, this.legend, this.player.room);
+    stage.append(this.drawing.element, this.legend, this.player.element);
     const both = element("div", "sea-both");
     both.append(stage, beside);
     stage.append(help);
@@ -267,15 +267,15 @@ export class SeaRoom {
       "This browser draws nothing in space (it has no WebGL): the flight is shown from above, its depth below.",
     );
     plain.hidden = this.picture !== null;
-    this.shown.append(plain, both, this.traces.room);
+    this.shown.append(plain, both, this.traces.element);
     this.shown.hidden = true;
-    this.room.replaceChildren(this.controls.room, this.note, this.alert, this.shown);
+    this.panel.replaceChildren(this.controls.element, this.note, this.alert, this.shown);
   }
 
-  private heard(): Heard {
+  private heard(): Handlers {
     return {
       mission: (place, seed) => {
-        this.opened++; // a log that is read now is not waited for
+        this.opened++; // a log that is still being read is dropped
         this.needs.chosen(`${this.robot?.missions[place]?.name}:${seed}`);
         void this.fly(place, seed);
       },
@@ -300,12 +300,12 @@ export class SeaRoom {
     };
   }
 
-  /** Mark the camera that is chosen. */
+  /** Mark the chosen camera. */
   private press(): void {
     if (this.picture !== null) this.controls.seen(this.picture.sight, this.picture.space.stretch);
   }
 
-  /** The legend of the track's colors. */
+  /** Write the legend of the track's colors. */
   private paint(): void {
     const { flight, legend } = this;
     if (flight === null) return;
@@ -325,7 +325,7 @@ export class SeaRoom {
   }
 }
 
-/** Names of a log with the sentences that the page has of them. */
+/** The names of a log, with the page's sentences for those that it knows. */
 function said(names: Said[], known: Said[] = []): Said[] {
   return names.map((one) => known.find(({ name }) => name === one.name) ?? one);
 }

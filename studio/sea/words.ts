@@ -1,16 +1,16 @@
-// A flight in words.
+// Describes a flight in words and numbers.
 import { digits } from "../quantities.ts";
 import type { Flight } from "./flight.ts";
 
-const SMOOTH = 5; // rows before and after, of a mean over a second
+const SMOOTH = 5; // rows before and after a row, for a mean over about a second
 
-/** A time as minutes and seconds, or seconds. */
+/** A time [s] as minutes:seconds. */
 export function clock(seconds: number): string {
   const whole = Math.floor(Math.max(0, seconds));
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
-/** Speed through the water, mean of a second: the nose swings with the beat [m/s]. */
+/** Speed through the water [m/s], mean over about a second, as the nose swings with the beat. */
 export function speedOf(flight: Flight, k: number): number {
   let [sum, count] = [0, 0];
   for (let row = Math.max(0, k - SMOOTH); row <= Math.min(flight.count - 1, k + SMOOTH); row++) {
@@ -20,7 +20,7 @@ export function speedOf(flight: Flight, k: number): number {
   return sum / count;
 }
 
-/** What the pilot is about. */
+/** The pilot's present task. */
 export function task(flight: Flight, k: number): string {
   const { waypoints, home } = flight.head.mission;
   const { name, text } = flight.mode(k);
@@ -34,7 +34,7 @@ export function task(flight: Flight, k: number): string {
   return text;
 }
 
-/** Why the pilot does what it does, a line each. */
+/** The pilot's reasons, one line each. */
 export function why(flight: Flight, k: number): string {
   const reasons = flight.reasons(k).map(({ name, text }) => {
     const said = name.replaceAll("_", " ");
@@ -89,7 +89,7 @@ export function facts(flight: Flight, k: number): Fact[] {
   ];
 }
 
-/** A sentence for those who do not see the picture. */
+/** A sentence for readers who do not see the picture. */
 export function spoken(flight: Flight, k: number): string {
   const { name, robot } = { name: flight.head.mission.name, robot: flight.head.robot };
   return `${robot} on the mission ${name}: ${flight.mode(k).name}, ${task(flight, k)}, depth ${digits(flight.depth(k), 2)} m`;

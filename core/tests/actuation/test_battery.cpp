@@ -1,4 +1,4 @@
-/// Battery: sag by hand, the charge that is left, the most that it can give, what the servos see.
+/// Tests of the battery: sag by hand, the charge that is left, its largest power, and the voltage at the servos.
 #include "check.hpp"
 #include "hypertuna/actuation/battery.hpp"
 
@@ -21,12 +21,12 @@ int main() {
     CHECK_NEAR(shorted.voltage, 8.4, 1e-14);
     CHECK_NEAR(shorted.current, 42.0, 1e-12);
     Battery<double> direct = b;
-    direct.converter = 1e9;  // none: the servos see the battery itself
+    direct.converter = 1e9;  // no converter: the servos get the battery's voltage
     CHECK(battery_output(direct, 0.0, 22.5).supply == swimming.voltage);
     Battery<double> ideal = b;
     ideal.resistance = 0.0;
     CHECK_NEAR(battery_output(ideal, 0.0, 22.5).current, 25.0 / 16.8, 1e-14);
-    Battery<double> aboard = b;  // 2.5 W beside the converter, which takes a tenth of what it gives
+    Battery<double> aboard = b;  // 2.5 W of electronics beside the converter, which loses a tenth of its power
     aboard.electronics = 2.5;
     CHECK(battery_output(aboard, 0.0, 20.25).current == swimming.current);
     return failures();

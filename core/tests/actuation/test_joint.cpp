@@ -1,5 +1,5 @@
-/// Soft joints: small strains by hand, virtual work, mirror symmetry, friction that holds, muscles that lock, and one
-/// section for all.
+/// Tests of soft joints: small strains by hand, virtual work, mirror symmetry, friction, limits of the muscles, and one
+/// section that stands for all.
 #include <iterator>
 
 #include "check.hpp"
@@ -7,8 +7,8 @@
 
 using namespace hypertuna;
 
-/// At small pressure the muscles pull as if blocked. Under N F on one side at the lever w the section bends by
-/// N F w / (E I) and shortens by N F / (E A), each per length, to first order. Held at its length it bends as far.
+/// At small pressure the muscles pull as if blocked. A force N F on one side, at the lever w, bends the section by N F
+/// w / (E I) and shortens it by N F / (E A), each per length, to first order. With its length held it bends as far.
 static void small_strains_by_hand() {
     SoftJoint<double> j = soft(0, 0);
     const Section<double> bare{0.03, 2e-3, 6e-7, 0};
@@ -19,15 +19,16 @@ static void small_strains_by_hand() {
     CHECK_NEAR(bent.strain / (-force / (E_MATRIX * 2e-3)), 1, 1e-4);
     j.law.shortens = false;
     CHECK_NEAR(balance(j, bare, one_side, 0.0).angle / bent.angle, 1, 1e-4);
-    // Both sides alike shorten it twice as much and do not bend it.
+    // Equal pressure on both sides shortens it twice as much and does not bend it.
     const double both[2] = {pressure, pressure};
     j.law.shortens = true;
     CHECK_NEAR(balance(j, bare, both, 0.0).strain / bent.strain, 2, 1e-4);
     CHECK_NEAR(balance(j, bare, both, 0.0).angle, 0, 1e-15);
 }
 
-/// What lies on the axis shares the axial force, shortening -N F / (E A + k), until it buckles; then it carries its
-/// buckling force alone. If it never buckles and is stiff, the joint bends as one that is held at its length.
+/// The element on the axis carries a part of the axial force, at the strain -N F / (E A + k), until it buckles; after
+/// that it carries only its buckling force. If it never buckles and is stiff, the joint bends like one whose length is
+/// held.
 static void what_lies_on_the_axis() {
     SoftJoint<double> j = soft(0, 0);
     const Section<double> bare{0.03, 2e-3, 6e-7, 0};
@@ -44,7 +45,8 @@ static void what_lies_on_the_axis() {
     CHECK_NEAR(stiff / balance(j, soft_sections[0], hard, 0.0).angle, 1, 1e-2);
 }
 
-/// At larger ones a body that shortens bends less than one that keeps its length: the muscles have used up theirs.
+/// At larger pressures a body that shortens bends less than one that keeps its length: its muscles have already
+/// contracted.
 static void shortening_costs_bend() {
     SoftJoint<double> j = soft(40e3, 0);
     const double one_side[2] = {2e5, 0};
@@ -55,8 +57,8 @@ static void shortening_costs_bend() {
     CHECK(1.2 * free.angle < held.angle);
 }
 
-/// Moment and axial force are the slopes of the stored energy less the work of the oil, whose volume changes as slope
-/// and gain say while the braid is taut; beyond the muscles' limits and with slack braids, too.
+/// Moment and axial force are the slopes of the stored energy minus the work of the oil. The oil's volume follows
+/// `slope` and `gain` while the braid is taut. This also holds beyond the muscles' limits and with slack braids.
 static void virtual_work(const Axis<double>& axis) {
     SoftJoint<double> j = soft(40e3, 0, 0.013, 0.011);
     j.axis = axis;
@@ -91,8 +93,8 @@ static void virtual_work(const Axis<double>& axis) {
     CHECK(20 < slack && 20 < taut);
 }
 
-/// Pressed from outside, a braid goes slack: the hose in its matrix narrows by what both carry, to first order by
-/// their shear, 2 C1 (1 / x1 - 1 / x2) dB of each ring between squared radii. Nothing jumps where it starts.
+/// Under external pressure a braid goes slack: the hose in its matrix narrows until both carry the pressure, to first
+/// order by their shear, 2 C1 (1 / x1 - 1 / x2) dB of each ring between squared radii. Nothing jumps at its onset.
 static void slack_braid() {
     const Joint<double> joint = soft_joint(0);
     const DriveUnit<double>& u = joint.soft.unit;
@@ -102,9 +104,9 @@ static void slack_braid() {
     const double inner = u.inner * u.inner / 4, outer = u.outer * u.outer / 4, rim = 8e-3 * 8e-3;
     const double carries = 2 * u.hose.c1 * (1 / inner - 1 / outer) + 2 * u.matrix.c1 * (1 / outer - 1 / rim);
     const double length = 5 * 0.03, rest = length * pi * inner;
-    CHECK_NEAR(straight(1e3).volume[0], rest, 1e-15);  // the braid does not give
+    CHECK_NEAR(straight(1e3).volume[0], rest, 1e-15);  // the braid is taut
     CHECK_NEAR((straight(-10).volume[0] - rest) / (length * pi * -10 / carries), 1, 1e-3);
-    // A muscle that shortens without pressure keeps its lumen, one that is pressed widens with its braid.
+    // A muscle that shortens without pressure keeps its lumen; one under pressure widens with its braid.
     CHECK_NEAR(straight(0, -0.1).volume[0], rest, 1e-15);
     CHECK(1.2 * rest < straight(2e5, -0.1).volume[0]);
     const double onset = straight(2e5, -0.1).carried[0], h = 1e-3;
@@ -117,7 +119,8 @@ static void slack_braid() {
     CHECK(0 < straight(-9e4).volume[0] && straight(-9e4).volume[0] < 0.5 * rest);
 }
 
-/// The passive side's walls resist; the right side mirrors the left; a longer lever on one side is an asymmetry.
+/// The walls of the passive side resist; the right side mirrors the left; a longer lever on one side makes the joint
+/// asymmetric.
 static void sides() {
     const SoftJoint<double> even = soft(40e3, 0), lopsided = soft(40e3, 0, 0.013, 0.012);
     const double left[2] = {2e5, 0}, right[2] = {0, 2e5};
@@ -133,7 +136,7 @@ static void sides() {
     CHECK_NEAR(balance(even, soft_sections[0], none, 0.0).angle, 0, 1e-15);
 }
 
-/// Loading drags behind, unloading too, and in between the angle stays where it was.
+/// Hysteresis: loading and unloading lag, and in between the angle stays where it was.
 static void friction_holds() {
     const SoftJoint<double> j = soft(40e3, 0.1);
     const Section<double>& at = soft_sections[0];
@@ -152,7 +155,7 @@ static void friction_holds() {
     CHECK(joint_friction(under(-1e4, -1e4)) == 0);
 }
 
-/// However high the pressure, a muscle gets hardly longer than where its lumen closes.
+/// However high the pressure is, a muscle gets hardly longer than the length at which its lumen closes.
 static void locks() {
     const SoftJoint<double> j = soft(40e3, 0);
     const StretchLimits<double> limits = stretch_limits(j.unit);
@@ -162,10 +165,10 @@ static void locks() {
     const JointLoad<double> locked = taut_load(joint, bend, 0.0), more = taut_load(joint, bend + 1e-3, 0.0);
     const double stiffness = 5 * limits.stop * 0.012 * 0.012 / (0.03 * (1 + joint.rest));
     CHECK((locked.elastic - more.elastic) / 1e-3 > stiffness);
-    CHECK(!(taut_load(joint, std::nan(""), 0.0).elastic == 0));  // told, not hidden
+    CHECK(!(taut_load(joint, std::nan(""), 0.0).elastic == 0));  // NaN stays visible
 }
 
-/// By the printed equations the joint bends too far, without hysteresis, and the other way round to the right.
+/// With the printed equations the joint bends too far, without hysteresis, and to the right with the opposite sign.
 static void as_printed() {
     SoftJoint<double> j = soft(40e3, 0.1);
     const Section<double>& at = soft_sections[0];
@@ -178,7 +181,7 @@ static void as_printed() {
     CHECK(bend_from(j, at, left, 1.0).angle == printed && bend_from(j, at, left, 0.0).angle == printed);
 }
 
-/// The section that stands for all: exact under its pressures, close to them elsewhere.
+/// One section that stands for all: exact at the pressures for which it was chosen, close elsewhere.
 static void one_for_all() {
     const SoftJoint<double> j = soft(40e3, 0);
     const double top[2] = {2.5e5, 0};
@@ -196,8 +199,8 @@ static void one_for_all() {
     CHECK_NEAR(error(2e5, 6e4), 0, 0.03);
 }
 
-/// Pressures that hold a bend also bend the joint so far; their mean is what it is filled to, until the lower one keeps
-/// its braid just taut, or comes to a limit.
+/// The pressures that hold a bend make the joint bend by that angle; their mean is the fill pressure, until the lower
+/// one just keeps its braid taut or reaches a limit.
 static void holds_and_balances() {
     const Joint<double> joint = soft_joint(6e4);
     for (double angle : {-0.15, 0.0, 0.05, 0.12}) {
@@ -214,7 +217,7 @@ static void holds_and_balances() {
         CHECK_NEAR(bent.angle, angle, 1e-8);
         CHECK_NEAR(bent.strain, held.strain, 1e-8);
     }
-    CHECK_NEAR(hold(joint, 0.0, 6e4, -1e9, {}).strain, 0, 1e-12);  // straight and filled
+    CHECK_NEAR(hold(joint, 0.0, 6e4, -1e9, {}).strain, 0, 1e-12);  // no strain: straight and filled
     const Holding<double> limited = hold(joint, 0.05, 6e4, 5e4, {});
     CHECK(limited.pressure[1] == 5e4 && limited.pressure[0] > 1.2e5);
     CHECK(std::isnan(hold(joint, 0.4, 6e4, 5e4, {}).strain));  // a braid at 54.7 degrees pulls no more

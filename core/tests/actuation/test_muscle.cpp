@@ -21,7 +21,7 @@ static void nothing_at_rest() {
     CHECK_NEAR(contact(m, 1.0), pi / 4 * 64e-6, 1e-20);
 }
 
-/// Without walls: pi/4 D^2 P (3 cos^2 theta - 1) / sin^2 theta, and nothing where cos^2 theta = 1/3.
+/// Without walls the force is pi/4 D^2 P (3 cos^2 theta - 1) / sin^2 theta, and zero where cos^2 theta = 1/3.
 static void ideal_mckibben() {
     const DriveUnit<double> m = unit(30, 0, 0);
     for (double stretch : {1.05, 1.0, 0.9, 0.8, 0.7}) {
@@ -34,7 +34,7 @@ static void ideal_mckibben() {
     CHECK_NEAR(pull(m, 2e5, 1 / std::sqrt(3) / std::cos(30 * degree)), 0, 1e-13);        // free: 33 % shorter
 }
 
-/// A balloon of a ring: all of it has the circumferential stretch sqrt((1 + B/X) / lambda).
+/// A ring that swells as a balloon: every radius has the circumferential stretch sqrt((1 + B/X) / lambda).
 static void thin_wall() {
     const double x = 16e-6, dx = 1e-12, stretch = 0.8, swelling = 5e-6;
     const double l1 = stretch, l2 = std::sqrt((1 + swelling / x) / stretch), l3 = 1 / (l1 * l2);
@@ -68,7 +68,8 @@ static void energy_by_quadrature() {
         }
 }
 
-/// Force is the energy's slope and the volume's, pressure the energy's slope over the swelling.
+/// Force is the slope of energy minus pressure times the slope of volume; pressure is the slope of energy over
+/// swelling.
 static void virtual_work() {
     using D = Dual<double, 1>;
     const DriveUnit<double> m = unit(37, 40e3, 7e3, 1e-3);
@@ -105,7 +106,8 @@ static void linear_in_pressure_and_closing() {
         }
 }
 
-/// As printed, a wall without stiffness makes P (1 + (d_o - d_i) / D_i) of the pressure; balanced, it passes it on.
+/// In the printed equation a wall without stiffness turns P into P (1 + (d_o - d_i) / D_i); in the balanced one it
+/// passes P on.
 static void printed() {
     const DriveUnit<double> m = unit(37, 0, 0);
     for (double stretch : {1.0, 0.85}) {
@@ -116,14 +118,15 @@ static void printed() {
         CHECK_NEAR(printed_pull(m, 2e5, stretch, {true, true}), wanted, 1e-12);
         CHECK_NEAR(printed_pull(m, 2e5, stretch, {true, false}), pull(m, 2e5, stretch), 1e-12);
     }
-    // With stiffness, one stress for the whole wall stays near to the stress through it, and a sleeve takes its part.
+    // With stiffness, one stress for the whole wall is close to the integral over the wall, and a sleeve carries its
+    // part.
     const DriveUnit<double> stiff = unit(37, 40e3, 0), sleeved = unit(37, 40e3, 0, 1e-3);
     CHECK_NEAR(printed_pull(stiff, 2e5, 0.9, {false, false}) / pull(stiff, 2e5, 0.9), 1, 0.05);
     CHECK(printed_pull(sleeved, 2e5, 0.9, {false, false}) < printed_pull(stiff, 2e5, 0.9, {false, false}));
     CHECK_NEAR(printed_pull(sleeved, 2e5, 1.0, {true, false}), printed_pull(stiff, 2e5, 1.0, {true, false}), 1e-10);
 }
 
-/// Slopes of what the walls carry and pull, and their changes, by dual numbers.
+/// Slopes of the walls' pressure and pull, and their derivatives, against dual numbers.
 static void walls_by_dual_numbers() {
     const DriveUnit<Dual<double, 1>> m = unit<Dual<double, 1>>(37, 40e3, 7e3, 1e-3);
     for (double swelling : {-4e-6, -1e-6, 0.0, 3e-6}) {
@@ -137,14 +140,14 @@ static void walls_by_dual_numbers() {
     }
 }
 
-/// A slack muscle's walls carry what the oil has, to rounding, and eight looks at most find out: with air and without,
-/// beside a cavity, too.
+/// The walls of a slack muscle carry the pressure of the oil, to rounding, found in eight evaluations at most: with air
+/// and without, also beside a cavity.
 static void slack_muscle() {
     const DriveUnit<double> m = unit(37, 40e3, 7e3, 1e-3);
     int searches = 0, parted = 0;
     for (double air : {0.01, 0.0})
         for (double stretch : {0.85, 0.95, 1.05})
-            for (double filled = 0.3; filled < 1.6; filled += 0.05) {  // of the lumen at rest
+            for (double filled = 0.3; filled < 1.6; filled += 0.05) {  // fraction of the lumen's volume at rest
                 const double volume = filled * swollen_lumen(m, 0.0), high = muscle_shape(m, stretch).swelling;
                 const double stiff = 1e-9 * volume, gas = air * volume * 101325, lowest = 6325;
                 int looks = 0;

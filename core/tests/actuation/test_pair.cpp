@@ -33,7 +33,7 @@ static Pair<double> pair(double air, double compliance) {
     return make_pair(circuit(air, compliance), circuit(air, compliance), soft_joint(fill));
 }
 
-/// Servos told +-0.1 rad from rest, and a second to come to rest.
+/// Command the servos to +-0.1 rad from rest, and simulate a second until the joint rests.
 static PairState<double> settled(const Pair<double>& p, double turn) {
     PairState<double> y{};
     const double target[2] = {turn, -turn};
@@ -60,8 +60,8 @@ static void rest_and_mirror() {
     CHECK_NEAR(left.strain, right.strain, 1e-9);
 }
 
-/// What the cylinders push out is in the muscles, but for what swells: volume = rest + pushed - C (P - fill), to what
-/// oil alone gives (0.2 %). And moments balance.
+/// The muscles hold the oil that the cylinders push out, minus what swelling takes: volume = rest + pushed - C (P -
+/// fill), within 0.2 % for oil without air. The moments balance.
 static void oil_is_conserved() {
     for (double compliance : {0.0, 2e-12}) {
         const Pair<double> p = pair(1e-6, compliance);
@@ -82,7 +82,7 @@ static void oil_is_conserved() {
     }
 }
 
-/// What gives costs bend.
+/// Compliance of the lines reduces the bend.
 static void compliance_costs_bend() {
     const double stiff = bend(pair(1e-6, 0.0), settled(pair(1e-6, 0.0), 0.05)).angle;
     const double giving = bend(pair(1e-6, 1e-11), settled(pair(1e-6, 1e-11), 0.05)).angle;

@@ -9,7 +9,7 @@ using namespace hypertuna;
 
 static constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// A servo near to HyperTuna's.
+/// A servo with numbers close to HyperTuna's.
 static Servo<double> servo() { return {6.86, 7.5, 20.0, 0.3, 7.2, 7.0, 0.3, 0.009}; }
 
 static Pump<double> pump() {
@@ -18,7 +18,7 @@ static Pump<double> pump() {
     return p;
 }
 
-/// A circuit near to one of joint I: 8 cm of 3 mm line, oil of 0.117 Pa s, filled to 60 kPa.
+/// A circuit close to one of joint I: 8 cm of 3 mm line, oil of 0.117 Pa s, filled to 60 kPa.
 static Circuit<double> circuit(double air = 0.01) {
     Circuit<double> c{pump(), servo(), 4.69e9, 0.0, 1.31e7, 0.0, 0.0, 8e-6, 2e-12, 1.4e9, air, -95e3};
     const double fill = 60e3, unit = oil_volume(c, 1.0, fill);
@@ -27,7 +27,8 @@ static Circuit<double> circuit(double air = 0.01) {
     return c;
 }
 
-/// At 90 degrees the rod leans by asin(0.44): the piston is 22 mm on, less 50 - sqrt(50^2 - 22^2) = 5.1001 mm.
+/// At 90 degrees the rod is inclined by asin(0.44): the piston has moved 22 mm minus 50 - sqrt(50^2 - 22^2) = 5.1001
+/// mm.
 static void crank_by_hand() {
     const Pump<double> p = pump();
     CHECK_NEAR(travel(p, 0.0).travel, 0.022 - (0.050 - std::sqrt(0.0025 - 0.000484)), 1e-17);
@@ -46,7 +47,7 @@ static void crank_by_hand() {
     }
 }
 
-/// The pressure fills the space exactly, from deep suction to high pressure, with air and without.
+/// At the computed pressure the oil fills the space exactly, from deep suction to high pressure, with air and without.
 static void pressure_fills_the_space() {
     for (double air : {0.0, 1e-4, 0.01, 0.1})
         for (double compliance : {0.0, 2e-12}) {
@@ -59,7 +60,7 @@ static void pressure_fills_the_space() {
                 CHECK(p.cavity == 0 || p.pressure == c.cavitation);
             }
         }
-    // By hand: 1 % of air without anything else that gives halves at twice the atmosphere.
+    // By hand: without other compliance, 1 % of air halves its volume at twice the atmosphere.
     Circuit<double> c = circuit();
     c.bulk_modulus = infinite;
     CHECK_NEAR(oil_pressure(c, 1e-6, 1.005e-6, 0.0).pressure, atmosphere, 1e-6);
@@ -82,7 +83,7 @@ static void pressure_by_space() {
     }
 }
 
-/// Filled as it was meant: 60 kPa on both sides at rest, where nothing moves and friction holds the piston.
+/// A circuit filled as specified: 60 kPa on both sides at rest, where nothing moves and friction holds the piston.
 static void rest_stays_rest() {
     const Circuit<double> c = circuit();
     const auto [rate, output] = circuit_rate(c, CircuitState<double>{}, 0.0, 7.2, 0.0);
@@ -95,20 +96,22 @@ static void rest_stays_rest() {
 
 static void servo_by_hand() {
     const Servo<double> s = servo();
-    // Far from its target it gives all: stall at rest, half at half speed, nothing at full speed, back beyond.
+    // Far from its target the servo gives its full torque: stall torque at rest, half of it at half speed, none at full
+    // speed, negative beyond.
     for (double part : {0.0, 0.5, 1.0, 1.2}) {
         const auto drive = servo_drive(s, 7.2, 0.0, 100.0, 0.0, part * 7.5);
         CHECK_NEAR(drive.torque, 6.86 * (1 - part), part == 0.0 ? 1e-12 : 1e-4);  // friction sets in over 0.05 rad/s
     }
     CHECK_NEAR(servo_drive(s, 3.6, 0.0, 100.0, 0.0, 0.0).torque, 3.43, 1e-12);  // half the voltage
-    // At rest the motor makes what friction does not hold.
+    // At rest the motor's torque is the part of the load that friction does not hold.
     CHECK(servo_drive(s, 7.2, 0.2, 0.0, 0.0, 0.0).torque == 0.0);
     CHECK(servo_drive(s, 7.2, -0.3, 0.0, 0.0, 0.0).torque == 0.0);
     CHECK_NEAR(servo_drive(s, 7.2, 1.5, 0.0, 0.0, 0.0).torque, 1.2, 1e-15);
     CHECK_NEAR(servo_drive(s, 7.2, -1.5, 0.0, 0.0, 0.0).torque, -1.2, 1e-15);
 }
 
-/// Shares add up; at rest under a load that friction holds only electronics draw power; nothing is regained.
+/// The shares of the power add up; at rest, under a load that friction holds, only the electronics draw power; no power
+/// is recovered.
 static void power_by_hand() {
     const Servo<double> s = servo();
     for (double load : {-2.0, -0.2, 0.0, 1.5})
@@ -126,8 +129,8 @@ static void power_by_hand() {
     CHECK_NEAR(servo_power(s, stalled, 7.2, 0.0, 0.0).total, 7.2 * 7.3, 1e-10);  // stall and idle current
 }
 
-/// A piston whose seals rub 15 N: at a constant rate they take F v, beside the gears, once friction has set in. At rest
-/// they hold what the gears do not. Without them nothing changes to the last bit.
+/// A piston whose seals rub with 15 N: at a constant rate they take F v in addition to the gears' losses, once friction
+/// is fully developed. At rest they hold the load that the gears do not. Without seal friction not a bit changes.
 static void seals_by_hand() {
     Circuit<double> c = circuit();
     const auto power = [&](const CircuitState<double>& at) { return circuit_rate(c, at, 1.0, 7.2, 0.0).output.power; };
@@ -153,7 +156,7 @@ static CircuitState<double> run(CircuitState<double> y, int steps, double step, 
     return y;
 }
 
-/// Harmonic target, units that give under pressure: after 60 s both spaces are filled to the last bit.
+/// With a harmonic target and compliant units, the oil fills both spaces exactly after 60 s.
 static void balance_is_exact() {
     const Circuit<double> c = circuit();
     const auto rate = [&](double t, const CircuitState<double>& y) {
@@ -166,7 +169,7 @@ static void balance_is_exact() {
     const double unit = oil_volume(c, c.oil_unit + y.passed, out.unit.pressure) + out.unit.cavity;
     CHECK_NEAR(pump, c.pump.chamber - displaced(c.pump, y.angle), 1e-19);
     CHECK_NEAR(unit, c.unit_rest + 5e-7 + c.compliance * out.unit.pressure, 1e-19);
-    // The oil of both together is what was filled in: volumes at pressure, back to volumes of oil.
+    // The oil of both spaces together is the filled amount: volumes under pressure, converted to volumes of oil.
     const double all = (pump - out.pump.cavity) / oil_volume(c, 1.0, out.pump.pressure) +
                        (unit - out.unit.cavity) / oil_volume(c, 1.0, out.unit.pressure);
     CHECK_NEAR(all, c.oil_pump + c.oil_unit, 1e-20);
@@ -208,8 +211,8 @@ static void drop_by_poiseuille() {
 static void corner_of_the_line() {
     Circuit<double> c = circuit(0.0);
     c.compliance = 9e-12;
-    c.bulk_modulus = 1e15;  // oil itself gives nothing
-    c.inertance = 1e5;      // and weighs nearly nothing
+    c.bulk_modulus = 1e15;  // nearly incompressible oil
+    c.inertance = 1e5;      // with nearly no inertance
     const double corner = 1 / (2 * pi * c.resistance * c.compliance);
     const double step = 1e-5, period = 1 / corner;
     const int steps = static_cast<int>(period / step + 0.5);

@@ -1,4 +1,5 @@
-/// Controller: clamp and slew whatever comes, faults, timeout, arming; float against double; arbitrary bits.
+/// Tests of the controller: clamp and slew for any input, faults, timeout, arming; float against double; arbitrary
+/// bits.
 #define HYPERTUNA_BOARD  // its memory is what bounds the state
 #include <bit>
 #include <limits>
@@ -27,7 +28,7 @@ static ControllerStep<T> run(int ticks, const Spoil& spoil) {
     return now;
 }
 
-/// Three parabolas that join, the middle one through zero: by hand.
+/// Three parabolas that join smoothly, the middle one through zero: values by hand.
 static void the_pump_map() {
     const PumpMap<double> map{-0.5, 0.5, {2, 1, 3, -1, 4, 0}};
     CHECK(servo_angle(map, 0.0) == 0);
@@ -57,7 +58,7 @@ static void faults_are_told_and_survived() {
     });
     CHECK(bend.output.status.has(Condition::bend_fault, 1) && bend.output.status.has(Condition::open_loop, 1));
     CHECK(!bend.output.status.has(Condition::bend_fault, 0));
-    // A sensor that lives but does not follow: noise about one angle.
+    // A sensor that changes but does not follow: noise about one angle.
     const auto dull = run<double>(600, [&](int i, auto& r, auto&) { r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5); });
     CHECK(dull.output.status.has(Condition::bend_fault, 0) && dull.output.status.has(Condition::open_loop, 0));
     CHECK(dull.state.posture[0].more == 0 && dull.state.posture[0].aside == 0);  // nothing was learned from it
@@ -92,7 +93,7 @@ static void sensors_that_are_off_are_told_apart() {
     }
 }
 
-/// However a pump is sent, its rate changes smoothly, and it draws no faster than so that its cylinder stays full.
+/// Whatever target a pump gets, its rate changes smoothly, and it draws only as fast as its cylinder stays full.
 static void a_pump_turns_smoothly() {
     const Controller<double> model = test_controller<double>();
     const double smooth = model.circuit[0].smooth * model.tick;
@@ -114,7 +115,7 @@ static void a_pump_turns_smoothly() {
     }
 }
 
-/// What a good beat taught stays when the bend sensor fails: the last correction is kept.
+/// The correction that good beats taught is kept when the bend sensor fails.
 static void the_last_good_correction_is_kept() {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double before = run<double>(400, [](int, auto&, auto&) {}).state.posture[0].more;
@@ -132,15 +133,15 @@ static void the_hard_stop_is_latched_until_armed_anew() {
     const auto stopped = run<double>(400, pulse);
     CHECK(stopped.output.status.has(Condition::hard_stop, 1));
     CHECK(stopped.output.target[0] == 0 && stopped.output.target[1] == 0);  // its joint rests
-    CHECK(stopped.state.bend_sent[1] != 0);                                 // the other one beats on
+    CHECK(stopped.state.bend_sent[1] != 0);                                 // the other joint beats on
     const auto armed = run<double>(400, [&](int i, auto& r, auto& c) { pulse(i, r, c), c.armed = i != 300; });
     CHECK(!armed.output.status.has(Condition::hard_stop));
     const auto only_asked = run<double>(400, [&](int i, auto& r, auto& c) { pulse(i, r, c), c.fresh = i % 2 == 0; });
     CHECK(only_asked.output.status.has(Condition::hard_stop));
 }
 
-/// The hard limit holds for a faulty sensor, too: readings in steps that no working sensor makes still release the
-/// joint, after more in a row than spikes are.
+/// The hard limit also holds for a faulty sensor: readings with steps that no working sensor makes still release the
+/// joint, after more of them in a row than spikes have.
 static void the_hard_stop_believes_any_sensor() {
     const auto high = [](int first, int last) {
         return [=](int i, auto& r, auto&) {
@@ -163,7 +164,7 @@ static void a_sensor_is_stuck_while_anything_moves() {
     CHECK(stuck.output.status.has(Condition::blind, 2));
 }
 
-/// A bias is a bend, too: the governor bounds it.
+/// The governor bounds the bias like any bend.
 static void a_bias_is_governed() {
     const auto pressed = run<double>(900, [](int, auto& r, auto& c) {
         c.frequency = 2, c.amplitude[0] = 0, c.bias[0] = 0.4;
@@ -172,7 +173,8 @@ static void a_bias_is_governed() {
     CHECK(std::fabs(pressed.state.bend_sent[0]) < 0.1);
 }
 
-/// A pump turns no faster than what the units leave of the soft limit to its flow: thick oil holds a part of it.
+/// A pump turns only as fast as the units' pressure leaves margin below the soft limit for its flow: thick oil takes a
+/// part of it.
 static void a_pump_pushes_no_faster_than_its_oil_allows() {
     const Controller<double> model = test_controller<double>();
     const auto push = [&](double viscosity) {
@@ -185,8 +187,8 @@ static void a_pump_pushes_no_faster_than_its_oil_allows() {
     CHECK_NEAR(push(0.0), 1.9e5 / 7e4, 1e-9);
 }
 
-/// A pump whose line rings draws the slower, the emptier its cylinder: what fills it again hammers. Readings show that
-/// of a line that rings slowly.
+/// A pump whose line rings draws more slowly the emptier its cylinder is, because refilling it hammers. The readings
+/// show this if the line rings slowly.
 static void a_pump_does_not_draw_its_cylinder_empty() {
     Controller<double> model = test_controller<double>();
     SupervisorModel<double>& line = model.circuit[0];
@@ -208,7 +210,7 @@ static void a_pump_does_not_draw_its_cylinder_empty() {
 static void without_commands_the_tail_comes_to_rest() {
     const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
     CHECK(lost.output.status.has(Condition::timeout));
-    // Rest of the tail, not of the command alone: the correction of an amplitude of zero is zero.
+    // The tail rests, not only the command: the correction of an amplitude of zero is zero.
     for (int j = 0; j < 2; ++j) CHECK(std::fabs(lost.output.set[j]) < 1e-4 && asked_amplitude(lost.state, j) < 1e-4);
     const auto bad = run<double>(300, [](int i, auto&, auto& c) {
         if (i > 200) c.amplitude[1] = std::nan("");
@@ -230,7 +232,7 @@ static void float_against_double() {
     }
 }
 
-/// Any bits at all for a float: from one draw in two, one of the kinds that break things.
+/// A float of arbitrary bits; every second draw is one of the values that break things.
 template <class T>
 static T any_number(std::uint64_t bits) {
     const T sane = T(double(std::int64_t(bits)) / 9.3e18);

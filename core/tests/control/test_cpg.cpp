@@ -77,7 +77,8 @@ static void no_step_size_distortion() {
     }
 }
 
-/// psi' = -h sin psi: tan(psi / 2) falls by exp(-h t). From a quarter turn ahead, and the sign of Eq. 37's Phi.
+/// Phase coupling psi' = -h sin psi: tan(psi / 2) falls by exp(-h t), from a quarter turn ahead; also the sign of Phi
+/// in Eq. 37.
 static void coupling_brings_the_lag() {
     const double tick = 0.01, lag = 0.7;
     const Oscillator<double> reference{1, 0};
@@ -86,7 +87,7 @@ static void coupling_brings_the_lag() {
         z = couple(network(tick), z, reference, sincos(lag));
         const double psi = -lag - std::atan2(z.y, z.x);
         CHECK_NEAR(std::tan(psi / 2), -std::exp(-h * tick * i), 1e-13);
-        CHECK_NEAR(z.x * z.x + z.y * z.y, 1, 1e-14);  // the phase alone
+        CHECK_NEAR(z.x * z.x + z.y * z.y, 1, 1e-14);  // coupling changes the phase only
     }
     // Where the reference is at the top of its sine, the other still has the lag to go.
     for (int i = 0; i < 300; ++i) z = couple(network(tick), z, reference, sincos(lag));
@@ -107,7 +108,7 @@ static void filters_are_exact() {
     }
 }
 
-/// With A = 0 Eq. 37 creeps to its bias, r = r0 / sqrt(1 + 2 k r0^2 t); what follows a filter is there in a second.
+/// With A = 0, Eq. 37 creeps to its bias, r = r0 / sqrt(1 + 2 k r0^2 t); a filtered amplitude is there in a second.
 static void without_amplitude_the_filter_converges() {
     const double r0 = 0.5, t = 1, creeping = r0 / std::sqrt(1 + 2 * k * r0 * r0 * t);
     CHECK(creeping > 0.2);
@@ -116,7 +117,7 @@ static void without_amplitude_the_filter_converges() {
     CHECK(std::fabs(fin.value) < 1e-5);
 }
 
-/// Whatever jumps in a command, what the generator puts out stays continuous: at most what its filters let through.
+/// Whatever jumps in a command, the output of the generator stays continuous: it changes at most as its filters allow.
 static void commands_jump_but_the_output_does_not() {
     Controller<double> model{};
     const double tick = 0.01, rate = 15.8;

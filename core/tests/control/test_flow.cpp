@@ -1,4 +1,4 @@
-/// Flow: viscosity from pressures, and the largest rate of a pump.
+/// Tests of the oil's flow: viscosity from pressures, and the largest rate of a pump.
 #include <cmath>
 
 #include "check.hpp"
@@ -17,14 +17,14 @@ static void the_viscosity_is_learned() {
         }
         CHECK_NEAR(oil.value, truth, 0.02);
         CHECK(oil.value <= oil.largest && oil.largest <= 1);
-        CHECK(oil.rate == (truth < 0.05 ? 1 - flow_undamped : 1));  // thin oil bends slower
+        CHECK(oil.rate == (truth < 0.05 ? 1 - flow_undamped : 1));  // thin oil allows a slower pump only
     }
     Viscosity<double> unknown{};
     weigh(unknown, 0.005, 0.1);
-    CHECK(unknown.value == 1);  // before any reading the oil may be as thick as it gets
+    CHECK(unknown.value == 1);  // before any reading the oil counts as thick as it gets
 }
 
-/// A critically damped servo that is sent to the furthest target turns by what was asked within the tick, no more.
+/// A critically damped servo that is sent to the furthest target turns by exactly the desired angle within the tick.
 static void the_furthest_target_by_the_filter() {
     const Smoothing<double> servo = test_controller<double>().servo;
     for (double before : {0.0, 0.01, -0.02})
@@ -34,7 +34,7 @@ static void the_furthest_target_by_the_filter() {
         }
 }
 
-/// Thick oil: the line's drop; thin oil: hammer. Together as two sides of a right angle.
+/// Thick oil: pressure drop of the line; thin oil: hammer. Both add like two sides of a right angle.
 static void pressure_per_rate_by_hand() {
     SupervisorModel<double> circuit{};
     circuit.line = 3e5, circuit.hammer = 4e4;

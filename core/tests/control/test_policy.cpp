@@ -1,4 +1,5 @@
-/// Policy: a network by hand, the gait of an action, and the controller's guard behind any weights and observations.
+/// Tests of the policy: a network by hand, the gait of an action, and the controller's limits with any weights and
+/// observations.
 #include <limits>
 
 #include "check.hpp"

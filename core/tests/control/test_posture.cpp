@@ -8,7 +8,7 @@ static const Oscillator<double> nothing{0, 0};
 
 static Oscillator<double> oscillator_at(double phase) { return {std::sin(phase), -std::cos(phase)}; }
 
-/// A beat of 0.1 + 0.3 sin(phase - 0.8) + third, taken in; NaN is a gap. Returns the phase after it.
+/// Feed a beat of 0.1 + 0.3 sin(phase - 0.8) + third harmonic to the fit; NaN is a gap. Returns the phase after it.
 template <class Noise>
 static double one_beat(PostureState<double>& posture, double turns, double phase, double third, const Noise& noise) {
     int ticks = 0;
@@ -24,7 +24,7 @@ static double one_beat(PostureState<double>& posture, double turns, double phase
     return phase;
 }
 
-/// A beat need not be a whole number of ticks, nor have all its readings: the fit converges to what made the signal.
+/// A beat may last a fractional number of ticks and lack readings: the fit converges to the harmonics of the signal.
 static void harmonics_are_fitted_exactly() {
     for (double frequency : {1.0, 3.0, 6.0, 7.7})
         for (int gap : {1000, 4}) {
@@ -38,8 +38,8 @@ static void harmonics_are_fitted_exactly() {
         }
 }
 
-/// What was wrong before: at 6 Hz samples miss the peaks by up to 2 %, in a pattern of three beats. One beat that
-/// begins from the last one's fit tells the peak to 1 % of what changed.
+/// At 6 Hz the samples miss the peaks by up to 2 %, in a pattern of three beats. One beat that begins from the fit of
+/// the last one finds the peak within 1 % of the change.
 static void sampling_does_not_move_the_peaks() {
     PostureState<double> posture{};
     double phase = 1e-3, low = 1, high = 0;
@@ -54,8 +54,8 @@ static void sampling_does_not_move_the_peaks() {
     CHECK_NEAR(high, 0.3, 1e-9);
 }
 
-/// White noise s in each of n readings: of the peak, first plus third harmonic, the variance is 2 s^2 / n + 2 s^2 / n;
-/// of the mean, s^2 / n. The standard error of a variance of 20,000 beats is 1 %.
+/// White noise s in each of n readings: the variance of the peak, first plus third harmonic, is 2 s^2 / n + 2 s^2 / n;
+/// that of the mean, s^2 / n. The standard error of a variance of 20,000 beats is 1 %.
 static void noise_passes_by_the_formula() {
     const double sigma = 0.0035;
     const int n = 20, beats = 20000;
@@ -93,7 +93,7 @@ static void the_law_by_hand() {
     }
 }
 
-/// A plant whose gain goes with a power p of what it is sent: the error falls by 1 - K (1 + p) near the solution.
+/// A plant whose gain is a power p of its command: the error shrinks by the factor 1 - K (1 + p) near the solution.
 static void the_law_on_a_curved_plant() {
     for (double p : {-0.5, 0.5, 1.0}) {
         double more = 0;
@@ -137,14 +137,15 @@ static double error_after(double frequency, double gain, double seconds) {
     return std::fabs(gain * asked_amplitude(state, 0) - 0.2);
 }
 
-/// Half a degree in 4 s at every frequency and gain; at 1 Hz, where two beats teach, of gains nearer to one.
+/// The error is below half a degree after 4 s at every frequency and gain; at 1 Hz, where only two beats teach, for
+/// gains closer to one.
 static void the_loop_settles_for_every_gain() {
     const double half_degree = 0.5 * pi / 180;
     for (double frequency : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0})
         for (double gain : {frequency < 2 ? 0.8 : 0.6, 1.0, frequency < 2 ? 1.2 : 1.5})
             CHECK_NEAR(error_after(frequency, gain, 4.01), 0, half_degree);
     CHECK(error_after(1, 0.55, 12) < half_degree);
-    CHECK(error_after(6, 1.9, 20) < half_degree);  // does not swing up later
+    CHECK(error_after(6, 1.9, 20) < half_degree);  // the loop does not become unstable later
 }
 
 int main() {

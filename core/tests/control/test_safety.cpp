@@ -16,14 +16,14 @@ static void implausible_readings() {
         Health<double> health{};
         CHECK(judge(limits, health, 0.1, 0.0, true).usable);
         CHECK(!judge(limits, health, bad, 0.1, true).usable);  // 0.9: a step of 0.8
-        CHECK(!health.faulty);                                 // one alone is no fault
+        CHECK(!health.faulty);                                 // a single bad reading is no fault
     }
     Health<double> health{};
     int ticks = 0;
     while (!health.faulty && ++ticks < 100) judge(limits, health, no_number, 0.0, true);
     CHECK(ticks == 5);
     while (health.faulty && ++ticks < 1000) judge(limits, health, 0.1 + 1e-3 * (ticks % 3), 0.1, true);
-    CHECK(ticks < 130);  // redeemed after a while of good readings
+    CHECK(ticks < 130);  // usable again after a while of good readings
 }
 
 static void a_reading_is_stuck_only_where_the_robot_moves() {
@@ -38,7 +38,8 @@ static void a_reading_is_stuck_only_where_the_robot_moves() {
     CHECK(moving.faulty);
 }
 
-/// A slow robot's readings repeat more often before they tell: by how far it moved, not by how fast.
+/// Readings of a slow robot repeat more often before they count as stuck: the motion since the last change counts, not
+/// the time.
 static void a_slow_sensor_is_stuck_as_soon_as_the_robot_moved_as_far() {
     const Plausible<double> limits{-1, 1, 0.5, repeats_fast};
     for (double motion : {1.0, 0.5, 0.125}) {
@@ -49,7 +50,7 @@ static void a_slow_sensor_is_stuck_as_soon_as_the_robot_moved_as_far() {
     }
 }
 
-/// What contradicts a reading makes a fault of it, as if it were no number.
+/// A contradiction makes a reading a fault, just like NaN.
 static void a_contradicted_sensor_is_faulty() {
     Health<double> health{};
     int ticks = 0;
@@ -58,18 +59,18 @@ static void a_contradicted_sensor_is_faulty() {
     CHECK(ticks == 5);
 }
 
-/// Below the soft limit a pump goes where it will; beyond it, back by what takes the pressure off: 0.015 rad for 50
-/// kPa. In a long line whose hammer takes 1 MPa for 1 rad/s, by 0.05 rad/s.
+/// Below the soft limit a pump may go anywhere; beyond it, it is sent back by the angle that removes the excess
+/// pressure: 0.015 rad for 50 kPa. In a long line whose hammer takes 1 MPa for 1 rad/s, by 0.05 rad/s.
 static void a_pump_goes_back_from_the_soft_limit() {
     SupervisorModel<double> s = test_controller<double>().circuit[0];
     s.hammer = 2e4;
     const double soft = 2.5e5, hard = 3e5, tick = 0.01;
-    CHECK(furthest(s, 0.2, 2.4e5, soft, hard, tick) > 100);
-    CHECK_NEAR(furthest(s, 0.2, soft, soft, hard, tick), 0.2, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.185, 1e-15);
-    CHECK_NEAR(furthest(s, 0.2, 5e5, soft, hard, tick), 0.185, 1e-15);  // no further: a sensor may lie
+    CHECK(furthest_pump_angle(s, 0.2, 2.4e5, soft, hard, tick) > 100);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, soft, soft, hard, tick), 0.2, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, hard, soft, hard, tick), 0.185, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, 5e5, soft, hard, tick), 0.185, 1e-15);  // no further: a sensor may lie
     s.hammer = 1e6;
-    CHECK_NEAR(furthest(s, 0.2, hard, soft, hard, tick), 0.2 - 0.05 * tick, 1e-15);
+    CHECK_NEAR(furthest_pump_angle(s, 0.2, hard, soft, hard, tick), 0.2 - 0.05 * tick, 1e-15);
 }
 
 /// 60 kPa of fill, and four powers of a bend of 0.5 rad: 1 + 0.5 + 0.25 + 0.125 times 10 kPa.
@@ -91,7 +92,8 @@ static Governor<double> governor_after(double ceiling, double pressure, double f
     return g;
 }
 
-/// A beat at fill + room x makes the next one 1 / x as wide, or wider by the fourth root.
+/// A beat whose pressure is the fill plus x times the margin makes the next beat 1 / x as wide, or wider by the fourth
+/// root.
 static void the_governor_by_hand() {
     const double fill = 6e4, work = 2e5, room = work - fill;
     const auto after = [&](double load, bool doubt) {
@@ -106,11 +108,11 @@ static void the_governor_by_hand() {
     CHECK_NEAR(after(3.0, false).ceiling, 0.2 * governor_min, 1e-15);
     CHECK_NEAR(after(1 / 1.4641, false).ceiling, 0.22, 1e-12);  // 1.1^4
     CHECK_NEAR(after(0.01, false).ceiling, 0.2 * governor_max, 1e-15);
-    CHECK(after(0.01, true).ceiling == 0.2);  // but does not grow
+    CHECK(after(0.01, true).ceiling == 0.2);  // a doubtful beat does not let it grow
     CHECK(after(0.5, false).proven == 0.2 && after(0.5, true).proven == 0 && after(1.25, false).proven == 0);
 }
 
-/// What else cuts a beat, or keeps it from growing.
+/// Other causes that cut a beat, or keep it from growing.
 static void the_governor_sees_more_than_pressure() {
     const double fill = 6e4, work = 2e5;
     const auto after = [&](const auto& change) {
@@ -120,9 +122,9 @@ static void the_governor_sees_more_than_pressure() {
         govern(g, beat, fill, work);
         return g;
     };
-    // A ceiling that fell within the beat grows from there, not from what the beat still had.
+    // A ceiling that fell within the beat grows from its lowest value, not from the amplitude that the beat still had.
     CHECK(after([](auto& g, auto&) { g.ceiling = 0.02; }).ceiling < 0.02 * governor_max);
-    // A joint that swings by 0.4 rad at 2 Hz bends at 5 rad/s: faster than its oil allows, or not.
+    // A joint that swings by 0.4 rad at 2 Hz bends at up to 5 rad/s: faster than its oil allows, or not.
     const auto swings = [](auto& g, auto&) { g.swung = 0.4; };
     CHECK(after(swings).ceiling > 0.2);
     const Governor<double> cut = after([&](auto& g, auto& b) { swings(g, b), b.rate = 5; });
@@ -130,7 +132,8 @@ static void the_governor_sees_more_than_pressure() {
     CHECK(after([](auto&, auto& b) { b.reach = 0.1; }).ceiling == 0.1);  // no wider than the pumps reach
 }
 
-/// With pressure above the fill as the amplitude to a power, it comes to the working pressure and stays.
+/// With the pressure above the fill proportional to a power of the amplitude, the beat reaches the working pressure and
+/// stays there.
 static void the_governor_settles() {
     const double fill = 6e4, work = 2e5;
     for (double power : {1.0, 2.0, 3.0}) {
@@ -146,7 +149,8 @@ static void the_governor_settles() {
     }
 }
 
-/// A higher frequency than any seen begins with what the model holds safe; a lower one goes on as it was.
+/// A frequency higher than any before begins with the amplitude that the model holds safe; a lower one continues as
+/// before.
 static void a_new_frequency_begins_safe() {
     Governor<double> g = governor_after(0.3, 0);
     expect(g, 1.0, 0.1);

@@ -30,7 +30,7 @@ static void against_standard() {
         const double along = k / 200000.0, small = std::pow(10.0, -18 * along), d = 1 + 3 * along;
         for (double x : {small, -0.999999 * small, 1e9 * along, -0.9999999 * along, 2 * along - 1 + 1e-9}) {
             const double n = d + x;
-            const bool near = std::abs(x) < 0.25 * d;  // there a quotient does not feel how n was rounded
+            const bool near = std::abs(x) < 0.25 * d;  // a quotient near 1 is not sensitive to the rounding of n
             const long double wanted = near ? std::log1p((long double)x / d) : std::log((long double)n / d);
             const double ulp = std::abs(std::nextafter(double(wanted), 1e300) - double(wanted));
             worst = std::max(worst, double(std::abs(log_quotient(n, d, near ? x : n - d) - wanted)) / ulp);

@@ -1,4 +1,5 @@
-/// Attitude and depth: by hand where a hand can, else against a truth with noise, offsets and the beat's shaking.
+/// Tests of the estimates of attitude and depth: by hand where possible, else against a truth with noise, offsets and
+/// the shaking of the beat.
 #include "cruise.hpp"
 
 using namespace hypertuna;
@@ -10,7 +11,7 @@ static Quaternion<double> euler(double yaw, double pitch, double roll) {
             sy * cp * cr - cy * sp * sr};
 }
 
-/// Gravity and field alone give back any attitude.
+/// Gravity and magnetic field alone determine any attitude.
 static void two_vectors_make_an_attitude() {
     for (double yaw = -3; yaw < 3.2; yaw += 0.5)
         for (double pitch : {-1.4, -0.3, 0.0, 0.8})
@@ -28,7 +29,7 @@ static void two_vectors_make_an_attitude() {
     CHECK(!attitude_from(Vector<double>{0, 0, 0}, Vector<double>{0, 1, 0}, none));
 }
 
-/// A robot that faces north with a gyroscope that is off: both rates settle to what pulls them, the offset is learned.
+/// A robot that faces north with an offset of its gyroscope: the attitude converges, and the offset is learned.
 static void the_offset_of_the_gyroscope_is_learned() {
     const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
     AttitudeState<double> state{};
@@ -45,13 +46,13 @@ static void the_offset_of_the_gyroscope_is_learned() {
     const Rotation<double> at = rotation(state.q);
     CHECK_NEAR(-at.east.x, 1, 1e-6);
     CHECK_NEAR(at.up.z, 1, 1e-6);
-    // More than it believes it does not learn.
+    // An offset larger than the plausible one is not learned.
     in.rate = {0.4, 0, 0};
     for (int k = 0; k < 1000; ++k) state = attitude_step(model, state, in);
     CHECK(std::fabs(state.drift.x) <= model.drift_max);
 }
 
-/// The field turns the robot about the vertical alone, whatever it says.
+/// The magnetic field corrects the attitude about the vertical only, whatever it reads.
 static void a_false_field_does_not_tilt() {
     const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
     AttitudeState<double> state{};
@@ -63,7 +64,7 @@ static void a_false_field_does_not_tilt() {
     in.field = {0.3, 0.9, 0.2};
     for (int k = 0; k < 3000; ++k) state = attitude_step(model, state, in);
     const Vector<double> now = rotation(state.q).up;
-    CHECK_NEAR(norm(now - up), 0, 0.003);  // what learning the gyroscope's offset moves
+    CHECK_NEAR(norm(now - up), 0, 0.003);  // change by the learned offset of the gyroscope
 }
 
 /// A steady turn at 0.4 m/s and 0.3 rad/s adds 0.12 m/s^2 sideways: 0.7 degrees, if it were taken for gravity.
@@ -109,12 +110,13 @@ static void iron_turns_against_the_gyroscope() {
     }
 }
 
-/// A step of depth is followed in 4 / rate; a sink rate of 0.1 m/s leaves no error; noise of 1 cm leaves 2 mm.
+/// The estimate follows a step of depth within 4 / rate; a sink rate of 0.1 m/s leaves no error; noise of 1 cm leaves 2
+/// mm.
 static void depth_follows() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
     EstimatorState<double> state = init(model, start);
-    keep_zero(state, 0.0);  // it was switched on at the surface
+    keep_zero(state, 0.0);  // the robot was switched on at the surface
     double noise = 0;
     for (int k = 0; k < 4000; ++k) {
         const double depth = 1 + 0.001 * k, error = 0.01 * normal<double>(random_bits(1, 2, std::uint64_t(k)));
@@ -123,13 +125,13 @@ static void depth_follows() {
     }
     CHECK_NEAR(state.sink, 0.1, 0.01);
     CHECK(std::sqrt(noise) < 0.002);
-    // What is no number is left out; the depth goes on as it sank, for a while.
+    // NaN readings are left out; meanwhile the depth continues at its last rate, for a while.
     for (int k = 0; k < 100; ++k) CHECK(!watch_depth(model, state, std::nan(""), 0.1, 0.3));
     CHECK_NEAR(state.depth, 5.05, 0.01);
     CHECK(std::fabs(state.sink) < 0.03);
 }
 
-/// A stuck sensor shows at once on the way down, within 5 s of a level swim, and not at rest.
+/// A stuck sensor is detected at once during a descent, within 5 s of a level swim, and never at rest.
 static void a_stuck_depth_shows() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
@@ -164,7 +166,7 @@ static void a_coarse_depth_is_no_stuck_one() {
     }
 }
 
-/// What the sensor of a robot that stays at a depth [m] shows for some ticks, in weather that shows as `air` [m].
+/// Reading of the sensor of a robot that stays at a depth [m] for some ticks, in weather equivalent to `air` [m].
 static void stay(const Estimator<double>& model, EstimatorState<double>& state, double air, double depth, int ticks) {
     for (int k = 0; k < ticks; ++k) {
         const double noise = 0.005 * normal<double>(random_bits(3, 4, std::uint64_t(k)));
@@ -186,8 +188,8 @@ static void the_surface_is_seen_at_boot() {
     }
 }
 
-/// A sensor that begins under water, out of its range, or after a second says no surface; on command it is where the
-/// robot is, unless no air has that pressure.
+/// A sensor that starts under water, out of range, or after the first second sets no surface; on command the surface is
+/// set where the robot is, unless no air has that pressure.
 static void no_surface_under_water() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
@@ -212,7 +214,7 @@ static void no_surface_under_water() {
     CHECK_NEAR(state.depth, 2, 0.01);
 }
 
-/// A robot that lost its power under water takes that for the surface: it is none once the robot has risen.
+/// A robot that lost its power under water takes its depth for the surface, until it has risen.
 static void a_zero_under_water_heals() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
@@ -225,7 +227,8 @@ static void a_zero_under_water_heals() {
 }
 
 /// A fix proves that the antenna, 8.6 cm above the sensor, is out of the water: weather that rose by 20 cm of water is
-/// found out in half a minute, a descent by 1.1 m in some seconds. Where the antenna can be dry nothing moves.
+/// detected in half a minute, a descent by 1.1 m in some seconds. At depths at which the antenna can be dry nothing is
+/// corrected.
 static void fixes_tell_the_surface() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double start[2] = {0, 0};
@@ -256,7 +259,8 @@ static void fixes_tell_the_surface() {
     CHECK(after(0.05, -0.17, 60).zero == -1.5);
 }
 
-/// A compass that shows 10 deg west of north: told so, a robot that faces true east knows it, and where it goes.
+/// A compass that shows 10 deg west of north: with the declination set, a robot that faces true east knows this, and
+/// where it swims.
 static void declination_turns_the_heading() {
     const Estimator<double> model = test_pilot<double>().estimator;
     for (const double declination : {-10 * pi / 180, 0.0, 25 * pi / 180}) {

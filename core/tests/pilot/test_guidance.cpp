@@ -1,13 +1,13 @@
-/// Guidance: what counts as reached, how a waypoint is held, what ends a mission without being done, and a current that
-/// is faster than the fish.
+/// Tests of guidance: when a waypoint counts as reached, how it is held, what ends a mission early, and a current
+/// faster than the fish.
 #include "cruise.hpp"
 
 using namespace hypertuna;
 
-/// A leg that has ended, as the fish believed and as it was.
+/// A leg that has ended: what the fish believed, and the truth.
 struct Ended {
     bool reached;
-    double believed, away, error, depth;  // m from the waypoint; of the position; too deep
+    double believed, away, error, depth;  // m: believed and true distance, reported error, excess depth
 };
 
 struct Watched {
@@ -53,7 +53,8 @@ static Water without_satellites() {
     return water;
 }
 
-/// Waypoints nearer than the minute at the surface takes: reached at their depth, within their radius, as it knows.
+/// Waypoints closer than the fish swims in its minute at the surface are reached at their depth and within their
+/// radius, by its estimate.
 static void reached_at_its_depth() {
     for (const double depth : {0.0, 0.5, 2.0}) {
         const Waypoint<double> point[] = {{0, 6, depth, 0.3, 2, 0}, {6, 6, depth, 0.3, 2, 0}};
@@ -67,7 +68,8 @@ static void reached_at_its_depth() {
     }
 }
 
-/// Without satellites nothing is reached that is not known: waypoints are passed, and home is not claimed.
+/// Without satellites no waypoint counts as reached while its place is uncertain: waypoints are passed, and arrival at
+/// home is not claimed.
 static void unknown_is_not_reached() {
     const Waypoint<double> point[] = {{0, 30, 1, 0.3, 2, 0}, {30, 30, 1, 0.3, 2, 0}};
     Mission<double> mission = mission_of(point, 2);
@@ -77,14 +79,14 @@ static void unknown_is_not_reached() {
     const Watched run = watch(mission, water, 1500);
     CHECK(run.end.last.mode == Mode::ended && run.was(Reason::adrift) && run.was(Reason::passed));
     CHECK(run.guidance().reached == 0 && 0 < run.guidance().passed && !run.was(Reason::all_reached));
-    // Back at the surface with satellites, but with a waypoint that no fix can tell to be reached.
+    // Back at the surface with satellites, but with a waypoint so small that no fix can confirm it as reached.
     const Waypoint<double> small[] = {{0, 30, 1, 0.3, 0.5, 0}};
     const Watched vague = watch(mission_of(small, 1), Water{}, 900);
     CHECK(vague.end.last.mode == Mode::ended && vague.guidance().passed == 1 && !vague.was(Reason::adrift));
     CHECK(vague.from_home() < 3 + 3 * vague.end.last.estimate.position_error);
 }
 
-/// At home without a fix it goes on around the place where home should be; a fix that comes at last takes it home.
+/// At home without a fix the fish keeps circling where home should be; a late fix brings it home.
 static void home_is_found_when_a_fix_comes() {
     const Waypoint<double> point[] = {{0, 20, 1, 0.3, 2, 0}};
     Water water;
@@ -94,7 +96,8 @@ static void home_is_found_when_a_fix_comes() {
     CHECK(has_ended(run.end.last.mode) && 700 < run.end.fish.time && run.from_home() < 3 + 5);
 }
 
-/// Hold at depth on a circle, at the surface at rest: so long, and as near as the radius and the error of the place.
+/// Hold on a circle at depth, and at rest at the surface: for the required time, and within the radius plus the error
+/// of position.
 static void holds_at_a_waypoint() {
     for (const double depth : {0.0, 1.5}) {
         const Waypoint<double> point[] = {{0, 15, depth, 0.3, 3, 60}};
@@ -132,8 +135,8 @@ static void called_back_is_not_done() {
     }
 }
 
-/// At home a known place is enough; before a dive the current must be known too, and the place so well that the dive
-/// leaves it within the radius.
+/// At home a known position is enough. Before a dive the current must be known too, and the position so well that it is
+/// still within the radius after the dive.
 static void fixes_are_enough() {
     const Waypoint<double> point[] = {{0, 40, 1, 0.3, 2, 0}};
     const Mission<double> mission = mission_of(point, 1);
@@ -153,8 +156,8 @@ static void fixes_are_enough() {
     CHECK(after(Mode::surface, 1.9, 0.02) == Mode::surface);
 }
 
-/// A current faster than the fish: it tells so within a minute and a half, comes up, swims against it until the charge
-/// is at its reserve, and then drifts; home where the current eases before that.
+/// A current faster than the fish: the fish reports it within a minute and a half, comes up, swims against the current
+/// until its charge is at the reserve, and then drifts; it goes home if the current eases before that.
 static void swept_and_back() {
     const Waypoint<double> point[] = {{0, 40, 2, 0.3, 2, 0}};
     Mission<double> mission = mission_of(point, 1);
@@ -172,15 +175,15 @@ static void swept_and_back() {
         else
             CHECK(run.end.last.mode == Mode::hold && run.end.last.reasons.has(Reason::swept));
     }
-    // One that it can just swim against is no reason.
+    // A current that the fish can just swim against ends nothing.
     water = {};
     water.current[1] = 0.25;
     const Watched slow = watch(mission, water, 1500);
     CHECK(!slow.was(Reason::swept) && slow.end.last.mode == Mode::done);
 }
 
-/// From rest at a slow gait the nose dips to 0.75 m before it rises: the depth answers, though not within 25 s of the
-/// first dip. A body that goes on down does not.
+/// From rest at a slow gait the nose dips to 0.75 m before it rises: the depth responds, though not within 25 s of the
+/// first dip. For a body that goes on sinking it does not.
 static void a_dip_is_no_failure() {
     const Waypoint<double> point[] = {{0, 40, 2, 0.2, 2, 0}};
     const Mission<double> mission = mission_of(point, 1);
@@ -198,7 +201,7 @@ static void a_dip_is_no_failure() {
     }
 }
 
-/// With a fin stuck down it rises by 1.1 cm/s, less than counts as an answer: it goes on, and is not stranded.
+/// With a fin stuck down the fish rises by 1.1 cm/s, too slow to count as a response: it goes on, and is not stranded.
 static void slowly_up_is_up() {
     const Waypoint<double> point[] = {{0, 40, 1.2, 0.2, 2, 0}};
     const Mission<double> mission = mission_of(point, 1);
@@ -215,8 +218,8 @@ static void slowly_up_is_up() {
     }
 }
 
-/// Held under water by a line or a net on a level leg, it beats until its place is too uncertain. Then the depth
-/// does not answer: in calm water and in swell, the pilot reports this and stops the beat.
+/// Held under water by a line or a net on a level leg, the fish beats until its position is too uncertain. Then the
+/// depth does not respond: in calm water and in swell, the pilot reports this and stops the beat.
 static void held_under_water() {
     const Waypoint<double> point[] = {{0, 400, 2, 0.3, 2, 0}};
     for (const double swell : {0.0, 0.1, 0.2, 0.3, 0.5}) {
@@ -236,7 +239,7 @@ static void held_under_water() {
     }
 }
 
-/// Without IMU it holds at the surface: it tells that a current carries it, and out of its fence.
+/// Without IMU the fish waits at the surface; it reports that a current carries it, and that it left its fence.
 static void held_and_carried() {
     const Waypoint<double> point[] = {{0, 20, 1, 0.3, 2, 0}};
     const Corner<double> corner[4] = {{-30, -10}, {30, -10}, {30, 40}, {-30, 40}};
@@ -262,7 +265,7 @@ static void held_and_carried() {
     }
 }
 
-/// Legs begin again from a place: what was left out is skipped, what was missed stays so.
+/// Legs begin again from a place: skipped waypoints stay skipped, missed ones stay missed.
 static void legs_begin_anywhere() {
     const Waypoint<double> point[4] = {};
     const Mission<double> mission = mission_of(point, 4);

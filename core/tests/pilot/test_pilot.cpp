@@ -1,5 +1,5 @@
-/// Pilot: whole missions of a fish that is kinematics alone. It arrives, keeps depth and fence, and each failure ends
-/// by its rule; whatever the readings are, pulses keep their bounds.
+/// Tests of the pilot: whole missions of a purely kinematic fish. It arrives, keeps its depth and fence, and each
+/// failure ends by its rule; pulses stay within their bounds for any readings.
 #define HYPERTUNA_BOARD  // its memory is what bounds the state
 #include <bit>
 #include <limits>
@@ -26,7 +26,7 @@ struct Box {
     Box(const Box&) = delete;
 };
 
-/// What a run showed of the truth, which the pilot does not know.
+/// Facts of a run that the pilot does not know.
 struct Shown {
     Voyage<double> end{};
     double room = 1e9, deepest = 0, heading = 0, pitch = 0, astray = 0, off_depth = 0, off_track = 0;
@@ -77,11 +77,11 @@ static void a_box_at_depth() {
         if (rough) water.current[0] = 0.15, water.factor = 0.9, water.lean = 0.1, water.sinking = 0.01;
         const Shown run = watch(box.mission, water, 2000);
         CHECK(run.end.last.mode == Mode::done && run.was(Reason::all_reached));
-        CHECK((run.told & ((1u << ending_reasons) - 1)) == 0);  // nothing was taken for a failure
+        CHECK((run.told & ((1u << ending_reasons) - 1)) == 0);  // no failure was reported
         CHECK(run.from_home() < 3 + 3 * run.end.last.estimate.position_error);
         CHECK(0 < run.room && run.deepest < 2.4);
         CHECK(run.off_depth < 0.15 && run.off_track < 1.5);
-        CHECK(run.astray < 3.5);  // no error beyond what it says it is
+        CHECK(run.astray < 3.5);  // true error over reported error
         CHECK(run.heading < (rough ? 15 : 5) * pi / 180 && run.pitch < 1.5 * pi / 180);
         CHECK_NEAR(run.end.last.estimate.factor, water.factor, 0.12);
         CHECK_NEAR(run.end.last.estimate.current[0], water.current[0], 0.05);
@@ -109,7 +109,7 @@ static void inside_the_fence() {
     }
 }
 
-/// A waypoint beyond the fence is left out; with the current on its back it turns in time.
+/// A waypoint beyond the fence is left out; with a following current the robot turns in time.
 static void what_is_out_of_bounds() {
     const Box<double> box;
     const Waypoint<double> beyond[] = {{0, 40, 2, 0.3, 2, 0}, {100, 40, 2, 0.3, 2, 0}, {0, 0, 2, 0.3, 2, 0}};
@@ -120,12 +120,12 @@ static void what_is_out_of_bounds() {
     const Shown run = watch(mission, water, 1500);
     CHECK(run.end.last.mode == Mode::ended && run.was(Reason::skipped) && 0 < run.room);
     CHECK(run.end.last.state.guidance.reached == 2 && run.end.last.state.guidance.passed == 0);
-    // One that lies within, but with the fence so near that the uncertainty of a dive reaches beyond it.
+    // A waypoint within the fence, but so near to it that the uncertainty after a dive reaches beyond.
     const Waypoint<double> near[] = {{50, 0, 2, 0.3, 2, 0}, {54, 0, 2, 0.3, 2, 0}};
     mission.waypoint = near, mission.waypoints = 2;
     const Shown close = watch(mission, water, 1500);
     CHECK(close.end.last.mode == Mode::done && 0 < close.room && close.was(Reason::all_reached));
-    // Deeper than allowed is not dived: the waypoint is passed, not reached.
+    // The robot does not dive deeper than allowed: the waypoint is passed, not reached.
     const Waypoint<double> deep[] = {{0, 40, 12, 0.3, 2, 0}};
     mission.waypoint = deep, mission.waypoints = 1;
     const Shown dive = watch(mission, Water{}, 1500);
@@ -133,7 +133,7 @@ static void what_is_out_of_bounds() {
           dive.deepest < 6 && 5 < dive.deepest);
 }
 
-/// A fence that holds neither the robot nor its home: called home from its waypoints it goes there all the same.
+/// A fence around neither the robot nor its home: when it is called home, it goes there all the same.
 static void a_fence_elsewhere() {
     for (const bool turn : {false, true}) {
         const Box<double> box;
@@ -148,15 +148,15 @@ static void a_fence_elsewhere() {
     }
 }
 
-/// Home on a low battery with what the reserve asks for, and in time.
+/// On a low battery the robot comes home with its reserve left, and in time.
 static void home_while_it_can() {
     const Box<double> box;
     Water water;
-    water.volts = 12.6, water.drain = 4.8 / 8000;  // as fast as the pilot counts on
+    water.volts = 12.6, water.drain = 4.8 / 8000;  // as fast as the pilot assumes
     const Shown flat = watch(box.mission, water, 2000);
     CHECK(flat.end.last.mode == Mode::ended && flat.was(Reason::low_battery) && !flat.was(Reason::all_reached));
     CHECK(flat.from_home() < 8);
-    CHECK((flat.end.fish.voltage + 0.2 - 12) / 4.8 > 0.1 - 0.12 / 4.8);  // the reserve, less what the reading is off
+    CHECK((flat.end.fish.voltage + 0.2 - 12) / 4.8 > 0.1 - 0.12 / 4.8);  // the reserve, minus the error of the reading
     Mission<double> brief = box.mission;
     brief.duration = 400;
     water = {};
@@ -166,7 +166,7 @@ static void home_while_it_can() {
     CHECK(late.from_home() < 8);
 }
 
-/// From 80 s on, at depth and on the way, one thing fails.
+/// From 80 s on, at depth and under way, one thing fails.
 static void each_failure_has_its_rule() {
     const Box<double> box;
     const double nan = std::nan("");
@@ -183,12 +183,12 @@ static void each_failure_has_its_rule() {
     home(run([&](auto& r, int k) { late(k) ? void(r.field[1] = nan) : void(); }), Reason::compass_lost);
     home(run([&](auto& r, int k) { late(k) ? void(r.field[0] = r.field[1] = r.field[2] = 1.9) : void(); }),
          Reason::compass_lost);
-    // Without IMU it comes up and waits there.
+    // Without IMU the robot comes up and waits there.
     const Shown blind = run([&](auto& r, int k) { late(k) ? void(r.robot.rate[1] = nan) : void(); });
     CHECK(blind.was(Reason::imu_lost) && blind.end.last.mode == Mode::hold && blind.end.fish.z > -0.15);
     CHECK(blind.finite && std::fabs(blind.end.fish.speed) < 0.05);
-    // Without satellites it tries again and again, keeps to the middle, and is home by dead reckoning when the time is
-    // up.
+    // Without satellites the robot keeps trying for a fix, stays near the middle, and comes home by dead reckoning when
+    // the time is up.
     Mission<double> brief = box.mission;
     brief.duration = 900;
     const Shown deaf =
@@ -197,8 +197,8 @@ static void each_failure_has_its_rule() {
     CHECK(deaf.from_home() < 3 + 3 * deaf.end.last.estimate.position_error);
 }
 
-/// From the start the compass is turned by an angle, or reads a constant more: this is told, the robot comes home, and
-/// its place is where it says.
+/// From the start the compass is turned by an angle, or has a constant error: the robot reports this, comes home, and
+/// its position is within the reported error.
 static void a_compass_that_is_off() {
     const Box<double> box;
     const auto told = [&](const Shown& shown) {
@@ -237,7 +237,7 @@ static void fixes_of_a_false_place() {
         CHECK(end.last.mode == Mode::done && !end.last.reasons.has(Reason::fixes_refused));
         CHECK(std::hypot(end.fish.x, end.fish.y) < 3 + 3 * end.last.estimate.position_error);
     }
-    Mission<double> brief = box.mission;  // a place at which it cannot be takes no time to come home from
+    Mission<double> brief = box.mission;  // a robot far outside needs no time to come home
     brief.duration = 1200;
     const Shown far =
         watch(brief, Water{}, 1200, 7, [](auto& r, int k) { r.fix[0] += 2500 <= k && k < 5000 ? 2000 : 0; });
@@ -260,11 +260,11 @@ static void fins_that_do_not_follow() {
             CHECK(shown.deepest < 3);
         }
     }
-    // Hard down the other cannot lift it: it stops before it is at the limit, and holds.
+    // With one fin stuck hard down the other cannot lift the robot: it stops before its depth limit, and holds.
     const Shown down = run(-0.7, 9);
     CHECK(down.was(Reason::port_fin_lost) && down.was(Reason::stranded) && down.end.last.mode == Mode::hold);
     CHECK(down.deepest < 6 && 0 < down.room);
-    // Both gone: level it stays at the surface and goes home, down it stops.
+    // Both fins stuck: if level, it stays at the surface and goes home; if down, it stops.
     const Shown none = run(0, 0);
     CHECK(none.was(Reason::no_answer) && none.end.last.mode == Mode::ended && none.deepest < 0.3);
     const Shown sunk = run(-0.5, -0.5);
@@ -334,7 +334,7 @@ static void arbitrary_bits(int ticks) {
     for (int i = 0; i < ticks && good; ++i) {
         PilotReadings<T> r{};
         std::uint64_t channel = 0;
-        // Half of the time all is well, so that everything gets going.
+        // Half of the time all readings are sound, so that everything gets going.
         const bool wild = i / 500 % 2 == 1;
         const auto draw = [&](T calm) {
             const std::uint64_t bits = random_bits(11, channel++, std::uint64_t(i));

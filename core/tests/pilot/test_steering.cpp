@@ -22,7 +22,7 @@ static void gaits_between_gaits() {
     }
 }
 
-/// Swimming at the crab angle makes good a way along the course, and as fast as it says.
+/// Swimming at the crab angle makes good a course along the leg, at the predicted speed.
 static void crab_by_hand() {
     const double current[2] = {0.1, -0.05};
     for (double angle = 0; angle < 6.3; angle += 0.3) {
@@ -32,7 +32,7 @@ static void crab_by_hand() {
         CHECK_NEAR(course.x * y - course.y * x, 0, 1e-12);
         CHECK_NEAR(course.x * x + course.y * y, made_good(course, current, 0.3), 1e-12);
     }
-    const double strong[2] = {0, 1};  // nothing helps, but the robot heads against it
+    const double strong[2] = {0, 1};  // the robot cannot win, but heads against the current
     CHECK(crab({1, 0}, strong, 0.3).y < -0.85);
 }
 
@@ -42,7 +42,7 @@ static void line_of_sight_by_hand() {
     CHECK_NEAR(leg.across, 4, 1e-12);
     CHECK_NEAR(leg.course.x, std::sqrt(0.5), 1e-12);
     CHECK_NEAR(leg.course.y, -std::sqrt(0.5), 1e-12);
-    // Past the end it looks back to it; a leg of no length leads to its end.
+    // Past the end of a leg the robot steers back to the end; a leg of no length leads to its end.
     CHECK_NEAR((line_of_sight<double>({0, 0}, {10, 0}, 14, 0, 4, {0, 1}).course.x), -1, 1e-12);
     CHECK_NEAR((line_of_sight<double>({5, 5}, {5, 5}, 5, 2, 4, {1, 0}).course.y), 1, 1e-12);
     CHECK_NEAR((line_of_sight<double>({5, 5}, {5, 5}, 5, 5, 4, {1, 0}).course.x), 1, 1e-12);
@@ -71,7 +71,7 @@ static void fences_by_hand() {
         CHECK_NEAR(inside(m, -3.0, 6.0).distance, -5, 1e-12);
         CHECK(is_finite(inside(m, 0.0, 0.0).x));  // on a corner
     }
-    // Against a count of the share of random places within.
+    // Compared with the fraction of random places that lie inside.
     int within = 0;
     for (int k = 0; k < 20000; ++k) {
         const double x = 2 * uniform<double>(random_bits(1, 0, std::uint64_t(k))),
@@ -83,11 +83,11 @@ static void fences_by_hand() {
     CHECK_NEAR(within / 20000.0, 0.75, 0.02);
 }
 
-/// The tail bends to the side that turns the head the short way, as much as the rate asked for needs.
+/// The tail bends to the side that turns the head the short way, in proportion to the required rate.
 static void bias_by_hand() {
     const Steering<double> model = test_steering<double>();
     SteeringState<double> state{};
-    state.beat.mean.x = 1;  // it faces east
+    state.beat.mean.x = 1;  // the robot faces east
     // 0.1 rad to port: 0.04 rad/s, half as much again for the rate that is missing; the tail bends to port, which is
     // negative.
     const double small = bias_for(model, state, {std::cos(0.1), std::sin(0.1)}, 0.3);
@@ -97,10 +97,10 @@ static void bias_by_hand() {
     fresh.beat.mean.x = 1;
     CHECK(bias_for(model, fresh, {-1.0, 0.01}, 0.3) == -1);
     CHECK(bias_for(model, fresh, {-1.0, -0.01}, 0.3) == 1);
-    CHECK(fresh.turn_sum == 0);   // at its limit it does not wind up
-    fresh.beat.mean.turn = 0.04;  // it turns as asked: nothing is missing
+    CHECK(fresh.turn_sum == 0);   // no integral windup at the limit
+    fresh.beat.mean.turn = 0.04;  // the turn rate is as asked, with no error
     CHECK_NEAR(bias_for(model, fresh, {std::cos(0.1), std::sin(0.1)}, 0.3), -0.04 / 0.36, 1e-3);
-    // The beat gives way to the bias.
+    // The amplitude shrinks to leave range for the bias.
     Command<double> command{};
     beat_into(model, command, 0.3, -1.0);
     CHECK_NEAR(command.bias[0], -0.14, 1e-12);
@@ -112,18 +112,18 @@ static void depth_by_hand() {
     SteeringState<double> state{};
     Estimate<double> at{};
     at.speed = 0.3, at.depth = 1;
-    CHECK_NEAR(climb_for(model, state, at, 4.0), -0.2, 1e-12);  // far above: at its limit, and nothing winds up
+    CHECK_NEAR(climb_for(model, state, at, 4.0), -0.2, 1e-12);  // far above: the climb is at its limit, without windup
     CHECK(state.climb_sum == 0);
     CHECK_NEAR(climb_for(model, state, at, 0.9), 0.1 / std::sqrt(0.01 + 2.25), 1e-12);
     CHECK(state.climb_sum > 0);
     CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * (3 + 1), 1e-12);  // leading edge up
-    at.sink = -0.03;                                             // it climbs so already: the lead alone
+    at.sink = -0.03;  // it already climbs at that rate: only the lead remains
     CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * 3, 1e-12);
     at.rate.y = 0.05;  // and the nose comes up
     CHECK_NEAR(fins_for(model, at, 0.1), 0.1 * 3 - 0.7 * 0.05, 1e-12);
     at.sink = 1;
     CHECK_NEAR(fins_for(model, at, 0.2), 0.7, 1e-12);
-    at.facing.z = -0.5;  // at the limit of its pitch it is asked for nothing
+    at.facing.z = -0.5;  // at the limit of pitch no more is commanded
     CHECK(climb_for(model, state, at, 0.0) == 0 && climb_for(model, state, at, 4.0) == 0);
     at.facing.z = 0.375;
     CHECK_NEAR(climb_for(model, state, at, 4.0), -0.1, 1e-12);
@@ -148,7 +148,7 @@ static void means_over_a_beat() {
     }
 }
 
-/// A beat that is commanded is steered to the same command as on a leg that is long and straight.
+/// A commanded beat is steered by the same command as a long straight leg.
 static void steered_as_on_a_leg() {
     const Pilot<double> pilot = test_pilot<double>();
     const Waypoint<double> far[] = {{0, 1e100, 2, 0.3, 2, 0}};
@@ -163,7 +163,7 @@ static void steered_as_on_a_leg() {
     Command<double> beat{};
     beat_into(pilot.guidance.steering, beat, 0.3, 0.0);
     beat.fresh = beat.armed = true;
-    beat.fin[0] = beat.bias[0] = 0.1;  // the pilot sets them
+    beat.fin[0] = beat.bias[0] = 0.1;  // the pilot overwrites them
     for (int k = 0; k < 20; ++k) {
         decide(pilot, on, at, mission);
         steer(pilot, by, at, beat, {0.0, 1.0}, 2.0);
@@ -175,7 +175,7 @@ static void steered_as_on_a_leg() {
         }
     }
     CHECK(by.command.bias[0] < 0 && by.command.amplitude[0] < beat.amplitude[0] && by.command.fin[0] < -0.1);
-    at.attitude = false;  // nothing steers, and the fins take it up
+    at.attitude = false;  // without attitude nothing steers, and the fins lift
     steer(pilot, by, at, beat, {0.0, 1.0}, 2.0);
     CHECK(by.command.bias[0] == 0 && by.command.fin[0] == pilot.guidance.blind_fin);
 }

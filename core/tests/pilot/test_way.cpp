@@ -1,18 +1,19 @@
-/// Way: which fixes are used, and the reported error. Checked by hand where possible, else against a truth with noise.
+/// Tests of dead reckoning: which fixes are used, and the reported error; by hand where possible, else against a truth
+/// with noise.
 #include "cruise.hpp"
 
 using namespace hypertuna;
 
 static constexpr double tick = 0.01;
 
-/// Carry the way on to the time of a fix, and take it if it is plausible.
+/// Advance the way to the time of a fix, and use the fix if it is plausible.
 static bool take(const WayModel<double>& model, WayState<double>& way, const double (&fix)[2], double accuracy) {
     carry(model, way, tick);
     return take_fix(model, way, fix, accuracy);
 }
 
-/// Position and covariance of a straight way by hand: after t seconds the current's error counts t times, the factor's
-/// U t times, and that of the compass, across, as much.
+/// Position and covariance of a straight way by hand: after t seconds the error of the current counts t times, that of
+/// the speed factor U t times along the way, and that of the compass U t times across it.
 static void a_way_by_hand() {
     WayModel<double> model = test_pilot<double>().estimator.way;
     model.position_walk = model.current_walk = model.factor_walk = 0;
@@ -33,7 +34,7 @@ static void a_way_by_hand() {
     CHECK_NEAR(way.spread[1][way_across], 0.01 * 20, 1e-12);
     CHECK_NEAR(position_error(model, way), std::sqrt(30 + 1.5 * 1.5), 1e-10);
     CHECK_NEAR(drift_error(way, 0.4, 0.0), std::sqrt(0.01 + 0.16 * 0.01), 1e-12);
-    // One fix: the gain is P / (P + R) for the position and what goes with it for the rest.
+    // One fix: the gain is P / (P + R) for the position, and its covariance over (P + R) for the other states.
     const double before = way.at[0], p = way.spread[0][0], r = 2.25;
     const double fix[2] = {before + 6, -4};
     CHECK(take(model, way, fix, 0.0));
@@ -43,14 +44,14 @@ static void a_way_by_hand() {
     CHECK_NEAR(way.spread[0][0], p * r / (p + r), 1e-10);
 }
 
-/// What is no number is no fix, nor what its receiver does not believe; fixes that never agree are never taken.
+/// A NaN is no fix, nor is a fix that its receiver rejects; fixes that never agree with each other are never used.
 static void stray_fixes_are_refused() {
     const WayModel<double> model = test_pilot<double>().estimator.way;
     const double start[2] = {0, 0}, near[2] = {1, 1}, none[2] = {std::nan(""), 0};
     WayState<double> way = init(model, start);
     CHECK(take(model, way, near, 0.0));
     CHECK(!take(model, way, none, 0.0) && !take(model, way, near, 20.0));
-    for (int k = 0; k < 100; ++k) {  // each is somewhere else
+    for (int k = 0; k < 100; ++k) {  // each fix is somewhere else
         const double scattered[2] = {k % 2 ? 80.0 : -50, 30};
         way.ticks += 100;
         CHECK(!take(model, way, scattered, 0.0));
@@ -90,12 +91,13 @@ static void a_false_place_is_refused() {
                 CHECK(!take(model, next, other, 1.5) && next.at[0] == way.at[0]);
                 CHECK(take(model, next, start, 1.5) && position_error(model, next) < 3 && next.doubt.fixes == 0);
             }
-            CHECK(15 < far || far / 3 < before);  // the true error, were it there, is within three of them
+            CHECK(15 < far ||
+                  far / 3 < before);  // the true error, if it is there, is within three of the reported errors
             const WayState<double> carried = moved_fixes(model, far, 32, per_second);
             CHECK_NEAR(carried.at[0], far, 1);
             CHECK(position_error(model, carried) < 3 && carried.doubt.fixes == 0);
         }
-    // Two fixes, and the dive between them: no half minute of agreement.
+    // Two fixes with a dive between them are not half a minute of agreement.
     WayState<double> way = moved_fixes(model, 100, 1, 1);
     const double there[2] = {100, 0};
     for (int k = 0; k < 600; ++k) way.ticks += 10, carry(model, way, tick);
@@ -122,7 +124,7 @@ static void nothing_is_farther_than_it_swims() {
 }
 
 /// Signals that are reflected for 3 to 12 s move fixes by 10 to 30 m, once or twice a minute: an estimate that had half
-/// a minute of sound fixes stays near. Honest receivers tell, others do not.
+/// a minute of sound fixes stays near. Some receivers report a larger error then, others do not.
 static void reflected_signals_move_little() {
     const WayModel<double> model = test_pilot<double>().estimator.way;
     for (const bool honest : {true, false}) {
@@ -151,7 +153,7 @@ static void reflected_signals_move_little() {
     }
 }
 
-/// On two headings current and factor part: the filter finds both, and its errors are what it says they are.
+/// On two headings the effects of current and speed factor differ: the filter finds both, within its own errors.
 static void current_and_factor_part() {
     const WayModel<double> model = test_pilot<double>().estimator.way;
     double square = 0;
@@ -185,7 +187,7 @@ static void current_and_factor_part() {
             square += error * error / way.spread[k][k] / (2 * runs);
         }
     }
-    // Mean of 120 squares of a normal number, were they independent: 1 within 4 deviations of 0.13. The filter also
+    // The mean of 120 independent squares of a normal number would be 1, within 4 deviations of 0.13. The filter also
     // allows for changes of current and factor that this water does not have.
     CHECK(0.2 < square && square < 1.5);
 }
@@ -227,7 +229,7 @@ static void two_legs_tell_a_compass_from_a_current() {
         const double turned = off ? angle : 0;
         const double (&current)[2] = off ? none : alike;
         legs.swim(0.3, 0, turned, current, 50);
-        CHECK(!compass_is_off(legs.way) && legs.error() < 0.3);  // it may be either, and the place is known
+        CHECK(!compass_is_off(legs.way) && legs.error() < 0.3);  // it may be either, and the position is known
         CHECK(drift_error(legs.way, 0.3, 0.0) < 0.02);           // also where this heading leads
         CHECK(drift_error(legs.way, 0.0, 0.3) > 0.42 / 3);       // but not where another does
         legs.swim(0, 0.3, turned, current, 20, false);

@@ -1,5 +1,5 @@
-/// The body in space: plates and fins by hand, drag by its integral, surface and bottom, mirror images, energy,
-/// impulses, attitudes without drift.
+/// Tests of the body in space: plates and fins by hand, drag by its integral, surface and bottom, mirror images,
+/// energy, impulses, attitudes without drift.
 #include "check.hpp"
 #include "fish.hpp"
 #include "hypertuna/simulation/twin6.hpp"
@@ -68,14 +68,15 @@ static Fin<double> half_plate(double aspect, double stall) {
     return make_fin(Vector<double>{0, 0, 0}, 0.05 * aspect, 0.1, degrees(stall), 0.0, 5.0, 8.0);
 }
 
-/// Lift and drag coefficient of a fin pitched by an angle in degrees that goes ahead.
+/// Lift and drag coefficients of a fin that moves ahead, pitched by an angle in degrees.
 static FinForce<double> coefficients(const Fin<double>& fin, double angle) {
     const FinForce<double> f = fin_force(fin, 1000.0, -1.0, 0.0, degrees(angle));
     return {f.x / (500 * fin.area), f.z / (500 * fin.area)};
 }
 
-/// Half of a square plate. Across the flow 1.17 of drag (Hoerner) and no lift; along itself nothing; at a small angle
-/// the slope's lift, below the stall Polhamus' with K_v = pi / 1.5, without suction along the plate.
+/// Half of a square plate. Across the flow it has a drag coefficient of 1.17 (Hoerner) and no lift; along the flow
+/// none. At small angles its lift follows the slope, below the stall Polhamus' theory with K_v = pi / 1.5, without
+/// suction.
 static void fins_by_hand() {
     const Fin<double> fin = half_plate(1, 36);
     CHECK_NEAR(coefficients(fin, 90).x, 1.98 * (1 - 0.41), 1e-3);
@@ -99,8 +100,8 @@ static void fins_by_hand() {
     CHECK_NEAR(fin_rate(fin, 0.0, -1.0), -8, 1e-12);
 }
 
-/// Mirror images, continuity and drag at any angle: leading edge up or down, from ahead or behind; water at rest never
-/// gets work out of a fin, nor does a fin at rest give any to the water.
+/// Mirror images, continuity and drag at any angle, leading edge up or down, from ahead or behind; water at rest never
+/// does work on a fin, and a fin at rest does none on the water.
 static void fins_at_any_angle() {
     for (const double stall : {19.0, 36.0}) {
         const Fin<double> fin = half_plate(2.5, stall);
@@ -143,7 +144,7 @@ static void fins_as_measured() {
     CHECK_NEAR(coefficients(half_plate(2, 19), 25).z, 0.67, 0.067);
 }
 
-/// Buoyancy goes with the share under water and moves to the end that is; out of the water there is none.
+/// Buoyancy is proportional to the submerged share and acts at the submerged end; out of the water there is none.
 static void surface_by_hand() {
     CHECK_NEAR(submerged(-1.0, 0.1), 1, 0);
     CHECK_NEAR(submerged(0.0, 0.1), 0.5, 1e-15);
@@ -155,7 +156,7 @@ static void surface_by_hand() {
     CHECK_NEAR(deep.across.n, -0.2, 1e-12);
     CHECK_NEAR(buoyancy(k, {0, 0, 1}, 0.0, false).across.z, 5, 1e-12);
     CHECK(buoyancy(k, {0, 0, 1}, 0.1, false).share == 0);
-    // The rear points down: it is what carries, and its arm is behind the center.
+    // The rear points down: it carries, and its arm is behind the center.
     const Buoyancy<double> tilted = buoyancy(k, {-0.6, 0, 0.8}, 0.02, false);
     CHECK(0 < tilted.share && tilted.share < 1);
     CHECK(-tilted.across.n > k.center * tilted.across.z);
@@ -185,7 +186,7 @@ static void depth_shown_by_hand() {
     CHECK_NEAR(depth_shown(sea, 0.3), -2400 / 9810.0, 1e-12);
 }
 
-/// Everything mirrored to port: forces across the plane stay, roll and yaw turn round.
+/// Mirror image to port: lateral forces change sign, and so do roll and yaw.
 template <class Law>
 static void mirror() {
     Swimming<Law> fish;
@@ -262,7 +263,7 @@ static double energy(Swimming<Law>& fish, const Diving& at) {
     return sum;
 }
 
-/// Without drag nothing is lost in a tumble, to the integrator's order; with it, something always is.
+/// Without drag the energy of a tumbling body is constant, to the integrator's order; with drag, it always falls.
 template <class Law>
 static void energy_balance() {
     const Diving start{{{-0.5, 0.1, 0.2}, {0.5, -1, 2}},
@@ -338,7 +339,7 @@ static void bobbing_keeps_its_energy() {
     CHECK_NEAR(dry_energy(at) - before, work, 1e-6);
 }
 
-/// What the IMU reads is the path's second derivative less gravity, in the head's axes, in a sheared current too.
+/// The IMU reads the second derivative of the path minus gravity, in the head's axes, also in a sheared current.
 static void imu_reads_the_path() {
     Swimming<Lumped<double>> fish;
     fish.body.sea.current[0] = 0.3, fish.body.sea.shear[0] = -0.1, fish.body.sea.shear[1] = 0.05;

@@ -19,7 +19,7 @@ static double wait_after(double dark, std::uint64_t seed) {
     return time - up;
 }
 
-/// A wave costs as long as it lasted; a dive one second and up to four more, the longer the more.
+/// A wave delays the next fix by its own length; a dive by one second and up to four more, the more the longer it was.
 static void it_finds_the_satellites_again() {
     double sum = 0, longest = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -33,7 +33,7 @@ static void it_finds_the_satellites_again() {
     CHECK(4.5 < longest);
 }
 
-/// Half a minute to a minute of sky without an almanac; what water takes of it does not count.
+/// A first fix without an almanac takes half a minute to a minute of sky; time under water does not count.
 static void a_cold_start() {
     const Receiver<double> model{true, 0, 0, true};
     double least = 1e9, most = 0;

@@ -1,4 +1,5 @@
-/// Sensors: their random numbers, errors and faults; noise from a seed, and each channel's its own.
+/// Tests of the sensor models: random numbers, errors and faults; noise depends on the seed and differs between
+/// channels.
 #include <limits>
 
 #include "check.hpp"
@@ -39,9 +40,9 @@ static void normal_numbers() {
     CHECK_NEAR(sum / n, 0, 4 * deviation);
     CHECK_NEAR(square / n, 1, 4 * 1.3 * deviation);
     CHECK_NEAR(fourth / n, 2.7, 4 * 6 * deviation);
-    CHECK_NEAR(product / n, 0, 4 * deviation);  // neighbors are strangers
+    CHECK_NEAR(product / n, 0, 4 * deviation);  // neighboring numbers are uncorrelated
     CHECK(largest < 2 * std::sqrt(3.0) + 1e-4);
-    // One bit of the seed or the channel changes everything.
+    // One bit of the seed or of the channel changes all numbers.
     CHECK(random_bits(1, 5, 3) != random_bits(3, 5, 3) && random_bits(1, 5, 3) != random_bits(1, 7, 3));
 }
 
@@ -53,7 +54,7 @@ static void a_perfect_sensor_tells_the_truth() {
 
 static void errors_by_hand() {
     Sensors<double> s = perfect();
-    s.of("bend").nonlinearity = 0.01;  // of 3 rad
+    s.of("bend").nonlinearity = 0.01;  // fraction of the range of 3 rad
     const double top = 1.5 / std::sqrt(3.0);
     CHECK_NEAR(line_error(s.of("bend"), top), 0.03, 1e-15);
     CHECK_NEAR(line_error(s.of("bend"), -top), -0.03, 1e-15);
@@ -87,13 +88,14 @@ static void deviations() {
         walk += (r.pressure[0] - 6e4) * (r.pressure[0] - 6e4);
         offset += (r.current[0] - 0.3) * (r.current[0] - 0.3);
     }
-    const double tolerance = 4 / std::sqrt(2.0 * runs);  // of a deviation estimated from that many runs
+    const double tolerance =
+        4 / std::sqrt(2.0 * runs);  // four standard errors of a deviation that is estimated from that many runs
     CHECK_NEAR(std::sqrt(noise / runs) / 0.01, 1, tolerance);
     CHECK_NEAR(std::sqrt(walk / runs) / 100, 1, tolerance);
     CHECK_NEAR(std::sqrt(offset / runs) / 0.05, 1, tolerance);
 }
 
-/// What each fault shows from its start on, and that the other channels do not notice.
+/// The readings of each fault from its start on; the other channels do not change.
 static void faults_by_hand() {
     Sensors<double> s = perfect();
     s.of("bend").noise = 0.01;
@@ -122,8 +124,8 @@ static void faults_by_hand() {
     CHECK(150 < spikes && spikes < 250);  // every fifth
 }
 
-/// By hand: 5 % of the range in a second of drift, 20 % of it in a shift, to one side for good; and a clogged sensor
-/// keeps its value and its noise.
+/// By hand: 5 % of the range per second of drift, 20 % of it in a shift, always to one side; a clogged sensor keeps its
+/// value and its noise.
 static void wrong_by_degrees() {
     Sensors<double> s = perfect();
     const SensorModel<double>& model = s.of("pressure");

@@ -1,4 +1,4 @@
-/// The tail's forward dynamics: what a hand can check, the inverse of the prescribed motion, energy and symmetry.
+/// Tests of the tail's forward dynamics: cases by hand, the inverse of the prescribed motion, energy and symmetry.
 #include "check.hpp"
 #include "fish.hpp"
 #include "hypertuna/simulation/tail.hpp"
@@ -67,7 +67,7 @@ static void cholesky_by_hand() {
     CHECK_NEAR(b[2], 3, 1e-14);
 }
 
-/// Moments that a motion of all joints takes by inverse dynamics give back its accelerations, of the head too.
+/// The moments of a motion by inverse dynamics reproduce its accelerations, also of the head.
 template <class Law>
 static void inverse_of_prescribed_motion() {
     FreeTail<Law> free;
@@ -132,7 +132,7 @@ static double energy(FreeTail<Law>& free, const Swinging& at) {
     return sum;
 }
 
-/// Energy gained, and taken by the water meanwhile, while a bent tail swings on springs for 0.05 s.
+/// Energy that a bent tail gains, and that the water takes, while it swings on springs for 0.05 s.
 template <class Law>
 static double energy_error(FreeTail<Law>& free, int steps) {
     Swinging at{{-0.5, 0.1, 1.0}, {{0.3, -0.4, 0.2}, {2.0, -1.0, 3.0}}};
@@ -157,7 +157,7 @@ static double energy_error(FreeTail<Law>& free, int steps) {
     return std::fabs(energy(free, at) - start + lost) / start;
 }
 
-/// Without drag nothing is lost; with it, what the water takes is what is missing. Both to RK4's order.
+/// Without drag the energy is constant; with drag, the water takes the missing energy. Both to the order of RK4.
 template <class Law>
 static void energy_balance(bool drag) {
     FreeTail<Law> free;

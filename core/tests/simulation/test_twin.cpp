@@ -1,5 +1,5 @@
-/// The plant, servos to wake, and ticks of the twin: moments by hand, the joints' work against the oil's, mirror
-/// images, order of convergence, the same bits twice.
+/// Tests of the twin, servos to wake, and its ticks: moments by hand, the joints' work against the oil's, mirror
+/// images, order of convergence, reproducible bits.
 #include "check.hpp"
 #include "fish.hpp"
 #include "hypertuna/simulation/twin.hpp"
@@ -78,7 +78,7 @@ struct Robot {
     }
 };
 
-/// What oil and silicone do, less viscosity times the rate and friction against it.
+/// Moment of oil and silicone, minus viscosity times rate, minus friction.
 static void moment_by_hand() {
     const Joint<double> joint = soft_joint(50e3, 0.1);
     const JointLoad<double> load = joint_load(joint, 0.1, -0.01, given_pressures(2e5, 1e5));
@@ -105,8 +105,8 @@ static void stays_at_rest() {
     CHECK_NEAR(tick.servo_power, 1 + 4 * 7.4 * 0.3, 1e-9);
 }
 
-/// Work of the oil on the joints is what the body's and the joints' energy gain, and what is rubbed, damped and taken
-/// by the water meanwhile: virtual work through the whole chain.
+/// The work of the oil on the joints equals the gain of the body's and the joints' energy plus the losses by friction,
+/// damping and water: virtual work through the whole chain.
 template <class Law>
 static void work_of_the_oil() {
     Robot<Law> robot;
@@ -166,7 +166,8 @@ static void work_of_the_oil() {
     CHECK(std::fabs(work) > 1e-3 * most);
 }
 
-/// Servos on an axle and on tendons: their work is what body and rotors gain, and what water, gears and hinge take.
+/// Servos on an axle and on tendons: their work equals the gain of body and rotors plus the losses in water, gears and
+/// hinge.
 template <class Law>
 static void work_of_the_servos() {
     Robot<Law> robot;
@@ -239,8 +240,8 @@ static double total(const Losses<double>& losses) {
     return sum;
 }
 
-/// Losses add up to what the servos draw, at every instant and as means of a tick, of joints with oil, with a servo on
-/// the axle, and of both.
+/// Losses add up to the servos' power, at every instant and as means of a tick: for joints with oil, with a servo on
+/// the axle, and both.
 template <class Law>
 static void losses_add_up(bool first, bool second) {
     Robot<Law> robot;
@@ -261,7 +262,7 @@ static void losses_add_up(bool first, bool second) {
     }
 }
 
-/// Left and right exchanged: the mirror image.
+/// With left and right exchanged, the motion is the mirror image.
 template <class Law>
 static void mirror() {
     Robot<Law> robot;
@@ -273,8 +274,8 @@ static void mirror() {
     CHECK_NEAR(a.plant.circuit[0].passed, b.plant.circuit[1].passed, 1e-15);
 }
 
-/// Fourth order or better while no servo is at its limit of torque, which is a kink, and the joints do not rub: a tenth
-/// of the beat of the other tests. Twenty steps are the twin's own.
+/// Fourth order or better while no servo is at its torque limit, which is a kink, and the joints do not rub: a tenth of
+/// the beat of the other tests. The twin itself takes twenty steps a tick.
 template <class Law>
 static void converges() {
     Robot<Law> robot;
@@ -292,7 +293,7 @@ static void converges() {
     CHECK(coarse > 12 * fine);
 }
 
-/// A copied state goes on to the same bits.
+/// A copied state continues with the same bits.
 static void repeats() {
     Robot<Lumped<double>> robot;
     const TwinState<double, 3> a = robot.run(30), b = robot.run(30);
@@ -300,8 +301,8 @@ static void repeats() {
     CHECK(same_bits(a.taken, b.taken) && a.taken > 0);
 }
 
-/// Charge taken over a run: the integral of P / (efficiency V) dt, with V (V0 - V) = R P / efficiency and V0 falling
-/// straight with the charge; P is what the servos' energies grow by, and the idle watt.
+/// Charge that a run takes: the integral of P / (efficiency V) dt, with V (V0 - V) = R P / efficiency and V0 falling
+/// linearly with the charge; P is the rate of the servos' energies, plus the idle watt.
 static void battery_pays_for_the_run() {
     Robot<Lumped<double>> robot;
     TwinState<double, 3> state = at_rest(robot.twin);
@@ -354,13 +355,13 @@ static void imu_reads_the_path() {
     CHECK_NEAR(read.rate[2], (heading[2] - heading[0]) / (2 * h), 1e-5);
     CHECK_NEAR(read.acceleration[0], along, 1e-4);
     CHECK_NEAR(read.acceleration[1], across, 1e-4);
-    // Each of its terms could be told by that.
+    // The comparison is sensitive to each of its terms.
     const Twist<double>& xi = state.plant.xi;
     CHECK(std::fabs(xi.z * xi.y) > 1e-3 && com * xi.z * xi.z > 1e-3);
     CHECK(std::fabs(xi.z * xi.x) > 1e-3 && std::fabs(com * now.twist_rate.z) > 1e-3);
 }
 
-/// NaN and runaway states are told from those of a robot.
+/// NaN and runaway states are distinguished from states of a robot.
 static void tells_divergence() {
     PlantState<double, 3> at{};
     CHECK(plausible(at));

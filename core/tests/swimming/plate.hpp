@@ -50,7 +50,7 @@ struct Plate {
     Along<double> towed(const Along<double>& v) const { return water.drag(0, v, Along<double>{0, 0, 0}); }
 };
 
-/// Power that the wake takes at a velocity of the center of mass.
+/// Power that the wake takes, at a velocity of the center of mass.
 template <class Law>
 double wake_power(const Law& water, const Along<double>& v) {
     const Along<double> f = water.shed(v);

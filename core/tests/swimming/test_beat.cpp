@@ -1,4 +1,4 @@
-/// What is measured of a beat: peaks between samples, offsets from a circle, path and radius of made-up motions.
+/// Tests of the numbers that are measured on a beat: peaks between samples, offsets from a circle, path and radius.
 #include <limits>
 
 #include "check.hpp"
@@ -10,7 +10,7 @@ using namespace hypertuna;
 /// samples double; the highest sample alone is off by 2 % here.
 static void peaks() {
     const auto error = [](int count) {
-        const double worst_phase = 0.25;  // of a sample
+        const double worst_phase = 0.25;  // worst phase of the peak between samples, fraction of a sample
         return std::fabs(peak<double>(count, [&](int k) { return std::sin(2 * pi * (k + worst_phase) / count); }) - 1);
     };
     CHECK(error(16) < 1e-3);
@@ -24,16 +24,17 @@ static void peaks() {
 /// A circle of radius 2 through the origin, with its center to the left: at (0, 2).
 static void offsets() {
     const SinCos<double> along_x{0, 1};
-    CHECK_NEAR(offset(Planar<double>{0, 2, 0}, along_x, 0.5), 2, 1e-15);     // the center is a radius off
-    CHECK_NEAR(offset(Planar<double>{2, 2, 0}, along_x, 0.5), 0, 1e-15);     // a point on the circle
-    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, 0.5), -1, 1e-15);   // a point outside, to the right
-    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, -0.5), -1, 1e-15);  // the same for a circle to the right
-    CHECK_NEAR(offset(Planar<double>{7, 3, 0}, along_x, 0.0), 3, 1e-15);     // a straight line
+    CHECK_NEAR(offset(Planar<double>{0, 2, 0}, along_x, 0.5), 2, 1e-15);    // the center is a radius away
+    CHECK_NEAR(offset(Planar<double>{2, 2, 0}, along_x, 0.5), 0, 1e-15);    // a point on the circle
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, 0.5), -1, 1e-15);  // a point outside, to the right
+    CHECK_NEAR(offset(Planar<double>{0, -1, 0}, along_x, -0.5), -1,
+               1e-15);                                                    // the same point, for a circle to the right
+    CHECK_NEAR(offset(Planar<double>{7, 3, 0}, along_x, 0.0), 3, 1e-15);  // a straight line
     CHECK_NEAR(offset(Planar<double>{0, 3, 0}, SinCos<double>{1, 0}, 0.0), 0, 1e-15);
 }
 
-/// A nose that goes around a circle of radius R, off it by `sway` in the mean, and a tail that sways to both sides of
-/// it.
+/// A nose that goes around a circle of radius R, at a mean distance `sway` from it, and a tail that sways to both sides
+/// of the circle.
 static void path_on_circle(double R, double turn, double sway) {
     const int steps = 64;
     BeatSample<double> sample[steps];
@@ -54,8 +55,8 @@ static void path_on_circle(double R, double turn, double sway) {
     CHECK_NEAR(beat.excursion, 8 * sway, 1e-4 * sway);
 }
 
-/// A body that spins by `turn` on the spot and drifts by 1 mm a beat. Up to half a circle the mean path is the circle
-/// on which the noses lie a beat apart; beyond, its center leaves for infinity, and R turn / T with it.
+/// A body that turns by `turn` a beat on the spot and drifts by 1 mm a beat. Up to half a turn the mean path is the
+/// circle through the nose's places a beat apart; beyond, its center moves to infinity, and so does R turn / T.
 static void spinning(double turn, bool path) {
     const int steps = 64;
     BeatSample<double> sample[steps];

@@ -1,5 +1,5 @@
-/// The chain of links: positions, velocities and accelerations by hand, then by finite differences of a kinematics of
-/// its own (complex numbers); J^T is the transpose of J.
+/// Tests of the chain of links: positions, velocities and accelerations by hand, and by finite differences of an
+/// independent kinematics in complex numbers; J^T is the transpose of J.
 #include <complex>
 
 #include "check.hpp"
@@ -68,7 +68,7 @@ static void by_differences() {
         shape(3, links, joint, at, g);
         for (int i = 0; i < 3; ++i) {
             const Complex along = std::polar(1.0, now.psi[i]);
-            // Into the link's axes: real part along, imaginary part across.
+            // In the link's axes: real part along the link, imaginary part across it.
             const Complex velocity = (after.com[i] - before.com[i]) / (2 * h) * std::conj(along);
             const Complex acceleration = (after.com[i] - 2.0 * now.com[i] + before.com[i]) / (h * h) * std::conj(along);
             const Complex arm = now.com[i] * std::conj(along);  // moments: along x across - across x along
@@ -88,7 +88,7 @@ static void by_differences() {
     }
 }
 
-/// Power is the same seen from the link and from the nose: f . (J xi) = (J^T f) . xi.
+/// Power is the same at the links and at the nose: f . (J xi) = (J^T f) . xi.
 static void transpose() {
     Random random;
     const auto some = [&] { return random(-2, 2); };

@@ -22,7 +22,7 @@ static void lag_by_hand() {
     CHECK_NEAR(late.sine, 0, 1e-16);
     CHECK_NEAR(late.cosine, -0.3, 1e-16);
 
-    // A phase offset is the same again, on top of the first-order lag.
+    // The phase offset adds to the phase of the first-order lag.
     const Swing<double> offset = response(Harmonic<double>{0.3, pi / 2, 0.0, 2.0, pi / 4}, 2.0);
     CHECK_NEAR(std::hypot(offset.sine, offset.cosine), 0.3 / std::sqrt(2), 1e-16);
     CHECK_NEAR(std::atan2(-offset.cosine, offset.sine), pi, 1e-15);
@@ -54,7 +54,7 @@ static void joint_motions() {
             CHECK_NEAR((after.angle - before.angle) / (2 * h), now.rate, 1e-6);
             CHECK_NEAR((after.rate - before.rate) / (2 * h), now.acceleration, 1e-5);
         }
-        CHECK_NEAR(motion(time, 2).angle, 3 * motion(time, 1).angle, 1e-15);  // as their shares
+        CHECK_NEAR(motion(time, 2).angle, 3 * motion(time, 1).angle, 1e-15);  // in the ratio of the links' shares
         CHECK_NEAR(motion(time + 1 / frequency, 1).angle, motion(time, 1).angle, 1e-14);
     }
 }

@@ -1,5 +1,5 @@
-/// The settled beat: Newton against waiting, the monodromy against finite differences, Runge-Kutta's order, gaits that
-/// give NaN beside gaits that settle, and a state with more coordinates than the momentum.
+/// Tests of the settled beat: Newton's method against waiting, the monodromy against finite differences, the order of
+/// Runge-Kutta, gaits that give NaN beside gaits that settle, and a state with more coordinates.
 #include <complex>
 #include <limits>
 
@@ -38,12 +38,13 @@ static void newton_equals_waiting() {
     CHECK_NEAR(solved.beat.displacement.x, waited.beat.displacement.x, allowed);
     CHECK_NEAR(solved.beat.excursion, waited.beat.excursion, allowed);
     CHECK(solved.beat.displacement.x < -0.05 * 0.44);  // it does swim: 5 % of its length a beat and more
-    // What the joints give, the water takes: over a settled beat the energy returns to where it was.
+    // The water takes the work of the joints: over a settled beat the energy returns to its first value.
     CHECK_NEAR(solved.beat.power / solved.beat.loss, 1, 1e-5);
     CHECK(solved.beat.power_positive >= solved.beat.power);
 }
 
-/// Near the settled beat a step of Newton squares the distance to it: half as far away, a quarter of it is left.
+/// Near the settled beat Newton's method converges quadratically: from half the distance, a quarter of the error is
+/// left.
 template <class Law>
 static void quadratic_convergence() {
     const Fish<double, Law> fish(2.0, 0.2);
@@ -56,8 +57,8 @@ static void quadratic_convergence() {
     CHECK_NEAR(left(0.02) / left(0.01), 4, 0.4);
 }
 
-/// A start from rest arrives at the settled beat after as many beats as plain waiting takes; it does not arrive at a
-/// beat that it does not lead to, and nothing is followed toward what is no number.
+/// A start from rest reaches the settled beat after as many beats as plain waiting takes. It does not reach a beat that
+/// it does not lead to, and nothing is simulated for a beat that is NaN.
 template <class Law>
 static void approach_from_rest() {
     const Fish<double, Law> fish(2.0, 0.2);
@@ -70,7 +71,7 @@ static void approach_from_rest() {
     CHECK(distance(P, way.end) == 0);
     const Approach<double> backward = follow(-1.0 * settled, 1000);
     CHECK(!(backward.distance < approach_tolerances.arrived));
-    CHECK(backward.beats < 1000);  // it stands elsewhere: no need to wait
+    CHECK(backward.beats < 1000);  // it settles elsewhere, which ends the search early
     CHECK(follow(settled, 1000).beats < backward.beats);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     CHECK(follow({nan, 0, 0}, 10).beats == 0);
@@ -93,8 +94,8 @@ static void monodromy() {
     }
 }
 
-/// One step of y' = y is the exponential series up to its fourth power; a beat errs 16 times less with twice the steps.
-/// Linear drag alone, because quadratic drag has a kink in its derivative at every reversal.
+/// One step of y' = y gives the exponential series up to its fourth power; with twice the steps the error of a beat is
+/// 16 times smaller. Drag is linear here, because quadratic drag has a kink in its derivative at every reversal.
 static void runge_kutta_order() {
     const double e = runge_kutta_4(1.0, 1.0, [](int, double y) { return y; });
     CHECK_NEAR(e, 1 + 1 + 1 / 2.0 + 1 / 6.0 + 1 / 24.0, 1e-15);
@@ -112,7 +113,7 @@ static void runge_kutta_order() {
     CHECK_NEAR(middle / fine, 16, 1);
 }
 
-/// Without drag nothing changes the momentum, seen from the water: it only turns in the body's axes.
+/// Without drag the momentum is constant in the axes of the water; it only turns in the body's axes.
 static void conservation() {
     Fish<double, Lumped<double>, 256> fish(2.0, 0.2);
     for (auto& k : fish.coefficients) k.friction = k.drag = 0;
@@ -128,7 +129,7 @@ static void conservation() {
     CHECK(beat.loss == 0);
 }
 
-/// Lane 2 has no frequency; the others must come out as if it had one, bit for bit.
+/// Lane 2 has a frequency of NaN; the other lanes must be the same as if it had a valid one, bit for bit.
 static void not_a_number() {
     Four frequency(2.0), amplitude(0.2);
     for (int k = 0; k < 4; ++k) frequency.set(k, 1 + 0.5 * k), amplitude.set(k, 0.25 - 0.05 * k);
@@ -153,7 +154,7 @@ static void not_a_number() {
     }
 }
 
-/// A state that the core does not have: the momentum, and a coordinate on a spring beside it.
+/// A state of this test alone: the momentum, and a coordinate on a spring.
 template <class S>
 struct Sprung {
     static constexpr int size = Momentum<S>::size + 2;
@@ -213,7 +214,8 @@ struct SprungSwimmer : PeriodicSwimmer<double, Law> {
     }
 };
 
-/// The settled beat of a larger state: the spring answers as H(i w) says, and the rest swims as it does without.
+/// The settled beat of a larger state: the spring answers with the transfer function H(i w), and the swimmer moves as
+/// it does without the spring.
 template <class Law>
 static void spring_beside_the_momentum() {
     const Fish<double, Law, 256> fish(2.0, 0.2);

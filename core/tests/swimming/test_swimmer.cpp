@@ -54,8 +54,8 @@ static void parallel_axes() {
     CHECK_NEAR(back.z, xi.z, 1e-15);
 }
 
-/// What the tail sheds acts where its fin says, here at the trailing edge 0.5 m behind the center of mass, by the speed
-/// there: 0.3 + 0.5 2.
+/// The force of the tail's wake acts where its fin is, here at the trailing edge 0.5 m behind the center of mass, and
+/// follows from the speed there: 0.3 + 0.5 2.
 static void tail() {
     Rigid body(0.5);
     body.fish.water.fin.sense = body.fish.water.fin.act = 0.5;
@@ -66,7 +66,7 @@ static void tail() {
     CHECK_NEAR(f.w, 0.5 * f.n, 1e-14);
 }
 
-/// Everything that is differentiated below, at one phase of the beat and one twist.
+/// The functions that are differentiated below, at one phase of the beat and one twist.
 struct Sample {
     Momentum<double> momentum;
     double energy;
@@ -77,8 +77,8 @@ static Sample sample(Fish<double, Law>& fish, double phase, const Twist<double>&
     return {inverse(now.mobility) * xi + now.momentum, kinetic_energy(fish.swimmer, now.shape, xi)};
 }
 
-/// Along a moving shape d/dt (M xi + b) is momentum_rate, with xi advancing at acceleration(); and the joints' power is
-/// what the energy gains and the water takes.
+/// For a moving shape d/dt (M xi + b) equals momentum_rate when xi advances with acceleration(), and the joints' power
+/// equals the gain of energy plus the power that the water takes.
 template <class Law>
 static void moving_shape(unsigned flags) {
     Fish<double, Law> fish(2.0, 0.2, flags);
@@ -97,7 +97,7 @@ static void moving_shape(unsigned flags) {
         CHECK_NEAR(back.x, xi.x, 1e-13);
         CHECK_NEAR(back.y, xi.y, 1e-13);
         CHECK_NEAR(back.z, xi.z, 1e-13);
-        CHECK_NEAR(torque[0], 0, 1e-11);  // nothing holds the nose
+        CHECK_NEAR(torque[0], 0, 1e-11);  // no torque holds the nose
 
         const Sample after = sample(fish, phase + omega * h, xi + h * a);
         const Sample before = sample(fish, phase - omega * h, xi - h * a);
@@ -119,7 +119,7 @@ static void towing() {
     CHECK_NEAR(towing_power(fish.swimmer, -2.0), power, 1e-13 * power);
 }
 
-/// Derivatives by an added mass are the same whether the shape carries derivatives (all zero) or none.
+/// Derivatives with respect to an added mass are the same whether the shape carries derivatives (all zero) or none.
 static void plain_shape() {
     using D = Dual<double, 1>;
     Fish<D, Lumped<D>> fish(D(2.0), D(0.2));

@@ -1,4 +1,4 @@
-/// The force on a tail fin: by hand, against the theory of thin plates, and that its wake never gives energy.
+/// Tests of the force on a tail fin: values by hand, the theory of thin plates, and a wake that never gives energy.
 #include "check.hpp"
 #include "fish.hpp"
 #include "plate.hpp"
@@ -16,18 +16,18 @@ static void edge_of_a_strip() {
     CHECK(whole.water.shed(v).t == 0 && half.water.shed(v).t == 0);
     CHECK_NEAR(round.water.shed(v).t / (-0.5 * mu * w * w), 1, 1e-12);
     CHECK_NEAR(whole.water.shed(v).w / whole.water.shed(v).n, 1.5, 1e-12);  // the edge is 1.5 m behind
-    // Moving backward the front edge trails, 0.5 m ahead of the center of mass.
+    // When the link moves backward, its front edge sheds the wake, 0.5 m ahead of the center of mass.
     const Along<double> back = whole.water.shed(Along<double>{U, w, 0});
     CHECK_NEAR(back.n / (-mu * U * w), 1, 1e-8);
     CHECK_NEAR(back.w / back.n, -0.5, 1e-12);
-    // At rest, turning: what Kirchhoff's equations hold along the plate, omega mu l v_mid, is taken back.
+    // At rest and turning: the force along the plate of Kirchhoff's equations, omega mu l v_mid, is canceled.
     const Along<double> turning = whole.water.shed(Along<double>{0, 0.3, 2});
     CHECK_NEAR(turning.t, -2 * (mu * 2) * (0.3 + 0.5 * 2), 1e-13);
     CHECK(turning.n == 0);
 }
 
-/// Behind a body as deep as the fin there is no leading edge: the force along is Lighthill's of the trailing edge
-/// alone, for every fraction of the suction.
+/// Behind a body as deep as the fin there is no leading edge: the force along the link is Lighthill's force of the
+/// trailing edge, for every fraction of the suction.
 static void edge_behind_a_deep_body() {
     const double height = 2, row[] = {1, 2, 0.5, 1, 1, 1, 1, 1, 4 / pi, height, 2 * height, 8, 8, 1, 1, 0, 0, 1, 1,
                                       0, 0, 0,   0, 0, 0, 0, 0, 1,      0,      0,          0, 0, 0, 0, 1, 1, 0};
@@ -56,12 +56,12 @@ static void fin_of_its_own() {
     const double kept = U / std::hypot(U, w), lift = 0.5 * rho * b * c * slope;
     CHECK_NEAR(f.n, -lift * U * w * kept, 1e-13);
     CHECK(f.t == 0);
-    // The fin's middle is 1 m behind the center of mass. Munk's moment fades as the lift does.
+    // The fin's middle is 1 m behind the center of mass. Munk's moment fades in the same proportion as the lift.
     const double share = mass / (c * lift), offset = (share - 0.25) * c, munk = mass * U * w;
     CHECK_NEAR(f.w, (1 + offset) * f.n - (1 - kept) * munk, 1e-13);
     CHECK_NEAR(((f.w - f.n) + munk) / f.n, -0.25 * c, 1e-12);  // steady lift has its center at a quarter of the chord
     CHECK_NEAR(fin.water.shed(Along<double>{0, w, 1}).t, -mass * (w + 1), 1e-13);
-    // The same added mass in all: the fin's at its middle, the rest ahead.
+    // The total added mass is unchanged: the fin's part acts at its middle, the rest ahead of it.
     const LinkInertia<double> a = fin.water.inertia(0), p = plain.water.inertia(0);
     CHECK(a.normal == p.normal && a.tangential == p.tangential);
     const double rest = 8 - mass;
@@ -78,7 +78,7 @@ static void fin_of_its_own() {
     CHECK_NEAR(wake_power(flat.water, Along<double>{-U, 0.2, 0.9}), round * U * middle * middle * quarter, 1e-12);
 }
 
-/// Nothing is ever gained from the water: 1e6 velocities, forward and backward, of fins and edges of all kinds.
+/// The water never gives energy: 1e6 velocities, forward and backward, of fins and edges of all kinds.
 static void wake_never_gives_energy() {
     Random random;
     for (int kind = 0; kind < 1000; ++kind) {
@@ -98,7 +98,7 @@ static void wake_never_gives_energy() {
     }
 }
 
-/// A plate without mass and friction needs no force along itself to move in any way: nothing pushes on its faces.
+/// A plate without mass and friction moves in any way without a force along itself: pressure on its faces acts across.
 static void no_force_along_a_plate() {
     const Plate strip({.tail_shedding = 1}), half({.tail_shedding = 0.5, .edge_height = 3});
     const Plate fin({.tail_shedding = 1, .edge_height = 4, .edge_aspect = 2, .edge_lift = 0.6});
@@ -107,14 +107,14 @@ static void no_force_along_a_plate() {
         for (int k = 0; k < 100; ++k) {
             const Along<double> v = {random(-2, 2), random(-2, 2), random(-4, 4)};
             const LinkInertia<double> own{3, 3, 0, 7}, all = plate->water.inertia(0);
-            const double water = (all * v).n - (own * v).n;  // its momentum across, which turns with the plate
+            const double water = (all * v).n - (own * v).n;  // momentum across the plate, which turns with it
             CHECK_NEAR(v.w * water + plate->water.shed(v).t, 0, 1e-12);
         }
     }
 }
 
-/// Means of thrust and of the power that moves the plate, per square of a small amplitude: it advances at U, heaves at
-/// its middle by y and turns by theta, both harmonic.
+/// Mean thrust, and mean power that moves the plate, per square of a small amplitude: the plate advances at U, heaves
+/// at its middle by y and turns by theta, both harmonic.
 struct Flapping {
     double thrust, power;
 };
@@ -130,7 +130,7 @@ static Flapping flap(const Water& water, double length, double com, double U, do
                      y_rate = size * heave * omega * std::cos(phase);
         const double c = std::cos(theta), s = std::sin(theta);
         const Along<double> v{-U * c + y_rate * s, U * s + y_rate * c - (0.5 * length - com) * rate, rate};
-        const Along<double> f = water.shed(v);  // the change of momentum has no mean
+        const Along<double> f = water.shed(v);  // the rate of momentum has zero mean over a period
         mean.thrust -= (f.t * c - f.n * s) / (size * size * parts);
         mean.power -= (f.t * v.t + f.n * v.n + f.w * v.w) / (size * size * parts);
     }
@@ -156,7 +156,7 @@ static Flapping thin_plate(double rho, double b, double span, double U, double o
     return mean;
 }
 
-/// The fin as a plate of its own is the quasi-steady theory of thin plates: thrust and power, for random motions.
+/// A separate fin agrees with the quasi-steady theory of thin plates: thrust and power, for random motions.
 static void thin_plate_theory() {
     const double rho = Plate::density, span = 8, chord = 2;  // lift slope 2 pi: pi rho chord span
     const Plate plate(
@@ -174,8 +174,8 @@ static void thin_plate_theory() {
     }
 }
 
-/// A strip's edge has Lighthill's thrust 1/2 mu (y_t^2 - U^2 y_x^2) at the trailing edge less the suction 1/2 mu v^2 at
-/// the leading edge, the speed across there.
+/// The edge of a strip has Lighthill's thrust 1/2 mu (y_t^2 - U^2 y_x^2) at the trailing edge, minus the suction 1/2 mu
+/// v^2 at the leading edge, where v is the speed across.
 static void thrust_of_a_strip() {
     const Plate sharp({.tail_shedding = 1}), round({.tail_shedding = 1, .edge_suction = 1});
     const double mu = 4, length = 2;

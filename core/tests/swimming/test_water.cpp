@@ -34,7 +34,7 @@ static void strip_by_hand() {
     CHECK_NEAR(f.t, 5 * 4 + 2 * 20 * 2, 1e-13);
     CHECK_NEAR(f.n, -(3 * 9 + 2 * 10 * 3), 1e-13);
     CHECK_NEAR(f.w, 0.5 * f.n, 1e-13);
-    const LinkInertia<double> mixed = {2, 3, 5, 7};  // momentum is the derivative of energy by velocity
+    const LinkInertia<double> mixed = {2, 3, 5, 7};  // momentum is the derivative of energy with respect to velocity
     const Along<double> p = mixed * Along<double>{1, 10, 100};
     CHECK(p.t == 2 && p.n == 3 * 10 + 5 * 100 && p.w == 5 * 10 + 7 * 100);
 }
@@ -71,9 +71,9 @@ static void strip_against_quadrature() {
     }
 }
 
-/// A plate that its joints heave through still water has the coefficient of oscillating flow, C_n + C_b; the same speed
-/// by the motion of the whole body, as in a tow or a glide, has that of steady flow; half and half a speed across, the
-/// mean of both.
+/// The drag of a plate that its joints heave in still water has the coefficient of oscillating flow, C_n + C_b. At the
+/// same speed by a motion of the whole body, as in a tow or a glide, it has that of steady flow; with half of the speed
+/// from each, the mean of both.
 static void beating_plate() {
     const double beating = 12;  // kg/m, of the whole link: four times the steady 3
     const Plate plate({.beating = beating});
@@ -92,7 +92,7 @@ static void beating_plate() {
     CHECK_NEAR(all.w / steady.w, 5, 1e-13);
 }
 
-/// A body towed at U has 1/2 rho C A U^2 of a blunt shape beside friction, whichever way it goes.
+/// A towed body has the drag 1/2 rho C A U^2 of a blunt shape beside friction, in both directions.
 static void blunt_body() {
     const Plate plain, blunt({.blunt_area = 0.7});
     for (double U : {-3.0, 0.5}) {
@@ -119,8 +119,8 @@ static void only_dissipates() {
     CHECK(still.t == 0 && still.n == 0 && still.w == 0 && calm.t == 0 && calm.n == 0);
 }
 
-/// The same plate by elongated-body theory: half its added mass across the link, its edge 1.5 times as much as a
-/// plate's.
+/// The same plate by elongated-body theory: half the added mass across the link; its edge has 1.5 times that of a
+/// plate.
 struct Slender {
     Link<double> link;
     Elongated<double>::Coefficients k;
@@ -139,7 +139,7 @@ struct Slender {
 static void elongated_by_hand() {
     const Slender plate;
     const LinkInertia<double> inertia = plate.water.inertia(0);
-    CHECK(inertia.tangential == 3);  // nothing along the body
+    CHECK(inertia.tangential == 3);  // no added mass along the body
     CHECK_NEAR(inertia.normal, 3 + 4, 1e-14);
     CHECK_NEAR(inertia.coupling, 4 * 0.5, 1e-14);
     CHECK_NEAR(inertia.rotary, 7 + 4 * (0.25 + 4.0 / 12), 1e-14);
@@ -155,8 +155,8 @@ static void elongated_by_hand() {
     CHECK_NEAR(turning.w, wanted.w, 1e-14);
 }
 
-/// Lighthill's whole force at all incidences; at rest and backward only the part along the body, which leaves nothing
-/// behind across it.
+/// Lighthill's complete force at all incidences; at rest and backward only the part along the body, which leaves no
+/// momentum across it in the wake.
 static void elongated_wake() {
     const Slender plate;
     const double mu = plate.water.shedding, U = 2, arm = 2 - 0.5;

@@ -1,4 +1,5 @@
-/// Energy of a circuit: what the servo draws is lost in it and the line, stored in rotor and oil, or done on the units.
+/// Energy of a circuit: the work that the servo draws is lost in servo and line, stored in rotor and oil, or done on
+/// the units.
 #include "check.hpp"
 #include "hypertuna/actuation/circuit.hpp"
 #include "hypertuna/swimming/stepping.hpp"
@@ -19,7 +20,7 @@ static Circuit<double> round_circuit(double air) {
     return c;
 }
 
-/// Work stored in a unit of oil, -int P dv from 0, and its enthalpy P v + that.
+/// Work stored in the oil of a unit, -int P dv from 0, and its enthalpy: P v plus that work.
 static double stored(const Circuit<double>& c, double pressure) {
     const double p0 = atmosphere, p = p0 + pressure;
     return pressure * pressure / (2 * c.bulk_modulus) + c.air * p0 * (std::log(p / p0) + p0 / p - 1);
@@ -30,9 +31,9 @@ static double enthalpy(const Circuit<double>& c, double pressure) {
 
 /// Energies and powers at one instant.
 struct Balance {
-    double energy;    // J in rotor, oil, line and whatever gives
-    double in, out;   // W drawn; lost or done on the units
-    double swelling;  // W that the line leaves out: its flow is counted as oil without air
+    double energy;    // J, stored in rotor, oil, line and compliances
+    double in, out;   // W drawn by the servo; W lost or done on the units
+    double swelling;  // W of swelling that the line leaves out: its flow is counted as oil without air
 };
 static Balance look(const Circuit<double>& c, const CircuitState<double>& at, double target, double space,
                     double rate) {
@@ -77,7 +78,7 @@ static void nothing_is_lost(double air, double max_swelling) {
     }
     const double gained = look(c, state, 0.0, space(1), rate(1)).energy - start;
     CHECK(in > 5);
-    CHECK(lowest < -80e3);  // suction is part of it
+    CHECK(lowest < -80e3);  // the beat includes suction
     CHECK_NEAR(gained, in - out - swelling, 1e-6 * in);
     CHECK(std::fabs(swelling) < max_swelling * in);
 }

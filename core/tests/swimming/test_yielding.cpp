@@ -144,11 +144,11 @@ static void energy() {
     auto coarse = std::make_unique<Yielding<Law, D, 128>>(2, 0.2, 1.0, 0.01, 0.0);
     auto fine = std::make_unique<Yielding<Law, D, 512>>(2, 0.2, 1.0, 0.01, 0.0);
     off[0] = balance(*coarse), off[1] = balance(*fine);
-    // 256 times less but for the kinks of drag; soft tails of a plate that turns much have the larger ones.
+    // 256 times smaller, except for the kinks of drag; soft tails of a plate that turns much have larger kinks.
     CHECK(std::fabs(off[0]) < 2e-4 && std::fabs(off[1]) < std::fabs(off[0]) / 40);
 }
 
-/// The settled beat is where beats from rest lead.
+/// The settled beat is the beat to which beats from rest converge.
 template <class Law, int D>
 static void newton_equals_waiting() {
     auto fish = std::make_unique<Yielding<Law, D, 64>>(2, 0.2, 1.0, 0.01, 0.05);
@@ -159,7 +159,7 @@ static void newton_equals_waiting() {
     for (int k = 0; k < 3 + 2 * D; ++k)
         CHECK_NEAR(component(apart, k) / (1e-3 + std::fabs(component(start, k))), 0, 1e-6);
     CHECK_NEAR(waited.beat.power / found.beat.power, 1, 1e-8);
-    // Once more from there: the same to rounding.
+    // Another solution from there is the same, to rounding.
     Search<double, YieldingState<double, D>> search = search_from(found.start, 0.0);
     newton(fish->body(), 1, 1e-9, false, 10, search);
     apart = search.P - waited.start;
@@ -167,7 +167,7 @@ static void newton_equals_waiting() {
         CHECK_NEAR(component(apart, k) / (1e-3 + std::fabs(component(start, k))), 0, 1e-9);
 }
 
-/// A stiff joint is a prescribed one: the difference falls as its compliance.
+/// A stiff joint moves like a prescribed one: the difference falls in proportion to its compliance.
 template <class Law>
 static void stiff_limit() {
     Fish<double, Law, 512> rigid(2, 0.2);
@@ -212,7 +212,7 @@ static void inertia_of_a_joint() {
                                fish->joint);
     };
     CHECK_NEAR(reduced(fish, {3}) / now.reduced[0][0], 1, 1e-13);
-    // Two that turn alike: their own inertia, and twice what couples them.
+    // Two joints that turn alike: their own inertias, and twice the coupling between them.
     auto both = std::make_unique<Yielding<Elongated<double>, 2, 64>>(2, 0.0, 1.0, 0.0, 0.0);
     for (int g = 0; g < 2; ++g) both->fish.swings[g] = {0, 0, 0};
     both->fill();

@@ -1,6 +1,7 @@
-/// Commands of the ground: passed on to the vehicle, which accepts or refuses them, and answered.
+/// Commands of the ground: each is passed on to the vehicle, which accepts or refuses it, and is answered.
 ///
-/// `handle` of a message's type acts on it. Whether the message is for this robot was checked before (dispatch.hpp).
+/// `handle` of a message's type acts on the message. Whether the message is for this robot was checked before
+/// (dispatch.hpp).
 #pragma once
 
 #include "app/radio/files.hpp"
@@ -10,7 +11,7 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int stick_max = 1000, thrust_center = 500;  // full deflection of a joystick's axis; of z, its center
+inline constexpr int stick_max = 1000, thrust_center = 500;  // full deflection of a joystick's axis; center of z
 
 /// MANUAL_CONTROL: z is thrust, from the center up (ground stations send 0 to 1000, and 500 for a centered stick), r
 /// turns to starboard, x pushed forward dives. An axis of INT16_MAX is absent. There is no acknowledgement: the next
@@ -25,7 +26,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, mavlink_manual_con
     const Refusal refusal =
         within ? sticks(vehicle, from, max(-1.0f, part(2 * (m.z - thrust_center))), -part(m.r), -part(m.x))
                : Refusal::out_of_range;
-    // Ground stations send the sticks in every mode: outside of manual that is no mistake.
+    // Ground stations send the sticks in every mode: outside `manual` that is not an error.
     if (refusal != Refusal::none && refusal != Refusal::not_now) report_rarely(radio, snapshot(vehicle).tick, refusal);
 }
 
@@ -51,7 +52,7 @@ inline Refusal gait_command(Vehicle& vehicle, Peer from, const mavlink_command_l
     return set_gait(vehicle, from, command);
 }
 
-/// Order that selects a mode by its number in HEARTBEAT. Numbers of other autopilots select none: theirs mean something
+/// Order that selects a mode by its number in HEARTBEAT. Numbers of other autopilots select none: they mean something
 /// else.
 inline Order order_of_mode(int base, float custom) {
     const int mode = whole_of(custom, mode_base + states);
@@ -59,8 +60,8 @@ inline Order order_of_mode(int base, float custom) {
     return own && 0 <= mode ? order_of_mode(std::uint32_t(mode)) : Order::count;
 }
 
-/// MAVSDK names its modes to every autopilot as PX4 does: main mode AUTO in param2, a sub-mode in param3, which no
-/// other autopilot uses. Order::count for all else.
+/// Order of a mode as MAVSDK names it to every autopilot, like PX4: main mode AUTO in param2, a sub-mode in param3,
+/// which no other autopilot uses. Order::count for all others.
 inline Order order_of_submode(const mavlink_command_long_t& m) {
     if (m.param2 != 4.0f) return Order::count;
     switch (whole_of(m.param3, 6)) {
@@ -83,7 +84,7 @@ inline Order order_of_standard_mode(float mode) {
                                                             : Order::count;
 }
 
-/// `order_of` a message is the order that it gives without data of its own; Order::count if it gives none.
+/// `order_of` a message is the order that the message gives without data of its own; Order::count if it gives none.
 inline Order order_of(const mavlink_command_long_t& m) {
     const int choice = whole_of(m.param1, 1);
     const auto either = [choice](Order no, Order yes) { return choice < 0 ? Order::count : choice == 0 ? no : yes; };
@@ -108,7 +109,8 @@ inline Order order_of(const mavlink_command_long_t& m) {
 inline Order order_of(const mavlink_set_mode_t& m) { return order_of_mode(m.base_mode, float(m.custom_mode)); }
 inline Order order_of(const mavlink_manual_control_t&) { return Order::sticks; }
 
-/// Set the waypoint that the mission begins or resumes at, by the number of its item or of one before it.
+/// Set the waypoint at which the mission begins or resumes, by the number of its item or of an item before that
+/// waypoint.
 inline Refusal leg_command(Vehicle& vehicle, Peer from, float item) {
     const int number = whole_of(item, max_items);
     return number < 0 ? Refusal::out_of_range : set_leg(vehicle, from, leg_of_item(vehicle, number));
@@ -120,7 +122,7 @@ inline Refusal start_command(Vehicle& vehicle, Peer from, const mavlink_command_
     return refusal != Refusal::none ? refusal : give(vehicle, Order::mission, from);
 }
 
-/// Orders that change the state.
+/// Execute a command that changes the state, and return why it is refused.
 inline Refusal execute_order(Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     if (const Order order = order_of(m); order != Order::count) return give(vehicle, order, from);
     switch (m.command) {
@@ -144,7 +146,7 @@ inline Refusal home_command(Radio& radio, Vehicle& vehicle, Peer from, const Pla
     return refusal;
 }
 
-/// Set home at coordinates, once a fix has placed the robot in a given origin. Their altitude is not used.
+/// Set home to coordinates, once a fix has placed the robot in a given origin. The altitude is not used.
 inline Refusal home_command(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_int_t& m) {
     Item at{};
     at.frame = m.frame, at.x = m.x, at.y = m.y;
@@ -182,7 +184,7 @@ inline Refusal execute(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_
     }
 }
 
-/// COMMAND_INT as COMMAND_LONG: NaN for coordinates, which no command has that is accepted as such.
+/// COMMAND_INT as COMMAND_LONG. Coordinates become NaN, since no command that is accepted in this form has any.
 inline mavlink_command_long_t long_of(const mavlink_command_int_t& m) {
     const auto number = [](std::int32_t x) { return x == 0 ? 0.0f : std::numeric_limits<float>::quiet_NaN(); };
     mavlink_command_long_t out{};

@@ -7,24 +7,24 @@
 
 namespace hypertuna::firmware {
 
-/// Start or stop signing, as key and parameter say.
+/// Start or stop signing, depending on key and parameter.
 inline void adopt_key(Signing& signing, const Vehicle& vehicle) {
     const bool on = key(vehicle) != nullptr && limits(vehicle).sign == 1.0f;
     if (on && !signing.on) std::memcpy(signing.key, key(vehicle), key_length);
     signing.on = on || vehicle.locked, signing.locked = vehicle.locked;
 }
 
-/// The stored timestamp is hours ahead of all so far, since nothing is stored while armed: after a restart or a loss of
-/// power, the recordings of two armed hours at least are rejected. It is stored before a command is executed, and the
-/// vehicle arms only then.
+/// Store a timestamp hours ahead of all so far, since nothing is stored while armed: after a restart or a loss of
+/// power, recordings of at least two armed hours are rejected. The timestamp is stored before a command is executed,
+/// and the vehicle arms only then.
 inline void store_stamp(const Signing& signing, Vehicle& vehicle) {
     if (!signing.on || signing.locked || signing.stamp + stamp_reserve / 2 < vehicle.stamp) return;
     vehicle.stamp = signing.stamp + stamp_reserve;
     begin_write(vehicle.stamps);
 }
 
-/// A key received over the radio starts signing, a key of zeros stops it; while signing, only the owner of the old key
-/// may change it. The key is stored. Refused while armed.
+/// Handle a key: it starts signing and is stored; a key of zeros stops signing. While signing, only the owner of the
+/// old key may change it. Refused while armed.
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_setup_signing_t& m) {
     std::uint8_t any = 0, secret[key_size];
     std::memcpy(secret, m.secret_key, key_size);
@@ -55,14 +55,15 @@ inline void notice(Radio& radio, Vehicle& vehicle, Peer, mavlink_timesync_t m) {
     m.tc1 = std::int64_t(snapshot(vehicle).tick) * 10000000 + 1;
     reply(radio.out, m);
 }
-/// The robot has no use for the time of day.
+/// Ignore the time of day: the robot does not use it.
 inline void notice(Radio&, Vehicle&, Peer, const mavlink_system_time_t&) {}
 inline void notice(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_radio_status_t& m) {
     if (from == modem) adapt(radio.telemetry, m.txbuf, snapshot(vehicle).tick);
 }
 
-/// A message that anybody may send has a `notice`: signs of life, times, the radio modem's own status. A command, which
-/// has a sender and a target, has a `handle`. Of all messages of the dialect, those that have either are accepted.
+/// Kinds of accepted messages. A message that anybody may send has a `notice`: signs of life, times, the radio modem's
+/// own status. A command, which has a sender and a target, has a `handle`. The robot accepts those messages of the
+/// dialect that have either.
 template <class Message>
 concept Notice = requires(Radio& to, Vehicle& vehicle, Peer from, const Message& m) { notice(to, vehicle, from, m); };
 template <class Message>
@@ -79,7 +80,7 @@ constexpr auto accepted_of(MessageList<Messages...>) {
 }
 inline constexpr auto accepted = accepted_of(Dialect{});
 
-/// Call act(message) with the frame's message; an `act` that does not take its type leaves it. Return whether it did.
+/// Call act(message) with the frame's message, if `act` takes its type. Return whether it was called.
 template <class... Messages, class Act>
 bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act) {
     const auto visit = [&]<class Message>() __attribute__((always_inline)) {
@@ -91,15 +92,15 @@ bool visit_message(MessageList<Messages...>, const Frame& frame, const Act& act)
     return (visit.template operator()<Messages>() || ...);
 }
 
-/// Whether a command is followed. Disarming may be late. What makes the robot safer does not wait for a place for its
-/// answer, and the sticks have none; any other command waits, and its sender repeats it.
+/// Whether a command is executed. Disarming may be late. A command that makes the robot safer does not wait for room
+/// for its answer, and the sticks have no answer; any other command waits, and its sender repeats it.
 HYPERTUNA_NOINLINE inline bool admits(Radio& radio, std::uint32_t tick, bool fresh, Order order) {
     if (!fresh && order != Order::disarm) return ++radio.replayed, report_rarely(radio, tick, Refusal::replayed), false;
     if (makes_safer(order) || order == Order::sticks || has_room(radio.out, max_answers_per_command)) return true;
     return ++radio.no_room, false;
 }
 
-/// Act on a command that is for this robot: then the ground is in contact.
+/// Act on a command if it is for this robot, and note the contact with the ground.
 inline void command(Radio& radio, Vehicle& vehicle, const Frame& frame, bool fresh) {
     visit_message(Dialect{}, frame, [&](const Directed auto& m) {
         Order order = Order::count;
@@ -117,10 +118,10 @@ inline void on_frame(Radio& radio, Vehicle& vehicle, const Frame& frame) {
     const std::uint32_t tick = snapshot(vehicle).tick;
     const bool echo = frame.system == radio.out.sender.system && frame.component == own_component;
     const Peer from{frame.system, frame.component};
-    // A modem does not sign its status: the frame must not count as its sender's last.
+    // A modem does not sign its status: its frame must not count as the last one of a sender.
     const bool status = frame.id == MAVLINK_MSG_ID_RADIO_STATUS;
     const bool believed = !echo && !status && verify(radio.signing, frame);
-    // A stranger may leave the signature out: in its place another's frame begins.
+    // A stranger may send a frame without its signature, in whose place another station's frame begins.
     if (frame.is_signed && !believed) radio.parser.used -= signature_length;
     if (echo) return;
     if (!status && !believed) return ++radio.not_signed, report_rarely(radio, tick, Refusal::not_signed);

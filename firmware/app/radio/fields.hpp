@@ -8,10 +8,11 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float centidegree = 18000.0f / float(pi);  // of a radian
+inline constexpr float centidegree = 18000.0f / float(pi);  // centidegrees per radian
 inline constexpr float ticks_per_second = 100.0f;
 
-/// A number in steps of 1/factor, rounded and clamped to its type; the largest of the type for NaN and infinity.
+/// Convert a number to steps of 1/factor, rounded and clamped to the type; the largest number of the type for NaN and
+/// infinity.
 template <class Whole>
 Whole whole(float value, float factor) {
     constexpr float high = float(std::numeric_limits<Whole>::max()), low = float(std::numeric_limits<Whole>::min());

@@ -1,8 +1,8 @@
 /// File transfer, read only: the files that describe the parameters to ground stations
 /// (mavlink.io/en/services/ftp.html).
 ///
-/// There is one session, number 0: the file that was opened last, of the station that opened it. Files travel behind
-/// answers and heartbeats, in turn with telemetry.
+/// There is one session, number 0: it belongs to the file opened last and to the station that opened it. Pieces of
+/// files are sent after answers and heartbeats, in turn with telemetry.
 #pragma once
 
 #include "app/radio/radio_state.hpp"
@@ -61,7 +61,7 @@ inline void ftp_refuse(Radio& radio, Peer to, FtpHead head, FtpError error) {
     reply(radio.out, ftp_message(to, head, &error, 1));
 }
 
-/// Number of the file of a name, with or without a slash before it; -1 for none.
+/// Number of the file with a name, with or without a slash before the name; -1 for none.
 inline int file_named(const Description& robot, const char* name, int length) {
     if (0 < length && *name == '/') ++name, --length;
     for (int k = 0; k < robot.files; ++k) {

@@ -1,7 +1,7 @@
 /// Parse and write frames of MAVLink 2. mavlink.io/en/guide/serialization.html
 ///
-/// Of a frame that fails its checksum only the first byte is dropped: a valid frame that begins inside it is found, and
-/// it is not waited for. A message that the robot does not accept is no frame.
+/// Of a frame that fails its checksum only the first byte is dropped: so a valid frame that begins inside it is found
+/// without waiting. A message that the robot does not accept is no frame.
 #pragma once
 
 #include <cstring>
@@ -13,13 +13,13 @@ namespace hypertuna::firmware {
 inline constexpr int head_length = 10, crc_length = 2, signature_length = 13;
 inline constexpr int max_payload = 255;
 inline constexpr int max_frame = head_length + max_payload + crc_length + signature_length;
-inline constexpr int newer_fields = 16;  // bytes of extensions that a newer dialect may have behind a message's own
+inline constexpr int newer_fields = 16;  // bytes of extensions that a newer dialect may append to a message
 inline constexpr std::uint8_t frame_mark = 0xFD, signed_flag = 1;
 
 /// A complete frame in the parser's buffer: valid until the next call of next().
 struct Frame {
     std::uint32_t id;
-    std::uint8_t system, component, sequence;  // of the sender
+    std::uint8_t system, component, sequence;  // ids and sequence number of the sender
     bool is_signed;
     const std::uint8_t* bytes;
     int length, payload;  // bytes of the frame, and of the message in it
@@ -42,8 +42,8 @@ inline std::uint16_t frame_crc(const std::uint8_t* bytes, int length, std::uint8
 /// Buffer for one frame, and counters.
 struct Parser {
     std::uint8_t bytes[max_frame];
-    int fill, used;                      // bytes in the buffer; of them, those of the last frame returned
-    std::uint32_t frames, bad, skipped;  // valid frames; failed checksums; bytes of no frame
+    int fill, used;                      // bytes in the buffer; how many of them are of the last frame returned
+    std::uint32_t frames, bad, skipped;  // valid frames; failed checksums; bytes that belong to no frame
 };
 
 inline void drop(Parser& parser, int count) {
@@ -84,11 +84,11 @@ inline Check check_frame(const std::uint8_t* bytes, int fill, int& length, std::
     return Check::no_frame;
 }
 
-/// Find the next complete frame in the buffer. Bytes that begin no frame are dropped, and those of an incomplete frame
-/// once a complete one follows: whoever sends the beginning of a frame must not hold up another's.
+/// Find the next complete frame in the buffer. Bytes that begin no frame are dropped. Those of an incomplete frame are
+/// dropped once a complete one follows, so that the beginning of a frame cannot hold up another sender's.
 inline bool next(Parser& parser, Frame& frame) {
     drop(parser, parser.used);
-    int at = 0, begun = 0, length = 0;  // bytes that begin no frame; of them, those before an incomplete one
+    int at = 0, begun = 0, length = 0;  // bytes that begin no frame; how many of them are before an incomplete one
     bool waits = false;
     Check check = Check::no_frame;
     for (std::uint32_t ignored = 0; at < parser.fill; ++at) {

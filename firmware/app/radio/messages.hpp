@@ -1,4 +1,5 @@
-/// Telemetry messages: their makers, from the vehicle's snapshot at the moment of sending, and the table of all.
+/// Telemetry messages: functions that make them from the vehicle's snapshot at the moment of sending, and the table of
+/// all.
 #pragma once
 
 #include <concepts>
@@ -96,8 +97,8 @@ inline mavlink_heartbeat_t heartbeat(const Snapshot& now) {
 
 inline int percent(float part) { return is_finite(part) ? int(clamp(part, 0.0f, 1.0f) * 100.0f + 0.5f) : -1; }
 
-/// prearm: the robot is armed, or would be on command. The receiver is healthy with a fix that is believed; it has none
-/// under water.
+/// `prearm` is healthy if the robot is armed, or would be on command. The receiver is healthy with a fix that is
+/// believed; under water it has none.
 inline mavlink_sys_status_t sys_status(const Vehicle& vehicle, const Parser& parser) {
     const Snapshot& now = snapshot(vehicle);
     const Refusal refusal = check(vehicle, Order::arm, Station{});
@@ -147,7 +148,7 @@ inline mavlink_gps_global_origin_t global_origin(const Vehicle& vehicle) {
     return m;
 }
 
-/// Counts of accelerometer, gyroscope and compass as converted last, in the robot's axes, for their calibration.
+/// Counts of accelerometer, gyroscope and compass, as converted last, in the robot's axes: for calibration.
 inline mavlink_raw_imu_t raw_imu(const Vehicle& vehicle) {
     const auto counts = [&](int channel) { return whole<std::int16_t>(mean(vehicle.raw.channel[channel]), 1.0f); };
     constexpr int acceleration = first_channel("acceleration"), rate = first_channel("rate");
@@ -182,7 +183,7 @@ inline mavlink_protocol_version_t protocol_version(const Snapshot&) {
     return m;
 }
 
-/// Where the description of the parameters is (files.hpp): the first file names the others.
+/// Address of the description of the parameters (files.hpp): the first file names the others.
 inline mavlink_component_metadata_t component_metadata(const Vehicle& vehicle) {
     const char scheme[] = "mftp://";
     mavlink_component_metadata_t m{};
@@ -199,11 +200,11 @@ inline mavlink_component_metadata_t component_metadata(const Vehicle& vehicle) {
 struct TelemetryMessage {
     std::uint32_t id;
     std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
-    bool placed;             // it needs the origin of coordinates
+    bool placed;             // the message needs the origin of coordinates
     void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
 };
 
-/// Make a message of the vehicle, of its snapshot, or of the vehicle and the parser's counters.
+/// Make a message from the vehicle, from its snapshot, or from the vehicle and the parser's counters.
 template <auto make>
 auto made(const Vehicle& vehicle, const Parser& parser) {
     using Maker = decltype(make);
@@ -227,9 +228,10 @@ constexpr TelemetryMessage every(std::uint32_t interval, bool placed = false) {
     return {kind_of<Message>.id, interval, placed, send_made<make>};
 }
 
-/// All telemetry. The heartbeat is first: it is never late for another message. Position comes once in local
-/// coordinates and once in degrees every two seconds. Whether there is a fix, and whether the robot is at the surface,
-/// changes within seconds; home seldom changes. The rest is on request: its numbers are in other messages, too.
+/// Table of all telemetry. The heartbeat is first: it is never late because of another message. The position is sent in
+/// local coordinates and in degrees, each every two seconds. Whether there is a fix, and whether the robot is at the
+/// surface, changes within seconds; home seldom changes. The other messages are sent on request, since their numbers
+/// are in these, too.
 inline constexpr TelemetryMessage telemetry_messages[] = {
     every<heartbeat>(100),
     every<hydraulics>(20),

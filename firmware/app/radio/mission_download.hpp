@@ -1,4 +1,4 @@
-/// The mission on board as a list of items, as they were given: the same number, frames and values.
+/// The mission on board as a list of items, in the form in which they were given: the same number, frames and values.
 #pragma once
 
 #include "app/radio/positions.hpp"
@@ -12,7 +12,7 @@ inline constexpr std::uint16_t item_command[] = {HYPERTUNA_CMD_BOUNDS,
                                                  MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION,
                                                  MAV_CMD_DO_CHANGE_SPEED,
                                                  MAV_CMD_NAV_WAYPOINT,
-                                                 MAV_CMD_NAV_RETURN_TO_LAUNCH};  // of each ItemKind
+                                                 MAV_CMD_NAV_RETURN_TO_LAUNCH};  // command of each ItemKind
 
 using Item = mavlink_mission_item_int_t;
 
@@ -25,7 +25,8 @@ inline void put_place(Item& item, const Origin& origin, const Place& at, float d
     }
 }
 
-/// Depth, reserve, duration, fixes; whether it stays, and silence counts below; home's radius [cm] and speed.
+/// Write a mission's bounds: depth, reserve, duration, interval of fixes; whether it stays, and whether silence counts
+/// below; home's radius [cm] and speed.
 inline void put_bounds(Item& item, const Mission<float>& mission) {
     item.param1 = mission.depth_max, item.param2 = mission.reserve;
     item.param3 = mission.duration, item.param4 = mission.surface_every;
@@ -43,7 +44,7 @@ inline void put_speed(Item& item, const ItemForm& form, float speed) {
     item.param3 = form.flags & ItemForm::no_throttle ? -1.0f : 0.0f;
 }
 
-/// Item `number` of the mission; waypoint and corner: of those before it.
+/// Item `number` of the mission; `waypoint` and `corner` are the numbers of waypoints and corners before it.
 inline Item item_of(const Vehicle& vehicle, int number, int waypoint, int corner) {
     const Mission<float>& mission = vehicle.mission;
     const MissionForm& forms = vehicle.plan.form;
@@ -102,7 +103,7 @@ inline int fence_items(const Vehicle& vehicle) {
     return 0 < mission.corners ? mission.corners : 0.0f < mission.range;
 }
 
-/// Item `number` of the fence, which is a list of its own.
+/// Item `number` of the fence, in a list of its own.
 inline Item fence_item(const Vehicle& vehicle, int number) {
     const Mission<float>& mission = vehicle.mission;
     const bool polygon = 0 < mission.corners;
@@ -115,7 +116,7 @@ inline Item fence_item(const Vehicle& vehicle, int number) {
     return item;
 }
 
-/// Number of the waypoint that an item is, or that follows it.
+/// Number of the waypoint of an item, or of the next waypoint after it.
 inline int leg_of_item(const Vehicle& vehicle, int number) {
     int leg = 0;
     for (int k = 0; k < number && k < vehicle.plan.form.items; ++k)

@@ -1,7 +1,7 @@
 /// Mission protocol: upload, download, clear. mavlink.io/en/services/mission.html
 ///
-/// The robot requests item after item, and repeats a request without an answer. The mission on board is replaced when
-/// the last item has arrived and the whole mission is valid; a refused upload changes nothing.
+/// The robot requests item after item, and repeats a request that was not answered. The mission on board is replaced
+/// when the last item has arrived and the whole mission is valid; a refused upload changes nothing.
 #pragma once
 
 #include "app/radio/mission_upload.hpp"
@@ -63,7 +63,7 @@ inline std::uint8_t mission_result(Refusal refusal) {
 
 /// Clear the mission, the fence, or both.
 inline void clear(Radio& radio, Vehicle& vehicle, Peer from, std::uint8_t type) {
-    const bool all = type == MAV_MISSION_TYPE_ALL, rally = type == MAV_MISSION_TYPE_RALLY;  // there are none
+    const bool all = type == MAV_MISSION_TYPE_ALL, rally = type == MAV_MISSION_TYPE_RALLY;  // there are no rally points
     const bool waypoints = all || type == MAV_MISSION_TYPE_MISSION, fence = all || type == MAV_MISSION_TYPE_FENCE;
     const Refusal refusal = waypoints || fence ? clear_mission(vehicle, from, waypoints, fence)
                             : rally            ? Refusal::none
@@ -82,7 +82,7 @@ inline char* append(char* at, unsigned number) {
     return at + 1;
 }
 
-/// Append a number below 1e7 to two decimals, without zeros at their end.
+/// Append a number below 1e7 with two decimals, without zeros at their end.
 inline char* append(char* at, float number) {
     if (number < 0.0f) *at++ = '-';
     const unsigned hundredths = unsigned(abs(number) * 100.0f + 0.5f);
@@ -93,8 +93,8 @@ inline char* append(char* at, float number) {
     return at;
 }
 
-/// Report why an item, or (-1) the mission as a whole, is refused: its number, and quantity, value and bound, or the
-/// reason; where that is unsupported, its command.
+/// Report why an item, or (-1) the mission as a whole, is refused: number of the item; quantity, value and bound, or
+/// the reason; and the command, where that is unsupported.
 HYPERTUNA_NOINLINE inline void report_item(Radio& radio, int item, std::uint16_t command, const Breach& breach) {
     ++radio.refused;
     char text[120] = {};
@@ -114,7 +114,7 @@ HYPERTUNA_NOINLINE inline void report_item(Radio& radio, int item, std::uint16_t
     send_text(radio, MAV_SEVERITY_WARNING, text);
 }
 
-/// A list without items clears what it replaces.
+/// Begin an upload. A list without items clears the mission or the fence.
 inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_mission_count_t& m) {
     Upload& upload = radio.upload;
     if (m.count == 0) return clear(radio, vehicle, from, m.mission_type);
@@ -140,14 +140,14 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     request_item(radio, snapshot(vehicle).tick);
 }
 
-/// Item of a waypoint; -1 for none.
+/// Number of a waypoint's item; -1 for none.
 inline int item_of_waypoint(const MissionForm& form, int waypoint) {
     for (int k = 0, count = 0; k < form.items; ++k)
         if (form.item[k].kind == ItemKind::waypoint && count++ == waypoint) return k;
     return -1;
 }
 
-/// The last item has arrived: check the whole, and keep it.
+/// End an upload after its last item: check the whole mission, and keep it.
 inline Breach end_upload(Upload& upload, Vehicle& vehicle, Peer from) {
     upload.on = false;
     if (!upload.fence && upload.mission.waypoints == 0) return {Refusal::no_mission};
@@ -160,7 +160,7 @@ inline void handle(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_miss
     Upload& upload = radio.upload;
     if (upload.system != from.system || upload.component != from.component) return;
     const std::uint8_t type = upload_type(upload);
-    // The last item again: its answer was lost.
+    // The last item came again, because its answer was lost.
     if (!upload.on && upload.next > 0 && m.seq == upload.next - 1)
         return acknowledge_mission(radio, vehicle, from, upload.result, type);
     if (!upload.on || m.seq != upload.next || m.mission_type != type) return;  // repeated, or out of order
@@ -191,7 +191,7 @@ inline void await_item(Radio& radio, const Vehicle& vehicle) {
                         upload_type(upload));
 }
 
-/// Number of items of a list. There are no rally points.
+/// Number of items of a list; there are no rally points.
 inline int list_length(const Vehicle& vehicle, std::uint8_t type) {
     if (type == MAV_MISSION_TYPE_MISSION) return vehicle.plan.form.items;
     return type == MAV_MISSION_TYPE_FENCE ? fence_items(vehicle) : 0;
@@ -216,7 +216,7 @@ inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlin
     item.target_system = from.system, item.target_component = from.component;
     reply(radio.out, item);
 }
-/// The request of older clients: the answer is the same.
+/// Handle the request of older clients; the answer is the same.
 inline void handle(Radio& radio, const Vehicle& vehicle, Peer from, const mavlink_mission_request_t& m) {
     mavlink_mission_request_int_t request{};
     request.seq = m.seq, request.mission_type = m.mission_type;

@@ -1,19 +1,21 @@
-/// Items of a mission or of a fence that comes in (mission_download.hpp has those on board), one checked after another.
+/// Items of an uploaded mission or fence (mission_download.hpp has those on board), checked one after another.
 ///
-/// Places are in MAV_FRAME_LOCAL_NED, m north, east and down of the origin, or in degrees, which the origin turns into
-/// m; their altitudes are of the water's surface (positions.hpp). A number that an item has no use for may be NaN.
+/// Places are in MAV_FRAME_LOCAL_NED, m north, east and down from the origin, or in degrees, which the origin turns
+/// into m; altitudes are relative to the water's surface (positions.hpp). A number that an item does not use may be
+/// NaN.
 #pragma once
 
 #include "app/radio/radio_state.hpp"
 
 namespace hypertuna::firmware {
 
-inline constexpr float local_step = 1e-4f;  // m of an item's x and y
+inline constexpr float local_step = 1e-4f;  // m per step of an item's x and y
 
 /// Defaults, as in a mission file [m/s, m, m, 1].
 inline constexpr float standard_speed = 0.3f, standard_radius = 3.0f, standard_depth = 5.0f, standard_reserve = 0.1f;
 
-/// Begin a mission, which keeps the fence on board unless it brings its own, or a fence for the mission on board.
+/// Begin the upload of a mission, which keeps the fence on board unless it brings its own, or of a fence for the
+/// mission on board.
 inline void begin_upload(Upload& upload, const Vehicle& vehicle) {
     const Mission<float>& old = mission(vehicle);
     Mission<float>& mission = upload.mission;
@@ -63,7 +65,7 @@ inline Breach place_of(const Vehicle& vehicle, const Item& m, Place& place) {
     if (!is_place(m.x, m.y)) {
         Breach breach = first_breach({{"latitude", " deg", 1e-7f * float(m.x), -89.99f, 89.99f},
                                       {"longitude", " deg", 1e-7f * float(m.y), -180.0f, 180.0f}});
-        breach.refusal = Refusal::out_of_range;  // by the last digit of an integer, too
+        breach.refusal = Refusal::out_of_range;  // also where only the last digit of the integer is beyond the range
         return breach;
     }
     if (!origin(vehicle).known) return {Refusal::not_placed};
@@ -82,13 +84,13 @@ inline Breach add_waypoint(Upload& upload, ItemForm& form, const Item& m, const 
     return check_ranges(to, mission.waypoints - 1);
 }
 
-/// A corner or a circle, in place of the fence on board.
+/// Add a corner or a circle, which replaces the fence on board.
 inline Breach add_fence(Upload& upload, ItemKind kind, const Item& m, const Place& place) {
     Mission<float>& mission = upload.mission;
     if (!upload.fenced) mission.corners = 0, mission.range = 0.0f, upload.form.fence_frame = m.frame;
     upload.fenced = true;
     const bool circle = kind == ItemKind::circle;
-    // One polygon has as many corners as each of them names.
+    // Each corner of a polygon names the number of its corners.
     if (0.0f < mission.range || (circle && 0 < mission.corners)) return {Refusal::one_fence};
     if (0 < mission.corners && m.param1 != upload.corners) return {Refusal::one_fence};
     if (mission.corners == max_corners) return {Refusal::too_many, -1, "corners", "", max_corners + 1, max_corners};
@@ -121,7 +123,7 @@ inline void set_bounds(Mission<float>& mission, const Item& m) {
     if (0.0f < m.z) mission.home_speed = m.z;
 }
 
-/// Note which numbers of an item are NaN, and take them as zero. A place without a depth is refused.
+/// Note which numbers of an item are NaN, and replace them by zero. A place without a depth is refused.
 inline Breach drop_nan(Item& m, ItemForm& form, ItemKind kind) {
     float* param[4] = {&m.param1, &m.param2, &m.param3, &m.param4};
     for (int k = 0; k < 4; ++k) {
@@ -163,7 +165,7 @@ inline Breach add_item(Upload& upload, const Vehicle& vehicle, Item m) {
     return breach;
 }
 
-/// A mission that ends with the way home does not stay, and the way home is its end.
+/// Check that the way home, if it is an item, is the last one, of a mission that does not stay.
 inline Refusal check_end(const Upload& upload) {
     const MissionForm& form = upload.form;
     for (int k = 0; k < form.items; ++k)

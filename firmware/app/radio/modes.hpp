@@ -1,4 +1,4 @@
-/// Modes of the robot as ground stations list and select them: the states that have an order.
+/// Modes of the robot as ground stations list and select them: the states that can be ordered.
 #pragma once
 
 #include "app/radio/fields.hpp"
@@ -19,7 +19,7 @@ constexpr State state_of_mode(int k) {
     return State::count;
 }
 
-/// The standard mode that a state is.
+/// MAVLink's standard mode of a state.
 constexpr std::uint8_t standard_mode(State state) {
     return std::uint8_t(state == State::mission ? MAV_STANDARD_MODE_MISSION
                         : state == State::home  ? MAV_STANDARD_MODE_SAFE_RECOVERY
@@ -43,7 +43,7 @@ inline mavlink_available_modes_t available_mode(int k) {
     return m;
 }
 
-/// The state as a mode: `disarmed` is `rest` without the armed flag.
+/// Custom mode of the present state: `disarmed` is `rest` without the armed flag.
 inline std::uint32_t custom_mode(const Snapshot& now) {
     return std::uint32_t(mode_base + int(now.armed() ? now.state : State::rest));
 }
@@ -55,7 +55,7 @@ inline mavlink_current_mode_t current_mode(const Snapshot& now) {
     return m;
 }
 
-/// The list of modes never changes.
+/// Message for a list of modes that never changes.
 inline mavlink_available_modes_monitor_t modes_monitor(const Snapshot&) { return {}; }
 
 }  // namespace hypertuna::firmware

@@ -1,14 +1,14 @@
 /// Outbox: bytes for the board to send, within the radio's data rate.
 ///
-/// Telemetry is made when there is room for it and never waits. Answers wait in a short queue.
+/// Telemetry is made only when there is room for it, and never waits. Answers wait in a short queue.
 #pragma once
 
 #include "app/radio/signing.hpp"
 
 namespace hypertuna::firmware {
 
-/// Overhead of a frame [bytes]: the radio sends it as a packet with preamble, header and a pause after it. A LoRa
-/// module at 4.8 kbit/s: 12 bytes and 10 ms.
+/// Overhead of a frame [bytes]: the radio sends it as a packet with preamble, header and a pause. For a LoRa module at
+/// 4.8 kbit/s these are 12 bytes and 10 ms.
 inline constexpr int packet_cost = 18;
 inline constexpr int max_answers_per_command = 3;
 inline constexpr int max_answers = 8, max_answer = 80, outbox_size = 2 * max_frame;
@@ -23,7 +23,7 @@ struct Outbox {
     int fill;
     Sender sender;
     float allowance;  // bytes that may be sent now
-    float rate;       // bytes a tick
+    float rate;       // bytes per tick
     Reply reply[max_answers];
     int first, answers;
     int max_waiting;             // largest number of answers that waited at once
@@ -36,11 +36,11 @@ inline void allow(float& allowance, float rate) {
     allowance = allowance + rate < limit ? allowance + rate : limit;
 }
 
-/// Bytes that the longest frame of a message takes of the data rate.
+/// Bytes of the data rate that the longest frame of a message takes.
 template <class Message>
 inline constexpr int cost_of = head_length + kind_of<Message>.max_length + crc_length + signature_length + packet_cost;
 
-/// Least data rate: a heartbeat and the answer to a command in a second [bytes/s].
+/// Least data rate: a heartbeat and the answer to a command per second [bytes/s].
 inline constexpr int least_rate = cost_of<mavlink_heartbeat_t> + cost_of<mavlink_command_ack_t>;
 
 /// Whether one more frame may be made: the allowance is positive, and the buffer has room.
@@ -60,7 +60,7 @@ void send(Outbox& out, Signing& signing, const Message& message) {
 
 inline bool has_room(const Outbox& out, int places = 1) { return out.answers + places <= max_answers; }
 
-/// Queue an answer; the caller has checked has_room(). Behind max_answer bytes it is zero.
+/// Queue an answer, cut to max_answer bytes; the caller has checked has_room().
 template <class Message>
 void reply(Outbox& out, const Message& message) {
     if (!has_room(out)) return;

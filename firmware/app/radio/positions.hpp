@@ -1,16 +1,17 @@
-/// Makers of the messages from which ground stations draw the map: position, satellites, home, whether at the surface.
+/// Messages from which ground stations draw the map: position, satellites, home, and whether the robot is at the
+/// surface.
 ///
-/// Altitudes are of the water's surface, of the robot minus its depth: neither the surface's height above the sea nor
-/// the satellites' altitude is used.
+/// Altitudes are relative to the water's surface, that of the robot minus its depth: neither the surface's height above
+/// the sea nor the satellites' altitude is used.
 #pragma once
 
 #include "app/radio/fields.hpp"
 
 namespace hypertuna::firmware {
 
-inline constexpr std::uint32_t fix_lasts = 300;  // ticks that a fix counts as present
+inline constexpr std::uint32_t fix_lasts = 300;  // ticks for which a fix counts as present
 
-/// Degrees of a place [1e-7 deg].
+/// Latitude and longitude of a place [1e-7 deg].
 struct Degrees {
     std::int32_t latitude, longitude;
 };
@@ -48,7 +49,7 @@ inline mavlink_global_position_int_t global_position(const Vehicle& vehicle) {
     return m;
 }
 
-/// Whether the receiver has a fix, and the last one with its time.
+/// Message on whether the receiver has a fix, with the last fix and its time.
 inline mavlink_gps_raw_int_t gps_raw(const Vehicle& vehicle) {
     const LastFix& fix = vehicle.fix;
     const bool present = fix.any && snapshot(vehicle).tick - fix.tick <= fix_lasts;
@@ -70,7 +71,7 @@ inline mavlink_home_position_t home_position(const Vehicle& vehicle) {
     return m;
 }
 
-/// At the surface and at rest counts as landed, everything else as in the air.
+/// Message on whether the robot has landed: at the surface and at rest; otherwise it is in the air.
 inline mavlink_extended_sys_state_t extended_state(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
     const bool up = now.estimate.depth < pilot(vehicle)->guidance.surface_depth;

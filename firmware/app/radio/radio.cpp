@@ -4,8 +4,8 @@
 
 namespace hypertuna::firmware {
 
-static constexpr int max_bytes = 512;  // read per tick: 50 kB/s
-static constexpr int max_frames = 8;   // made per tick
+static constexpr int max_bytes = 512;  // bytes read per tick: 50 kB/s
+static constexpr int max_frames = 8;   // frames made per tick
 
 const MessageKind* accepted_kind(std::uint32_t id) {
     for (const MessageKind& kind : accepted.kind)
@@ -22,7 +22,7 @@ void boot(Radio& radio, const Vehicle& vehicle) {
     adopt_key(radio.signing, vehicle);
 }
 
-/// Report new faults, one a second.
+/// Report new faults, one per second.
 static void report_faults(Radio& radio, const Snapshot& now) {
     radio.reported_faults.flags &= now.faults.flags;
     const std::uint32_t fresh = now.faults.flags & ~radio.reported_faults.flags;
@@ -49,7 +49,8 @@ static bool send_next_of_list(Radio& radio, const Vehicle& vehicle) {
     return send_next_parameter(radio, vehicle) || send_next_mode(radio) || send_next_piece(radio, vehicle);
 }
 
-/// Add a tick's share to the allowances: the radio's full buffer takes from telemetry and lists, not from answers.
+/// Add a tick's share to the allowances. A full buffer in the radio reduces that of telemetry and lists, not that of
+/// answers.
 static void allow(Radio& radio, const Vehicle& vehicle) {
     Outbox& out = radio.out;
     const Limits& limit = limits(vehicle);
@@ -61,7 +62,7 @@ static void allow(Radio& radio, const Vehicle& vehicle) {
     allow(telemetry.allowance, out.rate * float(telemetry.throttle) / 100.0f);
 }
 
-/// Send telemetry or the next of a list, in turn; false if there is none.
+/// Send telemetry or the next item of a list, in turn; false if there is neither.
 static bool send_in_turn(Radio& radio, const Vehicle& vehicle) {
     Outbox& out = radio.out;
     const float before = out.allowance;

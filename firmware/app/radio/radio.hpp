@@ -7,8 +7,8 @@ namespace hypertuna::firmware {
 
 void boot(Radio& radio, const Vehicle& vehicle);
 
-/// One tick: take the bytes received since the last, act on their frames, and fill radio.out with answers and
-/// telemetry.
+/// One tick of the radio: take the bytes received since the last tick, act on their frames, and fill radio.out with
+/// answers and telemetry.
 void tick(Radio& radio, Vehicle& vehicle, const std::uint8_t* bytes, int count);
 
 }  // namespace hypertuna::firmware

@@ -1,4 +1,4 @@
-/// State of the radio, and how it answers.
+/// State of the radio, and its functions for answers.
 #pragma once
 
 #include "app/radio/sequence.hpp"
@@ -11,15 +11,15 @@ inline constexpr std::uint8_t own_component = 1;  // MAV_COMP_ID_AUTOPILOT1
 /// A mission being uploaded item by item; the mission on board stays until the upload is complete.
 struct Upload {
     bool on;
-    std::uint8_t system, component;  // of the sender
-    int count, next;                 // items
-    std::uint8_t result;             // of the last upload
+    std::uint8_t system, component;  // ids of the sender
+    int count, next;                 // number of items; number of the next one
+    std::uint8_t result;             // result of the last upload
     std::uint32_t requested_at;      // tick of the last request
     int tries;
-    bool fence;     // it is a list of the fence alone
-    bool fenced;    // it has items of a fence
-    float corners;  // of its polygon
-    float speed;    // of the next waypoints [m/s]
+    bool fence;     // the list is only a fence
+    bool fenced;    // the list has items of a fence
+    float corners;  // number of corners that its polygon names
+    float speed;    // speed of the next waypoints
     MissionForm form;
     Waypoint<float> waypoint[max_waypoints];
     Corner<float> corner[max_corners];
@@ -29,7 +29,7 @@ struct Upload {
 /// Address of an answer.
 using Peer = Station;
 
-/// Ids of the radio's own frames, as SiK radios and those after them have: '3' and 'D'.
+/// Ids of frames by the modem itself, as in SiK radios and their successors: '3' and 'D'.
 inline constexpr Peer modem{51, 68};
 
 /// A file that is open, and the piece of it that is being sent.
@@ -37,9 +37,9 @@ struct Transfer {
     bool open, on;  // there is a session; a request is being answered
     Peer to;
     int file;
-    std::uint8_t code;  // of the request
+    std::uint8_t code;  // code of the request
     std::uint16_t sequence;
-    int offset, limit;  // bytes; of a piece, 0 for as many as fit
+    int offset, limit;  // bytes: offset in the file; limit of a piece, 0 for as many as fit
 };
 
 /// Calibration of the gyroscope: ticks left; sums, minima and maxima of the counts.
@@ -67,10 +67,10 @@ struct Radio {
     std::uint32_t restart_at;  // tick; 0 for never
     Faults reported_faults;
     std::uint32_t fault_reported_at, refusal_reported_at;            // ticks of the last texts
-    std::uint32_t commands, refused, replayed, not_signed, no_room;  // since boot
+    std::uint32_t commands, refused, replayed, not_signed, no_room;  // counts since boot
 };
 
-/// Copy a text into a field that has no terminator if it is full.
+/// Copy a text into a field, which has no terminator if it is full.
 template <std::size_t N>
 void put_text(char (&field)[N], const char* text) {
     std::size_t k = 0;
@@ -85,8 +85,8 @@ HYPERTUNA_NOINLINE inline void send_text(Radio& radio, std::uint8_t severity, co
     reply(radio.out, m);
 }
 
-/// Count a refusal without an answer of its own, and report the reason at most every two seconds; a missing signature,
-/// which the heartbeats of others lack for hours, every ten.
+/// Count a refusal that has no answer of its own, and report its reason at most every two seconds; a missing signature
+/// every ten, since other stations' heartbeats may lack it for hours.
 inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
     ++radio.refused;
     const std::uint32_t pause = refusal == Refusal::not_signed ? 1000 : 200;
@@ -95,8 +95,8 @@ inline void report_rarely(Radio& radio, std::uint32_t tick, Refusal refusal) {
     send_text(radio, MAV_SEVERITY_WARNING, sentence(refusal));
 }
 
-/// Count a refusal and report the reason, unless the answer says it all: clients request much that a robot need not
-/// support. One slot stays free for the answer itself. Of a fault the reason is its own sentence.
+/// Count a refusal and report its reason, unless the answer itself is enough: clients request much that a robot need
+/// not support. One slot stays free for the answer. Where a fault is the reason, the text is the fault's own.
 HYPERTUNA_NOINLINE inline void report_refusal(Radio& radio, const Vehicle& vehicle, Refusal refusal) {
     if (refusal == Refusal::none) return;
     ++radio.refused;
@@ -142,7 +142,7 @@ inline void acknowledge(Radio& radio, const Vehicle& vehicle, Peer to, std::uint
     reply(radio.out, m);
 }
 
-/// Whether a command is for this robot, or for every robot. MANUAL_CONTROL is always for one.
+/// Whether a command is for this robot or for every robot. MANUAL_CONTROL is always for one robot.
 template <class Message>
 bool is_for(const Radio& radio, const Message& m) {
     const std::uint8_t own = radio.out.sender.system;

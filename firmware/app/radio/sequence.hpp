@@ -1,6 +1,6 @@
 /// Sequence: which frames are new. Radios repeat and reorder frames, and an old command must not be followed again.
 ///
-/// Two stations with equal ids, as QGroundControl and a script beside it, number their frames apart. So there may be
+/// Two stations with equal ids, such as QGroundControl and a script, number their frames independently. So there may be
 /// several runs of numbers under the same ids: a frame belongs to the run that it continues.
 #pragma once
 
@@ -10,11 +10,11 @@ namespace hypertuna::firmware {
 
 inline constexpr int max_runs = 6;
 inline constexpr std::uint32_t silence = 200;   // ticks after which a sender may begin its numbers anew
-inline constexpr std::uint32_t max_late = 150;  // ticks that a radio holds a frame back at most
-inline constexpr int window = 64;               // numbers that a run remembers, and skips at most
-inline constexpr int max_lost = 3;              // numbers skipped by a frame that another run has, too
+inline constexpr std::uint32_t max_late = 150;  // most ticks for which a radio holds a frame back
+inline constexpr int window = 64;               // numbers that a run remembers, and at most skips
+inline constexpr int max_lost = 3;              // most numbers that a frame may skip that another run has, too
 
-/// A number of a run: when its frame was received, and the checksum that tells it from another station's.
+/// A number of a run: the tick of its frame, and the checksum that distinguishes it from another station's.
 struct Received {
     std::uint32_t tick;
     std::uint16_t checksum;
@@ -25,8 +25,8 @@ struct Received {
 struct Run {
     std::uint8_t system, component, last;
     bool used;
-    std::uint32_t tick;         // of its last frame
-    Received received[window];  // of number % window
+    std::uint32_t tick;         // tick of the last frame
+    Received received[window];  // the frame with a number is at index number % window
 };
 
 inline std::uint16_t checksum_of(const Frame& frame) {
@@ -34,7 +34,7 @@ inline std::uint16_t checksum_of(const Frame& frame) {
     return std::uint16_t(crc[0] | crc[1] << 8);
 }
 
-/// Whether a number that a run skipped may still come: the next one came lately.
+/// Whether the frame of a skipped number may still come: that of the next number came lately.
 inline bool may_be_late(const Run& run, std::uint8_t number, std::uint32_t tick) {
     for (std::uint8_t k = std::uint8_t(number + 1); k != std::uint8_t(run.last + 1); ++k)
         if (run.received[k % window].any) return tick - run.received[k % window].tick <= max_late;
@@ -51,7 +51,7 @@ inline void extend(Run& run, const Frame& frame, std::uint32_t tick, bool begins
     run.received[frame.sequence % window] = {tick, checksum_of(frame), true};
 }
 
-/// Whether a frame is new: neither repeated nor late in the run of its sender. It is remembered if it is.
+/// Whether a frame is new: neither repeated nor late in the run of its sender. A new frame is remembered.
 inline bool is_new(Run (&runs)[max_runs], const Frame& frame, std::uint32_t tick) {
     Run *next = nullptr, *idle = runs;
     int nearest = window + 1;
@@ -70,7 +70,7 @@ inline bool is_new(Run (&runs)[max_runs], const Frame& frame, std::uint32_t tick
             late = late || may_be_late(run, frame.sequence, tick);
         }
     }
-    // Two stations also send equal frames under equal numbers: it is new if it is the next of another run.
+    // Two stations may send equal frames under equal numbers: such a frame is new if it is the next of another run.
     if (repeated ? max_lost + 1 < nearest : next == nullptr && late) return false;
     extend(next != nullptr ? *next : *idle, frame, tick, next == nullptr);
     return true;

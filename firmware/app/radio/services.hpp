@@ -6,14 +6,14 @@
 
 namespace hypertuna::firmware {
 
-/// A parameter that must be a whole number from 0 to `high`; -1 if it is not.
+/// Return a parameter as a whole number from 0 to `high`; -1 if it is not one.
 inline int whole_of(float value, int high) {
     if (!(0.0f <= value && value <= float(high))) return -1;
     const int number = int(value);
     return float(number) == value ? number : -1;
 }
 
-/// Stream of the message that a parameter numbers; -1 for none.
+/// Stream of the message with a number; -1 for none.
 inline int stream_of_message(float number) {
     const int id = whole_of(number, 1 << 24);
     return id < 0 ? -1 : stream_index(std::uint32_t(id));
@@ -25,14 +25,15 @@ inline Refusal interval_command(Radio& radio, const mavlink_command_long_t& m) {
     if (k < 0) return Refusal::unknown;
     const bool heart = k == 0, never = m.param2 == -1.0f;
     if (!never && m.param2 != 0.0f && !(1e4f <= m.param2 && m.param2 <= 6e7f)) return Refusal::out_of_range;
-    if (heart && (never || 1e6f < m.param2)) return Refusal::out_of_range;  // without it, clients report a lost link
+    if (heart && (never || 1e6f < m.param2))
+        return Refusal::out_of_range;  // without a heartbeat, clients report a lost link
     radio.telemetry.stream[k].interval = never              ? 0
                                          : m.param2 == 0.0f ? telemetry_messages[k].interval
                                                             : std::uint32_t(m.param2 * 1e-4f + 0.5f);
     return Refusal::none;
 }
 
-/// Answer with the interval of a message [us]: 0 for one that is not known, -1 for one on request.
+/// Answer with the interval of a message [us]: 0 for an unknown message, -1 for one on request.
 inline Refusal get_interval_command(Radio& radio, const mavlink_command_long_t& m) {
     const int id = whole_of(m.param1, 65535), k = stream_of_message(m.param1);
     if (id < 0) return Refusal::out_of_range;
@@ -85,11 +86,11 @@ inline Refusal reboot_command(Radio& radio, const Vehicle& vehicle, const mavlin
     return Refusal::none;
 }
 
-inline constexpr std::uint32_t gyro_ticks = 100;  // of a calibration of the gyroscope
-inline constexpr float gyro_still = 0.05f;        // rad/s: largest deviation while it is still
+inline constexpr std::uint32_t gyro_ticks = 100;  // ticks of a calibration of the gyroscope
+inline constexpr float gyro_still = 0.05f;        // rad/s: largest range of the readings while the robot is still
 
-/// Calibrate the gyroscope, at rest, or take this depth as the surface. Accelerometer and compass need the robot
-/// turned: `hypertuna radio calibrate`.
+/// Calibrate the gyroscope at rest, or take the present depth as the surface. Accelerometer and compass can be
+/// calibrated only while the robot is turned, by `hypertuna radio calibrate`.
 inline Refusal calibration_command(Radio& radio, Vehicle& vehicle, Peer from, const mavlink_command_long_t& m) {
     if (m.param2 != 0.0f || m.param4 != 0.0f || m.param5 != 0.0f || m.param6 != 0.0f || m.param7 != 0.0f)
         return Refusal::by_program;
@@ -102,7 +103,7 @@ inline Refusal calibration_command(Radio& radio, Vehicle& vehicle, Peer from, co
     return m.param1 == 0.0f && m.param3 == 0.0f ? Refusal::none : Refusal::by_program;
 }
 
-/// Collect the samples of a calibration of the gyroscope; at its end set the zeros.
+/// Collect the samples of the gyroscope's calibration; at its end set the zeros.
 inline void calibrate_gyro(Radio& radio, Vehicle& vehicle) {
     GyroCalibration& gyro = radio.gyro;
     if (gyro.left == 0) return;

@@ -24,7 +24,7 @@ inline constexpr std::uint32_t sha256_round[64] = {
 
 inline std::uint32_t turned(std::uint32_t x, int by) { return x >> by | x << (32 - by); }
 
-/// Mix a whole block in. The schedule is kept for sixteen rounds at a time.
+/// Mix a whole block into the hash. The message schedule is kept for sixteen rounds at a time.
 inline void compress(Sha256& hash) {
     std::uint32_t w[16], s[8];
     for (int k = 0; k < 16; ++k)
@@ -53,7 +53,7 @@ inline void add(Sha256& hash, const std::uint8_t* bytes, int count) {
     }
 }
 
-/// The first `count` bytes of the digest of all that was added.
+/// Write the first `count` bytes of the digest of all bytes added.
 inline void finish(Sha256& hash, std::uint8_t* digest, int count) {
     const std::uint32_t bytes = hash.length;
     const std::uint8_t end = 0x80, zero = 0;

@@ -1,7 +1,7 @@
 /// Message signing. mavlink.io/en/guide/message_signing.html
 ///
 /// A signature is the first six bytes of SHA-256 over key, frame, channel and timestamp. A sender's timestamps
-/// increase: a recorded frame is rejected.
+/// increase, so that a recorded frame is rejected.
 #pragma once
 
 #include "app/radio/frames.hpp"
@@ -11,7 +11,10 @@ namespace hypertuna::firmware {
 
 inline constexpr int key_length = 32, max_streams = 8, digest_length = 6;
 inline constexpr int stamp_bits = 48;
-inline constexpr std::uint64_t stamp_minute = 6'000'000, stamp_reserve = 240 * stamp_minute;  // of 10 us
+inline constexpr std::uint64_t stamp_minute = 6'000'000,
+                               stamp_reserve =
+                                   240 *
+                                   stamp_minute;  // a minute and the reserve of the stored stamp, in units of 10 us
 
 /// A sender on one channel, and its last timestamp [10 us].
 struct Stream {
@@ -21,10 +24,10 @@ struct Stream {
 };
 
 struct Signing {
-    bool on, locked;  // locked: the key is lost, and no signature is right
+    bool on, locked;  // the key is lost, so that no signature is accepted
     std::uint8_t key[key_length];
     std::uint64_t stamp;  // own clock [10 us since 2015], never behind a verified timestamp
-    std::uint64_t floor;  // stored before boot, or of a sender that was forgotten: older timestamps are rejected
+    std::uint64_t floor;  // timestamp stored before boot, or of a sender that was forgotten: older ones are rejected
     Stream stream[max_streams];
     std::uint32_t refused;
 };
@@ -53,8 +56,8 @@ inline int sign(Signing& signing, std::uint8_t* frame, int length) {
 }
 
 /// Stream of a sender if its timestamp is acceptable, else nullptr. A new stream needs a timestamp at most a minute
-/// old. Without a free slot it takes that of the oldest timestamp; what that sender said cannot be repeated as
-/// another's.
+/// old. Without a free slot it replaces the stream with the oldest timestamp; frames of that sender cannot be replayed
+/// as another's.
 inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t channel, std::uint64_t stamp) {
     Stream* place = signing.stream;
     for (Stream& stream : signing.stream) {
@@ -69,7 +72,7 @@ inline Stream* stream_of(Signing& signing, const Frame& frame, std::uint8_t chan
     return place;
 }
 
-/// Verify a frame: right key, and a timestamp later than its sender's last.
+/// Whether a frame has the right key, and a timestamp later than its sender's last.
 inline bool verify(Signing& signing, const Frame& frame) {
     if (!signing.on) return true;
     bool good = false;

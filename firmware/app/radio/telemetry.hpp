@@ -1,8 +1,8 @@
-/// Telemetry: which of the messages that the robot sends by itself (messages.hpp) is next.
+/// Telemetry: chooses the next of the messages that the robot sends by itself (messages.hpp).
 ///
-/// Each message has an interval: at boot that of the table, then what MAV_CMD_SET_MESSAGE_INTERVAL asks (commands.hpp).
-/// Where the radio cannot carry all of them, every interval grows by the same factor: the message that is late by the
-/// largest fraction of its interval goes first.
+/// Each message has an interval: at boot that of the table, then the one that MAV_CMD_SET_MESSAGE_INTERVAL sets
+/// (commands.hpp). Where the radio cannot carry all messages, every interval grows by the same factor: the message that
+/// is late by the largest fraction of its interval goes first.
 #pragma once
 
 #include "app/radio/messages.hpp"
@@ -12,14 +12,14 @@ namespace hypertuna::firmware {
 struct TelemetryStream {
     std::uint32_t interval;     // ticks; 0 for never
     std::uint32_t last;         // tick of the last message
-    bool requested;             // once, by MAV_CMD_REQUEST_MESSAGE
-    std::uint32_t sent, bytes;  // since boot
+    bool requested;             // whether MAV_CMD_REQUEST_MESSAGE asked to send it once
+    std::uint32_t sent, bytes;  // messages and bytes since boot
 };
 
 struct Telemetry {
     TelemetryStream stream[streams];
     float allowance;                // bytes that telemetry and lists may use now
-    bool sent;                      // since the last RADIO_STATUS
+    bool sent;                      // something was sent since the last RADIO_STATUS
     int throttle;                   // share of the data rate left by a radio with a full buffer [percent]
     std::uint32_t radio_status_at;  // tick of the last RADIO_STATUS
 };
@@ -42,16 +42,15 @@ inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
     return heart.interval <= tick - heart.last;
 }
 
-/// Ticks from beacon to beacon of a robot that rests after a failsafe and hears nobody: it saves its battery; otherwise
-/// 0.
+/// Ticks between two beacons of a robot that rests after a failsafe and hears nobody, to save its battery; otherwise 0.
 inline std::uint32_t beacon_ticks(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
     const bool lost = now.state == State::rest && Answer::home <= now.answer && now.faults.has(Fault::link_lost);
     return lost ? std::uint32_t(limits(vehicle).beacon_interval / pilot(vehicle)->controller.tick) : 0;
 }
 
-/// Stream to be sent now; -1 for none. placed: the origin of coordinates is known; `least` ticks pass between two
-/// messages of a kind, but for heartbeats.
+/// Stream to be sent now; -1 for none. `placed`: the origin of coordinates is known; at least `least` ticks pass
+/// between two messages of a kind, except heartbeats.
 inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed, std::uint32_t least) {
     int urgent = -1;
     float latest = 1.0f;
@@ -78,7 +77,7 @@ inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, 
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;
     telemetry_messages[k].send(out, signing, vehicle, parser);
-    // A late message is not made up for: the next is due an interval after it was sent.
+    // Messages that were missed are not sent later: the next is due an interval after this one.
     const std::uint32_t due = stream.last + stream.interval;
     stream.last = stream.requested || tick - due >= stream.interval ? tick : due;
     stream.requested = false;
@@ -86,10 +85,10 @@ inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, 
     return true;
 }
 
-inline constexpr std::uint32_t radio_status_lasts = 1000;  // ticks
+inline constexpr std::uint32_t radio_status_lasts = 1000;  // ticks for which a RADIO_STATUS counts
 
-/// Lower the telemetry's rate while the radio's buffer fills up, and raise it again. room: RADIO_STATUS.txbuf
-/// [percent]. It says something of telemetry only if there was some since the last.
+/// Lower the telemetry's rate while the radio's buffer fills up, and raise it again. `room` is RADIO_STATUS.txbuf
+/// [percent], which says something about telemetry only if some was sent since the last one.
 inline void adapt(Telemetry& telemetry, int room, std::uint32_t tick) {
     if (room > 100 || !telemetry.sent) return;
     telemetry.radio_status_at = tick, telemetry.sent = false;

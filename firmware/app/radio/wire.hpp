@@ -1,4 +1,5 @@
-/// Wire: what the radio must know of each message of the dialect, from the headers that generate.py makes of the XML.
+/// Wire: what the radio must know about each message of the dialect, from the headers that generate.py makes from the
+/// XML.
 ///
 /// A generated struct has its fields in the order of the wire, and both sides are little-endian: payload and struct
 /// are the same bytes.

@@ -1,7 +1,7 @@
 /// Black box: one record per tick, written to a ring in memory and from there to the board's card.
 ///
-/// A record is a row of little-endian words: a mark with kind and number of words, the words, and the sum of their
-/// partial sums as a checksum. After a gap a reader finds the next record by its mark.
+/// A record is a row of little-endian words: a mark with kind and number of words, the words, and the sum of the
+/// words' partial sums as a checksum. After a gap a reader finds the next record by its mark.
 #pragma once
 
 #include <bit>

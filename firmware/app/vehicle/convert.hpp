@@ -13,22 +13,23 @@ struct Calibration {
     float trim[max_servos];  // s added to a servo's pulse
 };
 
-/// Where local coordinates count from.
+/// Origin of local coordinates.
 struct Origin {
     std::int32_t latitude, longitude;  // 1e-7 deg
     float east, north;                 // m per 1e-7 deg there
     bool known;
 };
 
-/// Whether there is such a place: a pole has no east.
+/// Whether a latitude and longitude can be an origin: a pole has no east.
 inline bool is_place(std::int32_t latitude, std::int32_t longitude) {
     return -900000000 < latitude && latitude < 900000000 && -1800000000 <= longitude && longitude <= 1800000000;
 }
 
-/// On the WGS 84 ellipsoid, radii of curvature by the series of the meridian's and the parallel's arc.
+/// Origin on the WGS 84 ellipsoid; its radii of curvature follow from the series of the meridian's and the parallel's
+/// arc.
 inline Origin origin_at(std::int32_t latitude, std::int32_t longitude) {
     const SinCos<float> at = sincos(float(latitude) * 1.745329252e-9f);
-    const float twice = at.cos * at.cos - at.sin * at.sin;  // of 2 latitude
+    const float twice = at.cos * at.cos - at.sin * at.sin;  // cosine of 2 latitude
     return {latitude, longitude, 1e-7f * at.cos * (111412.84f + 93.5f * (1.0f - 2.0f * twice)),
             1e-7f * (111132.95f - 559.82f * twice), true};
 }

@@ -5,9 +5,11 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float boot_window = 10.0f;     // s after boot in which it may be found under water
-inline constexpr float boot_silence = 5.0f;     // s without the ground after which it may be
-inline constexpr float surface_change = 0.05f;  // m by which the surface differs from the stored one
+inline constexpr float boot_window = 10.0f;  // s after boot in which the robot may be found under water
+inline constexpr float boot_silence =
+    5.0f;  // s without the ground station after which a robot at boot may count as under water
+inline constexpr float surface_change =
+    0.05f;  // m: least difference from the stored surface for which it is stored again
 
 /// Whether the robot is at the surface, as far as its depth is known.
 inline bool is_up(const Vehicle& vehicle) {
@@ -15,8 +17,8 @@ inline bool is_up(const Vehicle& vehicle) {
     return at.depths && at.depth < vehicle.model.pilot.guidance.surface_depth;
 }
 
-/// Whether a robot without a way home must ascend: in open water, where fixes come, from where no radio reaches it; in
-/// a tank from below rise_depth. The depth is the last plausible one.
+/// Whether a robot without a way home must ascend: in open water, where fixes come, from depths that no radio reaches;
+/// in a tank from below rise_depth. The depth is the last plausible one.
 inline bool is_deep(const Vehicle& vehicle) {
     const float tank = vehicle.model.limits.rise_depth;
     return (vehicle.fixed ? min(radio_depth, tank) : tank) < vehicle.now.estimate.depth;
@@ -25,7 +27,7 @@ inline bool is_deep(const Vehicle& vehicle) {
 /// Whether there is a way home: by the mission on board, or by fixes to the place of arming.
 inline bool knows_home(const Vehicle& vehicle) { return (vehicle.has_mission && vehicle.way_home) || vehicle.fixed; }
 
-/// Follow a call home: by the way home, otherwise up from depth, otherwise at rest.
+/// Follow a call home: swim the way home; without one, ascend from depth, otherwise rest.
 inline void follow_recall(Vehicle& vehicle) {
     const bool first = !vehicle.recalled;
     vehicle.recalled = true;
@@ -36,7 +38,8 @@ inline void follow_recall(Vehicle& vehicle) {
     if (is_deep(vehicle) && !vehicle.ascent_failed) give(vehicle, Order::ascend);
 }
 
-/// Come up, and stay there. With an empty battery, disarm at the surface, or where the ascent failed.
+/// Follow a call to the surface: ascend, and stay there. With an empty battery, disarm at the surface, or where the
+/// ascent failed.
 inline void follow_call_up(Vehicle& vehicle, bool disarm) {
     const Snapshot& now = vehicle.now;
     const bool rests = now.state == State::rest && now.estimate.depths && now.estimate.depth < radio_depth;
@@ -45,7 +48,7 @@ inline void follow_call_up(Vehicle& vehicle, bool disarm) {
     give(vehicle, disarm ? Order::spend : Order::halt);
 }
 
-/// Store what the sensor shows at the surface: a robot that hears the ground has its antenna out of the water.
+/// Store the depth sensor's reading at the surface: a robot that hears the ground has its antenna out of the water.
 inline void remember_surface(Vehicle& vehicle) {
     const EstimatorState<float>& at = vehicle.state.estimator;
     const float tick = vehicle.model.pilot.controller.tick;
@@ -57,8 +60,8 @@ inline void remember_surface(Vehicle& vehicle) {
 }
 
 /// Whether the robot booted under water: the word that was kept over the reset says armed, and the robot is not at the
-/// surface; or the sensor shows more than any air pressure, or more than the stored surface in any weather while no
-/// ground is heard. Somebody who carries the robot has it in the air at boot.
+/// surface; or the sensor shows more than any air pressure, or more than at the stored surface in any weather while
+/// no ground is heard. Somebody who carries the robot has it in the air at boot.
 inline bool is_under_water(Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const float tick = vehicle.model.pilot.controller.tick;
@@ -72,7 +75,7 @@ inline bool is_under_water(Vehicle& vehicle) {
     return lasting(vehicle.submerged, armed || cold, sensor_after, tick);
 }
 
-/// The response to the faults.
+/// Give the orders that respond to the present faults.
 inline void respond(Vehicle& vehicle) {
     const Snapshot& now = vehicle.now;
     if (now.state == State::disarmed) {
@@ -91,7 +94,7 @@ inline void respond(Vehicle& vehicle) {
         follow_recall(vehicle);
 }
 
-/// What the pilot on board has come to.
+/// Give the orders that follow from the mode of the pilot on board.
 inline void follow_pilot(Vehicle& vehicle) {
     const GuidanceState<float>& guidance = vehicle.state.guidance;
     const State& state = vehicle.now.state;

@@ -40,7 +40,7 @@ inline constexpr int faults = int(Fault::count);
 /// disarm: ascend, and disarm at the surface. rest: keep the tail at rest until upright.
 enum class Answer : std::uint8_t { warn, home, stop, surface, disarm, rest, count };
 inline constexpr const char* answer_names[int(Answer::count)] = {"warn", "home", "stop", "surface", "disarm", "rest"};
-inline constexpr Answer max_choice = Answer::surface;  // of the responses that a parameter may choose
+inline constexpr Answer max_choice = Answer::surface;  // last of the responses that a parameter may choose
 
 /// How a fault is reported, as MAVLink's MAV_SEVERITY.
 enum class Severity : std::uint8_t { critical = 2, warning = 4, notice = 5 };
@@ -50,10 +50,10 @@ inline constexpr const char* severity_name(Severity severity) {
 
 struct FaultText {
     const char* name;
-    const char* sentence;  // at most the 50 characters of a STATUSTEXT
+    const char* sentence;  // text to send, at most the 50 characters of a STATUSTEXT
     Answer answer;
     Severity severity;
-    bool latched;                      // until the robot is armed again
+    bool latched;                      // whether the fault lasts until the robot is armed again
     bool forbids_arming;               // while the cause lasts
     float Limits::* choice = nullptr;  // parameter with the response, of which `answer` is the default
 };
@@ -115,7 +115,7 @@ inline Answer answer_to(const Faults& set, const Limits& limits) {
     return strongest;
 }
 
-/// First fault of a set that `holds` is true of; Fault::count if there is none.
+/// First fault of a set for which `holds` is true; Fault::count if there is none.
 template <class Holds>
 Fault first_fault(const Faults& set, const Holds& holds) {
     for (int f = 0; f < faults; ++f)

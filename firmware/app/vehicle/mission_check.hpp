@@ -1,4 +1,4 @@
-/// Checks of a mission as a whole: what a mission file may not say (hypertuna.mission), no ground station may upload.
+/// Checks of a mission as a whole: a ground station may not upload what a mission file may not say (hypertuna.mission).
 #pragma once
 
 #include "app/vehicle/parameters.hpp"
@@ -33,9 +33,11 @@ inline bool holds_course(const Mission<float>& mission, const Place& from, const
 }
 
 /// Distance inside the fence [m].
-inline float room(const Mission<float>& mission, const Place& at) { return inside(mission, at.x, at.y).distance; }
+inline float border_distance(const Mission<float>& mission, const Place& at) {
+    return inside(mission, at.x, at.y).distance;
+}
 
-inline bool holds(const Mission<float>& mission, const Place& at) { return 0.0f < room(mission, at); }
+inline bool holds(const Mission<float>& mission, const Place& at) { return 0.0f < border_distance(mission, at); }
 
 /// Whether a fence is a polygon whose sides do not cross.
 inline bool is_polygon(const Mission<float>& mission) {
@@ -51,15 +53,16 @@ inline bool is_polygon(const Mission<float>& mission) {
     return has_area;
 }
 
-/// A speed up to this part of the fastest gait's is the fastest gait: tables of speeds differ from robot to robot.
+/// Largest speed of a waypoint, relative to that of the fastest gait, which then is used: tables of speeds differ from
+/// robot to robot.
 inline constexpr float speed_excess = 2.0f;
 
-/// Depth that the nose may dip at the surface, and go beyond the depth that it dives to [m].
+/// Depth by which the nose may dip at the surface, and by which it may pass the depth that it dives to [m].
 inline constexpr float dip = 0.5f, overshoot = 0.3f;
-inline constexpr float rounding = 0.01f;  // m: of places and depths on their way
+inline constexpr float rounding = 0.01f;  // m: rounding of places and depths in messages
 
-/// What a robot is able to do: the largest depth that its sensor reads [m], the largest speed of a waypoint [m/s], the
-/// smallest radius in which fixes let it know a place, and how far from the fence it turns [m].
+/// What a robot can do: the largest depth that its sensor reads [m], the largest speed of a waypoint [m/s], the
+/// smallest radius that fixes are accurate enough for [m], and the distance from the fence at which it turns [m].
 struct Capability {
     float depth, speed, radius, margin;
 };
@@ -70,10 +73,10 @@ inline Capability capability_of(const Model& model) {
             guidance.error_fix - rounding, guidance.fence_margin - rounding};
 }
 
-/// Why waypoint `k` is refused.
+/// Return why waypoint `k` is refused.
 inline Breach check_waypoint(const Mission<float>& mission, int k, const Capability& robot) {
     const Waypoint<float>& to = mission.waypoint[k];
-    const float deepest = mission.depth_max - overshoot, room_left = room(mission, {to.x, to.y});
+    const float deepest = mission.depth_max - overshoot, room_left = border_distance(mission, {to.x, to.y});
     if (deepest + rounding < to.depth) return {Refusal::too_deep, k, "depth", " m", to.depth, deepest};
     if (robot.speed < to.speed) return {Refusal::too_fast, k, "speed", " m/s", to.speed, robot.speed};
     if (to.radius < robot.radius) return {Refusal::too_small, k, "radius", " m", to.radius, robot.radius};
@@ -81,7 +84,7 @@ inline Breach check_waypoint(const Mission<float>& mission, int k, const Capabil
     return {Refusal::outside_fence, k, "fence margin", " m", room_left, robot.margin};
 }
 
-/// Why a mission as a whole is refused: depths beyond what the depth sensor reads or the nose dips, its home.
+/// Return why a mission as a whole is refused: for its limit of depth, its speed home or its home.
 inline Breach check_limits(const Mission<float>& mission, const Capability& robot) {
     const float depth = mission.depth_max, speed = mission.home_speed, radius = mission.home_radius;
     if (robot.depth < depth) return {Refusal::too_deep, -1, "limit of depth", " m", depth, robot.depth};
@@ -91,8 +94,8 @@ inline Breach check_limits(const Mission<float>& mission, const Capability& robo
     return {holds(mission, mission.home) ? Refusal::none : Refusal::outside_fence};
 }
 
-/// Why a mission is refused: its fence, places and legs outside of it, depths beyond its limit or beyond what the depth
-/// sensor reads, speeds far beyond the fastest gait's, radii in which no place can be known.
+/// Return why a mission is refused: its fence, places and legs outside the fence, depths beyond its limit or beyond the
+/// sensor's range, speeds far beyond the fastest gait's, or radii smaller than the error of fixes.
 HYPERTUNA_NOINLINE inline Breach check_mission(const Mission<float>& mission, const Capability& robot) {
     if (!is_polygon(mission)) return {Refusal::bad_fence};
     if (mission.waypoints == 0) return {};  // a fence
@@ -107,7 +110,7 @@ HYPERTUNA_NOINLINE inline Breach check_mission(const Mission<float>& mission, co
     return {!mission.stay && !holds_course(mission, at, mission.home) ? Refusal::leaves_fence : Refusal::none};
 }
 
-/// Why a mission is not begun from a place.
+/// Return why a mission cannot begin from a place.
 inline Refusal check_start(const Mission<float>& mission, const Place& from) {
     if (!holds(mission, from)) return Refusal::robot_outside;
     if (mission.waypoints == 0) return Refusal::none;

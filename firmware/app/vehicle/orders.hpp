@@ -13,10 +13,10 @@ inline Command<float> rest() {
     return command;
 }
 
-// --- what must hold
+// --- conditions of orders
 
-/// Why the mission on board is not begun here at its current waypoint. The whole is checked as on its upload:
-/// parameters and home may have changed since.
+/// Return why the mission on board cannot begin here at its current waypoint. The whole mission is checked as on its
+/// upload: parameters and home may have changed since.
 inline Refusal check_leg(const Vehicle& vehicle) {
     Mission<float> rest_of_it = vehicle.mission;
     rest_of_it.home = home_of(vehicle);
@@ -33,7 +33,7 @@ inline Faults arming_faults(const Vehicle& vehicle) {
     return set;
 }
 
-/// Why an order was refused, as a sentence: of a fault, the fault's own.
+/// Return why an order was refused, as a sentence: where a fault is the reason, the fault's own.
 inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
     if (refusal != Refusal::faulty) return sentence(refusal);
     const Answer answer = vehicle.now.answer;
@@ -45,15 +45,15 @@ inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
     return fault == Fault::count ? sentence(refusal) : fault_texts[int(fault)].sentence;
 }
 
-/// Whether the depth is plausible for arming: it counts from a surface, or can be taken as one.
-inline bool depth_stands(const Vehicle& vehicle) {
+/// Whether the depth is plausible for arming: its zero was measured, or can be measured now.
+inline bool depth_plausible(const Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const Estimator<float>& model = vehicle.model.pilot.estimator;
     const float shown = at.depth + vehicle.state.estimator.zero;
     return at.depths && (at.zeroed ? -depth_error_max < at.depth : model.air_low <= shown && shown <= model.air_high);
 }
 
-/// Why a need is not met; `none` if it is.
+/// Return why a need is not met; `none` if it is.
 inline Refusal check(const Vehicle& vehicle, Need need) {
     const Snapshot& now = vehicle.now;
     const auto unless = [](bool good, Refusal why) { return good ? Refusal::none : why; };
@@ -67,7 +67,7 @@ inline Refusal check(const Vehicle& vehicle, Need need) {
         case Need::attitude:
             return unless(now.estimate.attitude, Refusal::not_ready);
         case Need::depth:
-            return unless(depth_stands(vehicle), Refusal::no_depth);
+            return unless(depth_plausible(vehicle), Refusal::no_depth);
         case Need::inside:
             return unless(!vehicle.fixed || holds(vehicle.mission, here(vehicle)), Refusal::robot_outside);
         case Need::obeys:
@@ -90,7 +90,7 @@ inline bool may_give(const Vehicle& vehicle, Who who, Station from) {
     return who != Who::pilot || in_control(vehicle, from);
 }
 
-/// Why an order would be refused now.
+/// Return why an order would be refused now.
 HYPERTUNA_NOINLINE inline Refusal check(const Vehicle& vehicle, Order order, Station from) {
     if (Order::count <= order || rule_of(order).who == Who::board) return Refusal::unknown;
     const Rule& rule = rule_of(order);
@@ -139,8 +139,8 @@ inline void begin_mission(Vehicle& vehicle, bool detour) {
 /// The mission on board begins anew at its first waypoint.
 inline void rewind(Vehicle& vehicle) { vehicle.leg = 0, vehicle.progress = {}; }
 
-/// Begin a detour without waypoints: guidance heads for a place, or circles if the place is everywhere, with its fins
-/// up, and handles the loss of IMU, depth or a fin.
+/// Begin a detour without waypoints: guidance heads for a place, or circles if the radius is that of all places, with
+/// the fins up, and handles the loss of IMU, depth or a fin.
 inline void begin_detour(Vehicle& vehicle, Place home, float radius, float speed) {
     vehicle.detour = {};
     vehicle.detour.home = home, vehicle.detour.home_radius = radius;
@@ -150,7 +150,7 @@ inline void begin_detour(Vehicle& vehicle, Place home, float radius, float speed
     vehicle.state.guidance.reasons.set(Reason::recalled);
 }
 
-/// Home, by the mission on board or, without one, straight.
+/// Begin the way home: by the mission on board or, without one, straight.
 inline void begin_way_home(Vehicle& vehicle, State before) {
     const bool under_way = (before == State::mission || before == State::paused) && !vehicle.on_detour;
     if (vehicle.has_mission && vehicle.way_home) {
@@ -161,7 +161,7 @@ inline void begin_way_home(Vehicle& vehicle, State before) {
     }
 }
 
-/// Ascend here.
+/// Begin an ascent at the present place.
 inline void begin_ascent(Vehicle& vehicle) {
     const Guidance<float>& guidance = vehicle.model.pilot.guidance;
     begin_detour(vehicle, here(vehicle), 1e4f, guidance.blind_speed);
@@ -169,8 +169,8 @@ inline void begin_ascent(Vehicle& vehicle) {
     vehicle.ascent_deadline = vehicle.now.tick + std::uint32_t(limit / vehicle.model.pilot.controller.tick);
 }
 
-/// Take this place for home, unless an order has set it. On the ground's order, forget the faults since the last
-/// arming.
+/// Set home to the place of arming, unless an order has set it. An order of the ground also clears the faults since the
+/// last arming.
 inline void on_arming(Vehicle& vehicle, Order order) {
     vehicle.recalled = vehicle.ascent_failed = false;
     if (!vehicle.home_set) vehicle.home = here(vehicle);
@@ -188,7 +188,7 @@ inline void on_arming(Vehicle& vehicle, Order order) {
     evaluate_faults(vehicle);
 }
 
-/// Work of entering a state.
+/// Actions on entering a state.
 inline void on_entry(Vehicle& vehicle, State before, Order order) {
     GuidanceState<float>& guidance = vehicle.state.guidance;
     vehicle.requested = rest();
@@ -230,7 +230,7 @@ HYPERTUNA_NOINLINE inline void enter(Vehicle& vehicle, Order order) {
     on_entry(vehicle, before, order);
 }
 
-/// An order of a station.
+/// Follow an order of a station, or return why it is refused.
 inline Refusal give(Vehicle& vehicle, Order order, Station from) {
     const Refusal refusal = check(vehicle, order, from);
     if (refusal != Refusal::none) return refusal;
@@ -239,7 +239,7 @@ inline Refusal give(Vehicle& vehicle, Order order, Station from) {
     return Refusal::none;
 }
 
-/// An event on board.
+/// Follow an event on board.
 inline void give(Vehicle& vehicle, Order event) { enter(vehicle, event); }
 
 }  // namespace hypertuna::firmware

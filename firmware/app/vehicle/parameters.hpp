@@ -10,24 +10,24 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr int max_parameters = 76 + 13 * board_joints;  // a robot has 71, and 13 for each joint
+inline constexpr int max_parameters = 76 + 13 * board_joints;  // a robot has 71 and 13 per joint
 
 /// Limits of supervisor and radio.
 struct Limits {
     float manual_timeout, link_timeout,
-        home_timeout;                    // s without joystick; without the ground; until it is called home
-    float voltage_empty, voltage_after;  // V; s for which the voltage must be low
-    float tilt_max, tilt_after;          // sine of roll or pitch; s
-    float leak_after;                    // s
-    float rise_depth;                    // m: from deeper it ascends if it has no way home
-    float depth_max;                     // m: deepest outside missions
+        home_timeout;  // s without joystick; without the ground; without the ground until the robot is called home
+    float voltage_empty, voltage_after;  // V; s for which the voltage must be below
+    float tilt_max, tilt_after;          // sine of roll or pitch; s for which it must be above
+    float leak_after;                    // s of water in the hull until it is a leak
+    float rise_depth;                    // m: from below this the robot ascends if it has no way home
+    float depth_max;                     // m: largest depth outside missions
     float link_rate, link_share;         // bit/s of the radio; fraction for telemetry
-    float system_id;                     // in MAVLink
+    float system_id;                     // system id of the robot in MAVLink
     float sign;                          // 1: commands must be signed
-    float leak_answer, snag_answer, stroke_answer, guard_answer;  // to these faults: an Answer
-    float snag_distance;    // m swum on a course without way over ground; 0 for any
+    float leak_answer, snag_answer, stroke_answer, guard_answer;  // Answer to each of these faults
+    float snag_distance;    // m swum on a course without moving over ground until it is a fault; 0 for any distance
     float sink_depth;       // m that a robot at rest may sink
-    float beacon_interval;  // s between two beacons of a robot that has ended
+    float beacon_interval;  // s between two beacons of a robot whose mission has ended
 };
 
 /// All constants of the firmware.
@@ -52,7 +52,7 @@ void visit_fields(Limits& m, const Visit& visit) {
     visit("beacon_interval", 0, m.beacon_interval);
 }
 
-/// Call visit(name, index, field) for every number of the model. Joints and gaits are set before.
+/// Call visit(name, index, field) for every number of the model. The numbers of joints and gaits must be set before.
 template <class Visit>
 void visit_fields(Model& m, const Visit& visit) {
     hypertuna::visit_fields(m.pilot.controller, visit);
@@ -90,7 +90,7 @@ struct Description {
     int files;
 };
 
-/// A number of the row, or the parameter that replaces it.
+/// Value of a number of the row: the parameter that replaces it, if there is one.
 inline float number_at(const Description& robot, const float* parameter, int field) {
     for (int k = 0; k < robot.parameters; ++k)
         if (robot.parameter[k].field == field) return parameter[k];
@@ -99,7 +99,7 @@ inline float number_at(const Description& robot, const float* parameter, int fie
 
 inline constexpr int all_fields = -1;
 
-/// Fill one field after another, or a single field. Not inlined into every visit: that would be a quarter of the
+/// Fills one field after another, or a single field. Not inlined into every visit, which would take a quarter of the
 /// program.
 struct Filler {
     const Description& robot;
@@ -128,7 +128,7 @@ inline bool in_range(const ParameterInfo& info, float value) {
     return info.low <= value && value <= info.high && (!info.whole || value == float(int(value)));
 }
 
-/// Whether limits that belong together are in order.
+/// Whether the pressures, pulses, time-outs and voltages are in order.
 inline bool consistent(const Model& model) {
     return hypertuna::consistent(model.pilot.controller) && model.limits.link_timeout <= model.limits.home_timeout &&
            model.limits.voltage_empty < model.pilot.controller.voltage_low;

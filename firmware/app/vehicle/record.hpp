@@ -27,7 +27,7 @@ constexpr void visit_record(const Snapshot& now, int joints, const Visit& visit)
                                          std::uint32_t(now.armed()) << 16 | std::uint32_t(now.answer) << 24);
 }
 
-/// Digest of the names (FNV-1a), by which a reader recognizes the records.
+/// Digest of the fields' names (FNV-1a), by which a reader recognizes the layout of the records.
 inline constexpr std::uint32_t record_layout = [] {
     const Snapshot none{};
     std::uint32_t sum = 2166136261u;

@@ -47,7 +47,7 @@ inline constexpr int refusals = int(Refusal::count);
 
 struct RefusalText {
     const char* name;
-    const char* sentence;  // at most the 50 characters of a STATUSTEXT
+    const char* sentence;  // text to send, at most the 50 characters of a STATUSTEXT
 };
 inline constexpr RefusalText refusal_texts[refusals] = {
     {"none", "accepted"},

@@ -15,7 +15,7 @@ inline Refusal set_parameter(Vehicle& vehicle, Station from, int k, float to) {
     if (refusal != Refusal::none) return refusal;
     const ParameterInfo& info = robot.parameter[k];
     if (!in_range(info, to)) return Refusal::out_of_range;
-    if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // spare the memory
+    if (to == vehicle.value[k] && !vehicle.store.failed) return Refusal::none;  // no need to write the memory
     const float before = vehicle.value[k];
     vehicle.value[k] = to;
     configure(vehicle.model, robot, vehicle.value, info.field);
@@ -40,7 +40,7 @@ inline Refusal set_key(Vehicle& vehicle, Station from, const std::uint8_t (&to)[
     return Refusal::none;
 }
 
-/// Take the present depth as the surface: not under water, deeper than the weather makes it.
+/// Take the present depth as the surface; refused under water, where the depth is larger than the weather can make it.
 inline Refusal take_surface(Vehicle& vehicle, Station from) {
     const Refusal refusal = check(vehicle, Order::zero_depth, from);
     if (refusal != Refusal::none) return refusal;
@@ -93,7 +93,7 @@ inline float beyond_band(float axis) {
     return axis < 0.0f ? -beyond : beyond;
 }
 
-/// Follow the sticks until they are silent for manual_timeout, once they were centered: ahead from 0 to 1 of the top
+/// Follow the sticks, once they were centered, until they are silent for manual_timeout: ahead from 0 to 1 of the top
 /// speed (no robot swims backward), turn to port and climb from -1 to 1, by the gait table and clamped to the limits.
 /// At ahead = 0 the tail straightens instead of stopping in mid-beat.
 inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, float climb) {
@@ -117,7 +117,7 @@ inline Refusal sticks(Vehicle& vehicle, Station from, float ahead, float turn, f
 
 // --- missions
 
-/// Take the plan for the mission and the fence on board.
+/// Make the plan the mission and the fence on board.
 HYPERTUNA_NOINLINE inline void adopt_plan(Vehicle& vehicle) {
     const StoredMission& plan = vehicle.plan;
     vehicle.mission = mission_of(plan);
@@ -125,18 +125,18 @@ HYPERTUNA_NOINLINE inline void adopt_plan(Vehicle& vehicle) {
     vehicle.numbers = numbers_of(plan);
 }
 
-/// Forget mission and fence on board, not those that are stored.
+/// Forget mission and fence on board, but not the stored ones.
 inline void forget_mission(Vehicle& vehicle) {
     std::memset(static_cast<void*>(&vehicle.plan), 0, sizeof(vehicle.plan));
     adopt_plan(vehicle);
 }
 
-/// Whether a mission or a fence is on board, whose coordinates count from the origin.
+/// Whether a mission or a fence is on board: its coordinates count from the origin.
 inline bool has_plan(const Vehicle& vehicle) {
     return vehicle.has_mission || 0 < vehicle.mission.corners || 0.0f < vehicle.mission.range;
 }
 
-/// Store the mission on board and its origin. It is written while disarmed.
+/// Store the mission on board and its origin. The memory is written while disarmed.
 inline void store_mission(Vehicle& vehicle) {
     const Origin& origin = vehicle.origin;
     vehicle.plan.has_origin = origin.known, vehicle.plan.latitude = origin.latitude;
@@ -175,7 +175,7 @@ inline Refusal clear_mission(Vehicle& vehicle, Station from, bool waypoints = tr
     return Refusal::none;
 }
 
-/// Set home: that of the mission on board, if it says where home is, or else until the robot is disarmed.
+/// Set home: the home of the mission on board, if it has one, or else home until the robot is disarmed.
 inline Refusal set_home(Vehicle& vehicle, Station from, const Place& to) {
     const Refusal forbidden = check(vehicle, Order::set_home, from);
     if (forbidden != Refusal::none) return forbidden;
@@ -192,7 +192,7 @@ inline Refusal set_home(Vehicle& vehicle, Station from, const Place& to) {
     return Refusal::none;
 }
 
-/// Set the waypoint that the mission begins or resumes at, or at once swims to.
+/// Set the waypoint at which the mission begins or resumes, or to which it swims at once.
 inline Refusal set_leg(Vehicle& vehicle, Station from, int leg) {
     const Refusal refusal = check(vehicle, Order::set_leg, from);
     if (refusal != Refusal::none) return refusal;
@@ -216,11 +216,11 @@ inline void reset_position(Vehicle& vehicle, const Place& to) {
     vehicle.now.estimate.x = to.x, vehicle.now.estimate.y = to.y;
 }
 
-/// Whether a place is of the water that the origin belongs to.
+/// Whether a place is in the water that the origin belongs to.
 inline bool is_of_origin(const Place& at) { return abs(at.x) < max_origin_distance && abs(at.y) < max_origin_distance; }
 
-/// Set the origin of local coordinates. An origin that would move the mission on board is refused, and one far from the
-/// robot. Its place is that of the next fix, or is carried over where a fix came before.
+/// Set the origin of local coordinates. An origin that would move the mission on board is refused, and so is one far
+/// from the robot. The robot's place in it is that of the next fix or, where a fix came before, is carried over.
 inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude, std::int32_t longitude) {
     const Refusal refusal = check(vehicle, Order::set_origin, from);
     if (refusal != Refusal::none) return refusal;
@@ -240,14 +240,14 @@ inline Refusal set_origin(Vehicle& vehicle, Station from, std::int32_t latitude,
     return Refusal::none;
 }
 
-/// The origin in which a fix is at the place where the robot believes to be.
+/// Return the origin in which a fix is at the robot's estimated place.
 inline Origin origin_of_fix(const std::int32_t (&fix)[2], const Place& at) {
     const Origin there = origin_at(fix[0], fix[1]);
     return origin_at(fix[0] - std::int32_t(at.y / there.north), fix[1] - std::int32_t(at.x / there.east));
 }
 
-/// The first fix since boot. In a given origin it is the robot's place; a mission that is too far away is dropped.
-/// Without an origin the robot's place is kept, and the mission with it: the origin follows from both.
+/// Handle the first fix since boot. In a given origin it is the robot's place; a mission that is too far away is
+/// dropped. Without an origin the robot's place is kept, and the mission with it: the origin follows from both.
 inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
     vehicle.fixed = true;
     if (vehicle.unplaced) {
@@ -273,8 +273,9 @@ inline bool may_begin_anew(const Vehicle& vehicle) {
     return !doubt.reached && doubt_time - doubt_pause <= doubt.agree;
 }
 
-/// The home of arming is known once fixes have agreed for doubt_time. Where others begin the position anew before,
-/// those of arming were false: home, which is where the robot was, moves along from the place `before`.
+/// Count how long fixes have agreed: after doubt_time the place of arming is known as home. Where other fixes begin the
+/// position anew before that, those of arming were false: home, which is where the robot was, moves along from the
+/// place `before`.
 inline void follow_fixes(Vehicle& vehicle, const Place& before, bool anew) {
     const Snapshot& now = vehicle.now;
     const int known = int(doubt_time / vehicle.model.pilot.controller.tick);

@@ -12,7 +12,7 @@ namespace hypertuna::firmware {
 enum class State : std::uint8_t { disarmed, rest, manual, gait, mission, paused, home, surface, held, count };
 inline constexpr int states = int(State::count), mode_base = 100;
 
-/// What changes the state, or needs its permission: orders of a ground station, then events on board.
+/// What changes the state or needs its permission: orders of a ground station, then events on board.
 enum class Order : std::uint8_t {
     arm,
     disarm,
@@ -60,7 +60,7 @@ struct Station {
 
 /// Who may give an order.
 enum class Who : std::uint8_t {
-    anyone,  // any station: what makes the robot safer
+    anyone,  // any station: orders that make the robot safer
     taker,   // any station, which becomes the pilot station
     pilot,   // the pilot station; any station while disarmed
     board,   // the supervisor or the pilot on board
@@ -99,7 +99,7 @@ constexpr bool by_ground(State state) { return state == State::rest || state == 
 struct StateText {
     const char* name;
     const char* sentence;
-    Order order;  // by which a ground station selects it as a mode; Order::count if it does not
+    Order order;  // order by which a ground station selects the state as a mode; Order::count if it does not
 };
 inline constexpr StateText state_texts[states] = {
     {"disarmed", "no servo pulses once the tail is at rest", Order::count},
@@ -113,11 +113,11 @@ inline constexpr StateText state_texts[states] = {
     {"held", "tilted: tail at rest until upright, then it continues as before", Order::count},
 };
 
-/// What follows from an order in a state: another state, the same (the order is accepted), or a refusal.
+/// Effect of an order in a state: another state, the same state (the order is accepted), or a refusal.
 struct Cell {
     State next = State::count;  // State::count: the state does not change
     Refusal refusal = Refusal::none;
-    bool back = false;  // to the state before `held`
+    bool back = false;  // return to the state before `held`
 
     constexpr Cell(State to) : next(to) {}
     constexpr Cell(Refusal why) : refusal(why) {}

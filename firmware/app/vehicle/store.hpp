@@ -1,12 +1,13 @@
 /// Store: data in two sectors of flash memory, of which the one with the valid record is never erased.
 ///
-/// A sector is a log of records: head (layout, turn, checksum), data, and three flags. Of all valid records the one
-/// with the latest turn counts. The first write after a boot erases the other sector, later ones append to it while it
+/// A sector is a log of records: head (layout, turn, checksum), data, and three flags. The valid record with the
+/// latest turn counts. The first write after a boot erases the other sector, later ones append to it while it
 /// has room: cells that a loss of power left half programmed or half erased are never written on. The record is read
-/// back before its flags make it valid. One operation of the memory is done per call.
+/// back before its flags make it valid. Each call does one operation of the memory.
 ///
-/// A half programmed flag may read either way, another at each boot. What is read at a boot is made to last before it
-/// is used: a record that is `written` and not `void` becomes `certain`, any other record becomes void.
+/// A half programmed flag may be read as set or not, and differently at each boot. So a boot makes what it reads
+/// permanent before using it: a record that is `written` and not `void` becomes `certain`, any other record becomes
+/// void.
 #pragma once
 
 #include <cstring>
@@ -46,27 +47,27 @@ enum class Flag { written, is_void, certain, count };
 /// Place of a store, and progress of the write. The data itself lies elsewhere, in `size` bytes.
 struct Store {
     int base, size;              // first of the two sectors; bytes of data
-    std::uint32_t layout, turn;  // layout: of the data; turn: number of the valid record
+    std::uint32_t layout, turn;  // layout of the data; number of the valid record
     int kept;                    // sector of the valid record, 0 or 1; -1 if there is none
-    int sector, slot;            // of the record written last or now; slot -1: a sector must be erased first
-    int step;                    // of the write, -1 if there is none
+    int sector, slot;            // place of the record written last or now; slot -1: a sector must be erased first
+    int step;                    // step of the write, -1 if there is none
     bool again, failed;          // the data changed during the write; the last record was read back wrong
-    Head head;                   // of the record being written
+    Head head;                   // head of the record being written
 };
 
-/// A loss of power spoils only the page that is written: data and flags share none.
+/// Number of pages of head and data. Data and flags share none: a loss of power spoils only the page that is written.
 inline int data_pages(const Store& store) { return (piece + store.size + flash_page - 1) / flash_page; }
 inline int flag_at(const Store& store, Flag flag) { return (data_pages(store) + int(flag)) * flash_page; }
 inline int record_size(const Store& store) { return flag_at(store, Flag::count); }
 inline Store store_at(int base, int size, std::uint32_t layout) {
     return {base, size, layout, 0, -1, 0, -1, -1, false, false, {}};
 }
-inline int records(const Store& store) { return flash_sector / record_size(store); }  // per sector
+inline int records(const Store& store) { return flash_sector / record_size(store); }  // records per sector
 inline int address(const Store& store, int sector, int slot) {
     return (store.base + sector) * flash_sector + slot * record_size(store);
 }
 
-/// Checksum of layout and turn, which that of the data continues.
+/// Checksum of layout and turn, which the checksum of the data continues.
 inline std::uint32_t checksum(const Head& head) { return crc32(reinterpret_cast<const std::uint8_t*>(&head), 8); }
 
 template <class Words, Board B>
@@ -121,7 +122,7 @@ bool is_valid(B& board, const Store& store, const Head& head, int at) {
     return valid;
 }
 
-/// Read the data. False, and `stored` unchanged, if no record is valid.
+/// Read the data of the valid record into `stored`. Return false, and leave `stored` unchanged, if no record is valid.
 template <Board B>
 bool open(Store& store, std::uint8_t* stored, B& board) {
     store.step = store.kept = store.slot = -1, store.sector = 0, store.again = store.failed = false, store.turn = 0;
@@ -141,7 +142,7 @@ bool open(Store& store, std::uint8_t* stored, B& board) {
     return true;
 }
 
-/// The data changed: write it.
+/// Begin to write the data, which has changed.
 inline void begin_write(Store& store) {
     if (store.step < 0)
         store.step = 0;
@@ -152,7 +153,7 @@ inline void begin_write(Store& store) {
 /// Whether the data is in the memory.
 inline bool settled(const Store& store) { return store.step < 0; }
 
-/// Begin a record in the next free slot, or in the sector without the valid record, erased.
+/// Begin a record in the next free slot or, erased, in the sector without the valid record.
 template <Board B>
 void begin_record(Store& store, const std::uint8_t* stored, B& board) {
     store.again = false;
@@ -165,14 +166,15 @@ void begin_record(Store& store, const std::uint8_t* stored, B& board) {
     store.head.checksum = crc32(stored, store.size, checksum(store.head));
 }
 
-/// Whether the record is read back as it was written.
+/// Whether the record at an address is the one that was written.
 template <Board B>
 bool is_written(Store& store, B& board, int at) {
     const Head head = load_words<Head>(board, at);
     return head.turn == store.head.turn && head.checksum == store.head.checksum && is_whole(board, store, head, at);
 }
 
-/// The record is valid, or the sector does not hold it and is erased before the next one.
+/// End a write. A record that is not valid means that the sector does not hold data: it is erased before the next
+/// record.
 inline void end_write(Store& store, bool valid) {
     store.failed = !valid;
     if (valid) store.turn = store.head.turn, store.kept = store.sector;
@@ -180,8 +182,8 @@ inline void end_write(Store& store, bool valid) {
     store.step = store.again ? 0 : -1;
 }
 
-/// The next operation of a write, one at each call: erase, data piece by piece, head, flags. It restarts in another
-/// slot if the data changes before the flags.
+/// Do the next operation of a write: erase, data piece by piece, head, flags. The write restarts in another slot if the
+/// data changes before the flags.
 template <Board B>
 void write_some(Store& store, const std::uint8_t* stored, B& board) {
     if (store.step < 0) return;
@@ -204,12 +206,12 @@ void write_some(Store& store, const std::uint8_t* stored, B& board) {
     }
 }
 
-// --- witness: that there was a valid record once
+// --- witness: proof that there once was a valid record
 
-inline constexpr int witnesses = 8;  // copies, a page each
+inline constexpr int witnesses = 8;  // number of copies, a page each
 inline constexpr std::uint32_t witness_words[4] = {0x6e757448, 0x6b657973, 0x91a3c5e7, 0x2468ace1};
 
-/// Number of whole copies.
+/// Number of complete copies of the witness.
 template <Board B>
 int count_witnesses(B& board, int sector) {
     int count = 0;
@@ -221,7 +223,7 @@ int count_witnesses(B& board, int sector) {
     return count;
 }
 
-/// Complete the copies, after the record is valid. Return whether all are there.
+/// Write the missing copies of the witness, after the record is valid. Return whether all are there.
 template <Board B>
 bool bear_witness(B& board, int sector) {
     if (count_witnesses(board, sector) == witnesses) return true;

@@ -13,26 +13,27 @@ namespace hypertuna::firmware {
 
 inline constexpr int max_waypoints = 64, max_corners = 32;
 inline constexpr int max_items = 2 * max_waypoints + max_corners + 4;
-inline constexpr float max_hold = 86400.0f;                  // s at a waypoint
-inline constexpr std::uint32_t mission_layout = 0x6d697304;  // of StoredMission: another layout is ignored
+inline constexpr float max_hold = 86400.0f;  // s: longest time to stay at a waypoint
+inline constexpr std::uint32_t mission_layout =
+    0x6d697304;  // layout of StoredMission: data of another layout is ignored
 
 /// Kinds of items of a mission in MAVLink.
 enum class ItemKind : std::uint8_t { bounds, declination, home, corner, circle, speed, waypoint, go_home };
 inline constexpr int local_frame = 1;  // MAV_FRAME_LOCAL_NED
 
-/// How an item was given, so that it comes back the same: its values are those of the mission.
+/// Form in which an item was given, so that it is sent back the same; its values are in the mission.
 struct ItemForm {
     ItemKind kind;
-    std::uint8_t frame, flags;  // MAV_FRAME; below
+    std::uint8_t frame, flags;  // MAV_FRAME; the bits below
 
     static constexpr std::uint8_t no_number = 1;  // bit k - 1: param k was NaN
     static constexpr std::uint8_t standard = 16, ground_speed = 32, no_throttle = 64;
 };
 
-/// Items of a mission, and the frame of a fence of its own.
+/// Forms of a mission's items, and the frame of a fence that was uploaded apart.
 struct MissionForm {
     std::int32_t items;
-    float last_speed;  // m/s, of a speed behind the last waypoint
+    float last_speed;  // m/s, from a speed item behind the last waypoint
     ItemForm item[max_items];
     std::int32_t fence_frame;
 
@@ -52,7 +53,8 @@ struct MissionForm {
 };
 static_assert(sizeof(MissionForm) == 4 * 3 + 3 * max_items);
 
-/// Form of a mission that was not given as items: bounds, declination, home, fence, then speeds and waypoints in order.
+/// The form in which a mission is sent that was not received as items: bounds, declination, home, fence, then speeds
+/// and waypoints in order.
 inline void standard_form(MissionForm& form, const Mission<float>& mission) {
     form = {};
     form.fence_frame = local_frame;
@@ -68,7 +70,7 @@ inline void standard_form(MissionForm& form, const Mission<float>& mission) {
     }
 }
 
-/// A mission without pointers, its fence, from `form.fence_frame` on, and the origin of its coordinates.
+/// A mission without pointers; its fence, from `form.fence_frame` on; and the origin of its coordinates.
 struct StoredMission {
     std::int32_t waypoints, stay, silence_below;
     Corner<float> home;
@@ -83,12 +85,12 @@ struct StoredMission {
 };
 static_assert(sizeof(StoredMission) == 4 * (7 + 4 + 8 + 6 * max_waypoints + 2 * max_corners) + sizeof(MissionForm));
 
-/// Numbers of the mission and of the fence on board: another one after any change, 0 for none.
+/// Numbers that identify the mission and the fence on board: they differ after any change; 0 for none.
 struct PlanNumbers {
     std::uint32_t mission, fence;
 };
 
-/// A fence among the mission's items is a part of it.
+/// Numbers of a plan. A fence among the mission's items is a part of the mission.
 inline PlanNumbers numbers_of(const StoredMission& plan) {
     constexpr int fence_at = int(offsetof(StoredMission, form) + offsetof(MissionForm, fence_frame));
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(&plan);
@@ -119,7 +121,7 @@ inline Mission<float> mission_of(const StoredMission& stored) {
             stored.declination};
 }
 
-/// Copy a mission, without its origin; form: of its items, if it was given as such.
+/// Copy a mission without its origin; `form` of its items, if it was uploaded.
 inline void pack_mission(StoredMission& stored, const Mission<float>& m, const MissionForm* form = nullptr) {
     std::memset(static_cast<void*>(&stored), 0, sizeof(stored));
     stored.waypoints = m.waypoints, stored.corners = m.corners, stored.stay = m.stay;
@@ -155,16 +157,16 @@ inline bool is_valid(const MissionForm& form, int waypoints, int corners) {
 /// Whether a place is within 100 km of the origin.
 inline bool is_near(float x, float y) { return abs(x) < 1e5f && abs(y) < 1e5f; }
 
-/// A quantity beyond its bound, of a waypoint or of the mission as a whole (-1).
+/// A quantity beyond its bound, of a waypoint or (-1) of the mission as a whole.
 struct Breach {
     Refusal refusal = Refusal::none;  // none: nothing is beyond its bound
     int waypoint = -1;
-    const char *quantity = nullptr, *unit = nullptr;  // null where the refusal says it all
+    const char *quantity = nullptr, *unit = nullptr;  // null where the refusal needs no more words
     float value = 0, bound = 0;
 
     operator Refusal() const { return refusal; }
 };
-inline constexpr float least = 0.01f;  // of a speed [m/s] and of a radius [m]
+inline constexpr float least = 0.01f;  // smallest speed [m/s] and radius [m]
 
 /// A quantity and its range; NaN is beyond every range.
 struct Ranged {
@@ -178,7 +180,7 @@ HYPERTUNA_NOINLINE inline Breach first_breach(std::initializer_list<Ranged> all,
     return {};
 }
 
-/// Number `k` of the waypoints beyond its ranges. Depth is a negative altitude.
+/// Return the first number of waypoint `k` beyond its range. Depth is a negative altitude.
 HYPERTUNA_NOINLINE inline Breach check_ranges(const Waypoint<float>& to, int k) {
     return first_breach({{"above the water: altitude", " m", 0.0f - to.depth, -1e4f, 0.0f},
                          {"east of the origin", " m", to.x, -1e5f, 1e5f},
@@ -189,7 +191,7 @@ HYPERTUNA_NOINLINE inline Breach check_ranges(const Waypoint<float>& to, int k) 
                         k);
 }
 
-/// A number of a mission beyond its range. A fence is a polygon or a circle, not both.
+/// Return the first number of a mission beyond its range. A fence is a polygon or a circle, not both.
 HYPERTUNA_NOINLINE inline Breach check_ranges(const Mission<float>& mission) {
     for (int k = 0; k < mission.waypoints; ++k)
         if (const Breach breach = check_ranges(mission.waypoint[k], k); breach != Refusal::none) return breach;

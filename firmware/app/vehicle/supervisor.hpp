@@ -8,17 +8,22 @@
 namespace hypertuna::firmware {
 
 inline constexpr float sensor_after = 1.0f;  // s until a depth, or its absence, is believed
-inline constexpr float trim_after = 10.0f;   // s in which a disarmed robot may sink: hands may move it
-inline constexpr float trim_coast = 1.2f;    // mean over present rate of what sinks; what coasts down slows by more
-inline constexpr float stroke_bend = 0.65f;  // of the swing asked: a joint that bends less does not follow
+inline constexpr float trim_after =
+    10.0f;  // s after which a disarmed robot's sinking is judged anew: hands may move it
+inline constexpr float trim_coast =
+    1.2f;  // largest mean rate of a sinking robot over its present rate; one that coasts down slows by more
+inline constexpr float stroke_bend = 0.65f;  // part of the swing asked; a joint that bends less does not follow
 inline constexpr float stroke_pressure =
-    0.25f;  // of the working pressure: a stroke brings more, its end leaves less than twice that
-inline constexpr float stroke_bias = 0.25f;  // of the amplitude: with more bias a joint is not judged
-inline constexpr int stroke_beats = 3;
-inline constexpr float snag_reach = 0.25f;    // of snag_distance: what stays within this of a fix makes no way
-inline constexpr float snag_straight = 0.7f;  // of the way swum: what circles is not on a course
-inline constexpr float snag_circles = 2.0f;   // of snag_distance: so much swum on one leg is no circle either
-inline constexpr float radio_depth = 0.3f;    // m of the nose from which water over the antenna stops the radio
+    0.25f;  // part of the working pressure: a stroke brings more, and its end leaves less than twice that
+inline constexpr float stroke_bias = 0.25f;  // part of the amplitude; with more bias a joint is not judged
+inline constexpr int stroke_beats = 3;       // beats in a row in which a joint does not follow
+inline constexpr float snag_reach =
+    0.25f;  // part of snag_distance: a robot that stays within this of a fix makes no way
+inline constexpr float snag_straight =
+    0.7f;  // least part of the way swum that is straight, on a course; a robot that circles has less
+inline constexpr float snag_circles =
+    2.0f;  // times snag_distance: after such a distance on one leg the robot is not circling
+inline constexpr float radio_depth = 0.3f;  // m, depth of the nose from which water over the antenna stops the radio
 
 /// Lowest and highest value within a beat.
 struct Extent {
@@ -27,32 +32,33 @@ struct Extent {
     float swing() const { return high - low; }
 };
 
-/// Way swum since a fix, to tell that none of it is way over ground.
+/// Way swum since a fix, to see whether the robot moves over ground.
 struct Headway {
     float from[2];      // m
     float straight[2];  // m through the water, as a vector
     float swum;         // m, along its path
-    float on_leg;       // m of that, on the present leg
+    float on_leg;       // m of `swum` on the present leg
     int leg;
     bool begun;
 };
 
-/// The least depth of a robot at rest, taken anew after twice what it may sink, and for how long it has been.
+/// Least depth of a robot at rest, which is set anew once the robot has sunk by twice the limit, and how long ago the
+/// robot was there.
 struct Rest {
     float depth;       // m
-    int ticks, since;  // at rest; since it was at that depth
-    bool sank;         // in the seconds before, while disarmed
+    int ticks, since;  // ticks at rest; since the robot was at that depth
+    bool sank;         // whether the robot sank in the last seconds, while disarmed
 };
 
-/// What was asked of a joint and what it showed within a beat.
+/// What was asked of a joint and what its sensors showed within a beat.
 struct Stroke {
     Extent asked, bend, pressure[2];  // rad, Pa
-    int ticks, missing;               // of the beat; beats in a row in which the joint did not follow
+    int ticks, missing;               // ticks of the beat; beats in a row in which the joint did not follow
 };
 
 struct SupervisorState {
     Faults present, latched;
-    int low, empty, tilted, leaking, blind, deep, unguarded;  // ticks that the condition has lasted
+    int low, empty, tilted, leaking, blind, deep, unguarded;  // ticks for which each condition has lasted
     Headway way;
     Rest rest;
     Stroke stroke[max_joints];
@@ -66,19 +72,19 @@ struct SupervisorInput {
     const Estimate<float>& at;
     const PilotReadings<float>& readings;
     bool leak, overrun, lost_records;
-    bool still, driven;  // the tail rests; the beat is to make way
+    bool still, driven;  // the tail rests; the beat is meant to move the robot
     State state;
-    int leg;        // of the pilot; -1 where it is on none, or may circle
+    int leg;        // leg of the pilot; -1 where it is on none, or may circle
     float silence;  // s without the ground station, where it could be received
 };
 
-/// Count the ticks that a condition lasts; whether it has lasted for `seconds`.
+/// Count the ticks for which a condition lasts, and return whether it has lasted for `seconds`.
 inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
     ticks = !holds ? 0 : float(ticks) * tick < seconds ? ticks + 1 : ticks;
     return holds && seconds <= float(ticks) * tick;
 }
 
-/// Whether the robot swims on a course, or long on one leg, and stays where it is: fixes say so, or nothing does.
+/// Whether the robot swims on a course, or for long on one leg, and stays where it is, as fixes show.
 inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
     if (input.state == State::disarmed) way = {};
@@ -98,14 +104,14 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
     const float longest = snag_circles * limits.snag_distance;
     const bool by_leg = 0 <= way.leg;
     if (held && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
-    // What the pilot refuses says nothing, unless it is where the robot was.
+    // A fix that the pilot refuses proves nothing, unless it is where the robot was.
     if (at.fix && (!held || (!by_leg && longest < way.swum)))
         way = {{seen.fix[0], seen.fix[1]}, {}, 0, 0, way.leg, true};
     return false;
 }
 
-/// Whether a joint with oil does not follow for some beats: it bends by much less than its pumps were sent to, which is
-/// what the limits leave of what was asked, and a side's pressure does not rise, as without oil, or does not fall, as
+/// Whether a joint with oil does not follow for some beats. It bends by much less than its pumps were sent to, which is
+/// what the limits leave of what was asked; and a side's pressure does not rise, as without oil, or does not fall, as
 /// where its servo stands.
 inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
     const ControllerState<float>& state = input.controller;
@@ -120,7 +126,7 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
         dead = dead || seen.high < fill + part || fill + 2 * part < seen.low;
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
-    // A bias takes its part of what a joint can bend, and holds one side's pressure.
+    // A bias takes up a part of the joint's reach, and holds one side's pressure.
     const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
     const bool asked =
         even && 2 * model.posture.amplitude_min < stroke.asked.swing() && !state.bend[j].faulty && !blind(state, j);
@@ -130,8 +136,8 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     return stroke_beats <= stroke.missing;
 }
 
-/// Whether a robot at rest sinks: from its least depth since it came to rest, or of the last seconds while disarmed. A
-/// neutral robot that was pushed under coasts as deep, but slows all the way.
+/// Whether a robot at rest sinks: from its least depth since it came to rest or, while disarmed, from that of the last
+/// seconds. A neutral robot that was pushed under coasts as deep, but slows all the way.
 inline bool sinks(Rest& rest, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
     if (!input.still || !at.depths) return rest = {}, false;
@@ -176,7 +182,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::bend_sensor, bend);
     now.set(Fault::pressure_sensor, pressure);
     now.set(Fault::current_sensor, current);
-    now.set(Fault::imu, !imu_stands(input.controller));
+    now.set(Fault::imu, !imu_valid(input.controller));
     now.set(Fault::battery_sensor, battery.faulty);
     now.set(Fault::low_battery,
             lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));
@@ -186,7 +192,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::link_gone, input.state != State::disarmed && limits.home_timeout < input.silence);
     const float pitch = input.at.facing.z, roll = input.at.tilt, limit = limits.tilt_max;
     const Quaternion<float>& q = input.at.q;
-    const bool over = 0.5f < q.x * q.x + q.y * q.y;  // on its back, where both sines are small again
+    const bool over = 0.5f < q.x * q.x + q.y * q.y;  // upside down, where both sines are small again
     const bool tilted = input.at.attitude && (over || !(abs(pitch) <= limit && abs(roll) <= limit));
     now.set(Fault::tilt, lasting(memory.tilted, tilted, limits.tilt_after, tick));
     now.set(Fault::leak, lasting(memory.leaking, input.leak, limits.leak_after, tick));

@@ -13,12 +13,13 @@
 
 namespace hypertuna::firmware {
 
-inline constexpr float late_tick = 1.5f;           // ticks since the last one started
-inline constexpr std::uint32_t late_report = 100;  // ticks for which a late one is reported
-inline constexpr int max_steps = 5;                // of control in a tick
-inline constexpr float still_speed = 0.15f;        // m/s through the water of what has come to rest
+inline constexpr float late_tick = 1.5f;           // ticks since the start of the last one from which a tick is late
+inline constexpr std::uint32_t late_report = 100;  // ticks for which a late tick is reported
+inline constexpr int max_steps = 5;                // steps of control in a tick
+inline constexpr float still_speed = 0.15f;        // m/s through the water: a slower robot has come to rest
 
-/// What survives a reset without loss of power, in a word: whether the robot was armed, and the zero of its depth [m].
+/// Data that survives a reset without loss of power, in a word: whether the robot was armed, and the zero of its depth
+/// [m].
 struct Kept {
     bool valid, armed;
     float zero;
@@ -56,7 +57,7 @@ inline Kept unpack(std::uint32_t word) {
     vehicle.unplaced = true;
 }
 
-/// The description's parameters. Who had a key keeps signing.
+/// Use the parameters of the description. A robot with a key keeps signing.
 [[gnu::cold]] inline void use_defaults(Vehicle& vehicle) {
     const Description& robot = *vehicle.robot;
     for (int k = 0; k < robot.parameters; ++k) {
@@ -67,7 +68,8 @@ inline Kept unpack(std::uint32_t word) {
     configure(vehicle.model, robot, vehicle.value);
 }
 
-/// Read the key. A key that was there and cannot be read locks the robot, until it is deleted with the board in hand.
+/// Read the key. A key that was stored and cannot be read locks the robot, until somebody deletes it with the board in
+/// hand.
 template <Board B>
 [[gnu::cold]] void open_key(Vehicle& vehicle, B& board) {
     vehicle.keys = store_at(key_sector, int(sizeof(StoredKey)), key_layout);
@@ -78,7 +80,7 @@ template <Board B>
     vehicle.locked = !valid && copies > 0, vehicle.witnessed = copies == witnesses;
 }
 
-/// Boot: disarmed, at rest, with the parameters of the store or else of the description.
+/// Boot: disarmed, at rest, with the stored parameters or else those of the description.
 template <Board B>
 [[gnu::cold]] void boot(Vehicle& vehicle, const Description& robot, B& board) {
     static_assert(std::is_trivially_copyable_v<Vehicle> && std::is_trivially_default_constructible_v<Vehicle>);
@@ -108,14 +110,14 @@ template <Board B>
     record.end();
 }
 
-/// Below the depth limit of the hull, and shortly before, fins only lift.
+/// Let fins only lift below the depth limit of the hull, and shortly above it.
 inline void limit_fins(const Vehicle& vehicle, Command<float>& command) {
     const Estimate<float>& at = vehicle.now.estimate;
     if (!at.depths || at.depth < vehicle.model.limits.depth_max - depth_error_max) return;
     for (float& fin : command.fin) fin = max(0.0f, fin);
 }
 
-/// The command of a state; nullptr where guidance makes it.
+/// Return the command of a state; nullptr where guidance makes it.
 inline const Command<float>* choose_command(Vehicle& vehicle, Command<float>& made) {
     const Snapshot& now = vehicle.now;
     const float since = float(now.tick - vehicle.requested_at) * vehicle.model.pilot.controller.tick;
@@ -143,14 +145,15 @@ inline void record_tick(Vehicle& vehicle) {
     record.end();
 }
 
-/// Whether silence of the ground counts: under water the pilot on board does not expect it, unless the mission does.
+/// Whether silence of the ground station counts: under water the pilot on board does not expect to hear it, unless the
+/// mission does.
 inline bool could_receive(const Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const bool by_pilot = is_guided(vehicle.now.state) || vehicle.now.state == State::held;
     return !by_pilot || vehicle.mission.silence_below || !at.depths || at.depth < radio_depth;
 }
 
-/// Whether the tail rests, and the robot has lost its way.
+/// Whether the tail rests and the robot no longer moves through the water.
 inline bool rests(const Vehicle& vehicle) {
     const Command<float>& command = vehicle.now.command;
     bool still = vehicle.now.estimate.speed < still_speed;
@@ -158,7 +161,7 @@ inline bool rests(const Vehicle& vehicle) {
     return still;
 }
 
-/// Whether the beat is to make way: on a course of the pilot, or by order of the ground.
+/// Whether the beat is meant to move the robot: on a course of the pilot, or by order of the ground.
 inline bool makes_way(const Vehicle& vehicle) {
     const Snapshot& now = vehicle.now;
     const Mode mode = vehicle.state.guidance.mode;
@@ -166,7 +169,7 @@ inline bool makes_way(const Vehicle& vehicle) {
     return now.estimate.attitude && (piloted || now.state == State::manual || now.state == State::gait);
 }
 
-/// The leg that the pilot is on, max_waypoints for the way home: -1 without one, and where it waits at a waypoint.
+/// Leg that the pilot is on, max_waypoints for the way home; -1 without a leg, and where the robot waits at a waypoint.
 inline int leg_of(const Vehicle& vehicle) {
     const GuidanceState<float>& guidance = vehicle.state.guidance;
     if (vehicle.now.state == State::held) return vehicle.memory.way.leg;
@@ -238,15 +241,15 @@ inline void sense(Vehicle& vehicle) {
         convert(vehicle.model.calibration, vehicle.model.pilot.controller.joints, vehicle.raw, vehicle.origin);
 }
 
-/// Steps of control that this tick makes: as many as its clock went on since the last one, so that beat, dead reckoning
-/// and time-outs keep their time when ticks come late; at least one, and no more than max_steps. More is lost. A tick
-/// that is late by an erasure alone, which is made while disarmed, is not reported.
+/// Number of control steps in this tick: as many ticks as the clock has counted since the last one, so that beat, dead
+/// reckoning and time-outs keep their time when ticks come late; at least one, and at most max_steps. Further ones are
+/// lost. A tick that is late only because of an erasure, which is made while disarmed, is not reported.
 template <Board B>
 int steps_due(Vehicle& vehicle, B& board) {
     const std::uint32_t start = board.clock();
     const float elapsed = float(start - vehicle.started) / float(board.per_tick());
     vehicle.started = start;
-    if (vehicle.now.tick == 0) return 1;  // the boot took its time
+    if (vehicle.now.tick == 0) return 1;  // the time since the last one is that of the boot
     if (late_tick < elapsed - float(vehicle.writing) / float(board.per_tick()))
         vehicle.late_until = vehicle.now.tick + late_report;
     vehicle.owed += min(elapsed, float(2 * max_steps));
@@ -272,8 +275,8 @@ void send_pulses(const Vehicle& vehicle, B& board) {
     board.drive(pulse, servos);
 }
 
-/// One operation of the flash memory, which stops interrupts: none while armed, all waits until then. The key first;
-/// its witnesses once it is valid.
+/// Do one operation of the flash memory, which stops interrupts: none while armed; all wait until then. The key comes
+/// first, and its witnesses once it is valid.
 template <Board B>
 void write_stores(Vehicle& vehicle, B& board) {
     if (vehicle.now.armed()) return;

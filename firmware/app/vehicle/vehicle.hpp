@@ -1,4 +1,4 @@
-/// Vehicle: all that is known on board, and the parameters.
+/// Vehicle: the state on board, and the parameters.
 #pragma once
 
 #include "app/vehicle/black_box.hpp"
@@ -11,10 +11,10 @@ namespace hypertuna::firmware {
 
 inline constexpr int key_size = 32;
 inline constexpr float max_origin_distance =
-    2e4f;  // m: a stored mission further from its origin belongs to another water
+    2e4f;  // m: a stored mission farther from its origin belongs to another water
 
 /// Sectors of the flash memory: two each for the parameters, a mission, the timestamp of signatures and the key; one
-/// that bears witness that there was a key; two for the surface.
+/// that proves that there once was a key; two for the surface.
 enum Sector : int {
     parameter_sector = 0,
     mission_sector = 2,
@@ -28,12 +28,12 @@ inline constexpr std::uint32_t stamp_layout = 0x73746d02, key_layout = 0x6b65790
 static_assert(piece + int(sizeof(StoredMission)) <= flash_sector && piece + 4 * max_parameters <= flash_sector);
 
 struct StoredKey {
-    std::uint32_t present;  // 0: there is none
+    std::uint32_t present;  // 0: there is no key
     std::uint8_t key[key_size];
 };
-inline constexpr float detour_radius = 3.0f;    // m: of home without a mission
-inline constexpr float depth_error_max = 0.5f;  // m: nothing that floats is that high above the surface
-inline constexpr float stick_band = 0.05f;      // of an axis: its deflection is noise
+inline constexpr float detour_radius = 3.0f;    // m, radius of home without a mission
+inline constexpr float depth_error_max = 0.5f;  // m: largest height above the surface that the depth may show by error
+inline constexpr float stick_band = 0.05f;      // part of an axis within which its deflection is noise
 
 /// The vehicle's public state at the end of the last tick.
 struct Snapshot {
@@ -43,8 +43,8 @@ struct Snapshot {
     ControllerOutput<float> output;
     Command<float> command;
     Estimate<float> estimate;
-    Mode mode;        // of the pilot
-    Reasons reasons;  // of the pilot
+    Mode mode;        // mode of the pilot
+    Reasons reasons;  // reasons of the pilot
     int leg;          // current waypoint
     State state;
     Faults faults;
@@ -66,10 +66,10 @@ struct LastFix {
     std::int32_t accuracy;  // standard deviation [mm]; 0 unknown
     std::uint32_t tick;
     std::uint8_t satellites;  // 0 unknown
-    bool any;                 // since boot
+    bool any;                 // there was a fix since boot
 };
 
-/// Of the mission on board: the last waypoint that was current, and how many of those before it were reached or passed.
+/// Progress of the mission on board: the last current waypoint, and how many of those before it were reached or passed.
 struct Progress {
     int leg, reached, passed;
 };
@@ -84,41 +84,41 @@ struct Vehicle {
     SupervisorState memory;
     std::uint8_t stored[4 * max_parameters];  // parameters
     StoredMission plan;
-    std::uint64_t stamp;  // of signatures: later than every verified timestamp
+    std::uint64_t stamp;  // timestamp of signatures: later than every verified one
     StoredKey secret;
-    float surface;  // m that the depth sensor showed there, when the robot was disarmed and heard the ground
+    float surface;  // m that the depth sensor showed at the surface, when the robot was disarmed and heard the ground
     Store store, missions, stamps, keys, surfaces;
-    bool locked, witnessed;  // there was a key, and it cannot be read: no command is accepted; witnesses are complete
+    bool locked, witnessed;  // a stored key cannot be read, so that no command is accepted; the witnesses are complete
     BlackBox box;
     Snapshot now;
     Profile profile;
-    Station pilot;           // in control: it armed the robot or took control since; none while disarmed
-    State before;            // that `held` returns to
-    Mission<float> mission;  // on board
-    bool has_mission;        // there is one
-    bool way_home;           // it was uploaded or begun since boot: it is of this water
-    bool has_home;           // it says where home is
-    PlanNumbers numbers;     // of the mission and the fence on board
+    Station pilot;           // station in control: it armed the robot or took control since; none while disarmed
+    State before;            // state to which `held` returns
+    Mission<float> mission;  // mission on board
+    bool has_mission;        // whether there is one
+    bool way_home;           // the mission was uploaded or begun since boot: it belongs to this water
+    bool has_home;           // the mission says where home is
+    PlanNumbers numbers;     // numbers of the mission and the fence on board
     int leg;                 // waypoint at which the mission begins or resumes
-    Progress progress;       // when it was flown last
-    Mission<float> detour;   // flown in place of it: an ascent, or home without a mission
+    Progress progress;       // progress of the mission when it was flown last
+    Mission<float> detour;   // flown in place of the mission: an ascent, or home without a mission
     bool on_detour;
-    Place home;                     // without a mission that has one: of arming, or of an order [m]
-    bool home_set;                  // by an order, which arming does not change
+    Place home;                     // home without a mission that has one: place of arming, or of an order [m]
+    bool home_set;                  // home was set by an order, which arming does not change
     int agreed;                     // ticks for which fixes have agreed, until home is known
     bool recalled;                  // the present call home was followed
     std::uint32_t ascent_deadline;  // tick at which the ascent has failed
-    bool ascent_failed;             // it is not repeated
+    bool ascent_failed;             // the ascent failed, and is not repeated
     Origin origin;
     bool unplaced;                  // the origin was given, and no fix has placed the robot yet
     bool fixed;                     // a fix came since boot
-    Command<float> requested;       // by the station in control
-    bool centered;                  // the sticks were, since the state became `manual`
-    std::uint32_t requested_at;     // tick
+    Command<float> requested;       // command of the station in control
+    bool centered;                  // the sticks were centered since the state became `manual`
+    std::uint32_t requested_at;     // tick of `requested`
     std::uint32_t silence;          // ticks without the ground, where it could be received
     bool defaults, watchdog_reset;  // no stored parameters; booted by the watchdog
-    bool was_armed;                 // before a restart that left the kept word
-    int submerged;                  // ticks after boot for which the depth was none of the surface
+    bool was_armed;                 // the robot was armed before a restart that left the kept word
+    int submerged;                  // ticks after boot for which the depth was not that of the surface
     std::uint32_t started;          // count of the clock at the start of the last tick
     float owed;                     // ticks of control that the clock is ahead of those made
     std::uint32_t writing;          // counts of the clock that the flash memory took in the last tick
@@ -128,7 +128,7 @@ struct Vehicle {
 
 inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }
 
-/// Where the robot believes to be.
+/// Estimated place of the robot.
 inline Place here(const Vehicle& vehicle) { return {vehicle.now.estimate.x, vehicle.now.estimate.y}; }
 
 /// Home of a mission without one of its own: before arming, where the robot is.
@@ -137,7 +137,7 @@ inline Place own_home(const Vehicle& vehicle) {
 }
 inline Place home_of(const Vehicle& vehicle) { return vehicle.has_home ? vehicle.mission.home : own_home(vehicle); }
 
-/// Whether a station is in control. Any is while the robot is disarmed, or ascends by itself after a restart.
+/// Whether a station is in control: any station while the robot is disarmed, or ascends by itself after a restart.
 inline bool in_control(const Vehicle& vehicle, Station station) {
     return vehicle.pilot == Station{} || station == vehicle.pilot;
 }

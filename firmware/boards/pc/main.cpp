@@ -40,9 +40,9 @@ struct Pipes {
         const ssize_t put = ::write(box, from, std::size_t(count));
         return put < 0 ? 0 : int(put);
     }
-    // Times on this machine are not those of the robot.
+    // Times on this machine say nothing about the robot.
     std::uint32_t clock() { return 0; }
-    std::uint32_t per_tick() { return 250'000; }  // that of qemu_mps2
+    std::uint32_t per_tick() { return 250'000; }  // the same as on qemu_mps2
     std::uint32_t stack() { return 0; }
     int receive(std::uint8_t* to, int count) { return radio.receive(to, count); }
     int send(const std::uint8_t* from, int count) { return radio.send(from, count); }

@@ -10,7 +10,7 @@
 namespace hypertuna::firmware {
 
 struct UdpRadio {
-    int line = -1;  // -1 until opened: nothing is received, and what is sent is lost
+    int line = -1;  // socket; -1 until opened: nothing is received, and what is sent is lost
     sockaddr_in peer{};
 
     bool open(int port) {
@@ -18,7 +18,7 @@ struct UdpRadio {
         peer.sin_family = AF_INET, peer.sin_port = htons(std::uint16_t(port));
         return line >= 0 && ::inet_pton(AF_INET, "127.0.0.1", &peer.sin_addr) == 1;
     }
-    /// Complete datagrams: the next call returns those that do not fit.
+    /// Receive complete datagrams; those that do not fit are returned by the next call.
     int receive(std::uint8_t* to, int limit) {
         int count = 0;
         while (line >= 0 && count < limit) {

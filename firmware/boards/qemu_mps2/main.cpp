@@ -2,7 +2,7 @@
 /// two FIFOs, its radio on the first UART.
 ///
 /// With -icount shift=6 an instruction takes 64 ns of the emulated time, and the SysTick counts every 40 ns: the clock
-/// counts instructions, exactly repeatable.
+/// counts instructions, so that runs repeat exactly.
 #include "../lockstep.hpp"
 #include "semihosting.hpp"
 #include HYPERTUNA_ROBOT
@@ -67,7 +67,7 @@ struct Fifos {
     int log(const std::uint8_t* from, int count) {
         return box < 0 ? count : count - semihosting::write(box, from, std::size_t(count));
     }
-    std::uint32_t clock() {  // it wraps after 0.67 s, and a tick takes 0.01 s
+    std::uint32_t clock() {  // SysTick wraps after 0.67 s, and a tick takes 0.01 s
         const std::uint32_t now = at(0xe000e018);
         counted += (before - now) & 0xffffff;
         before = now;

@@ -20,7 +20,7 @@ inline int open(const char* path, int length, Access access) {
     return call(0x01, arguments);
 }
 
-/// How many of the bytes were not read, or not written.
+/// Read or write bytes, and return the number of those that were not read or written.
 inline int read(int file, void* to, std::size_t count) {
     const std::intptr_t arguments[3] = {file, std::intptr_t(to), std::intptr_t(count)};
     return call(0x06, arguments);
@@ -30,7 +30,7 @@ inline int write(int file, const void* from, std::size_t count) {
     return call(0x05, arguments);
 }
 
-/// End of the emulation.
+/// End the emulation.
 [[noreturn]] inline void exit(int status) {
     const std::intptr_t arguments[2] = {0x20026, status};  // ADP_Stopped_ApplicationExit
     call(0x20, arguments);

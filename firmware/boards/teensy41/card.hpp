@@ -1,9 +1,8 @@
-/// Black box on an SD card: a file that is laid out before, into which whole sectors are written while the card is not
-/// busy.
+/// Black box on an SD card: a preallocated file, into which whole sectors are written while the card is not busy.
 ///
-/// A card may be busy for a quarter of a second at any write, and a file system writes its directory besides: neither
-/// happens in a tick. The file is contiguous, erased, and has its full length from the beginning, so that nothing is
-/// left to be written when the power goes. At the next boot its unused end is cut off.
+/// A card may be busy for a quarter of a second at any write, and a file system also writes its directory: neither may
+/// happen in a tick. The file is contiguous, erased, and has its full length from the beginning, so that nothing is
+/// left to be written when the power goes. The next boot cuts off its unused end.
 #pragma once
 
 #include <SD.h>
@@ -15,14 +14,14 @@ namespace hypertuna::firmware {
 inline constexpr std::uint32_t box_bytes = 256u << 20, sector_bytes = 512;  // 3.4 h of a robot with two joints
 
 struct Card {
-    std::uint32_t next = 0, end = 0;  // sectors; none: there is no card
+    std::uint32_t next = 0, end = 0;  // next sector and end of the file; equal without a card
     int filled = 0;
     alignas(4) std::uint8_t sector[sector_bytes];
 
     void begin() {
         next = end = 0, filled = 0;
         SD.begin(BUILTIN_SDCARD);
-        // On exFAT the directory says how much of a file is written: what it does not know of is lost with the power.
+        // On exFAT the directory records how much of a file is written: the rest is lost with the power.
         if (SD.sdfs.fatType() != 16 && SD.sdfs.fatType() != 32) return;
         char name[] = "box000.bin";
         int number = 0;
@@ -35,7 +34,8 @@ struct Card {
         if (laid_out && erase(first, last + 1)) next = first, end = last + 1;
     }
 
-    /// Take what fits; a full sector is written when the card is ready. A card that fails takes nothing any more.
+    /// Take the bytes that fit, and return their number; a full sector is written when the card is ready. A card that
+    /// failed takes no more bytes.
     int write(const std::uint8_t* from, int count) {
         if (next == end) return 0;
         int taken = 0;
@@ -50,7 +50,7 @@ struct Card {
     }
 
   private:
-    /// In pieces, for each of which the library waits a second.
+    /// Erase sectors in pieces, because the library waits up to a second for each.
     static bool erase(std::uint32_t from, std::uint32_t to) {
         constexpr std::uint32_t piece = 1 << 15;
         for (; from < to; from += piece)
@@ -61,7 +61,7 @@ struct Card {
         name[3] = char('0' + number / 100), name[4] = char('0' + number / 10 % 10), name[5] = char('0' + number % 10);
         return name;
     }
-    /// Whether a sector is as it was erased: a sector of records has marks.
+    /// Whether a sector is still erased: a sector of records has marks.
     bool is_unused(FsFile& file, std::uint32_t number) {
         if (!file.seekSet(number * sector_bytes) || file.read(sector, sector_bytes) != int(sector_bytes)) return false;
         for (std::uint32_t k = 0; k < sector_bytes; ++k)

@@ -1,8 +1,8 @@
 /// Depth sensor MS5837-30BA on I2C: two conversions in turn, compensated to second order in integers as in its data
 /// sheet.
 ///
-/// Nothing here waits for the sensor. A stuck line is seen before it is used, and after a failure the sensor is left
-/// alone for a second: then the bus is freed, and the sensor is begun anew, a step per millisecond.
+/// No function here waits for the sensor. A stuck line is detected before it is used, and after a failure the sensor is
+/// left alone for a second: then the bus is freed and the sensor started anew, a step per millisecond.
 #pragma once
 
 #include <Arduino.h>
@@ -12,10 +12,10 @@
 
 namespace hypertuna::firmware {
 
-/// Words of the sensor's memory, C1 to C6 after the checksum's, and the last temperature.
+/// Words of the sensor's memory, checksum and C1 to C6, and the last temperature.
 struct DepthSensor {
     std::uint16_t c[7];
-    std::int64_t dt, celsius;  // temperature from its reference; temperature [0.01 C]
+    std::int64_t dt, celsius;  // difference from the reference temperature; temperature [0.01 C]
 
     /// CRC-4 of the memory, bit by bit: polynomial x^4 + x + 1 after two bytes each of eight words.
     static int checksum(const std::uint16_t (&words)[8]) {
@@ -37,7 +37,7 @@ struct DepthSensor {
         celsius = 2000 + ((dt * c[6]) >> 23);
     }
 
-    /// Pressure in 0.1 mbar = 10 Pa: what the firmware counts in.
+    /// Pressure in 0.1 mbar = 10 Pa, the unit of the firmware's counts.
     std::int32_t pressure(std::uint32_t d1) const {
         std::int64_t offset = (std::int64_t(c[2]) << 16) + ((c[4] * dt) >> 7);
         std::int64_t slope = (std::int64_t(c[1]) << 15) + ((c[3] * dt) >> 8);
@@ -52,12 +52,14 @@ struct DepthSensor {
 struct DepthLine {
     static constexpr std::uint8_t address = 0x76, data_pin = 18, clock_pin = 19;
     static constexpr int reset = 0x1e, ask_pressure = 0x44, ask_temperature = 0x54, memory = 0xa0;
-    static constexpr int settled = 10, words = 7, max_counts = 310'000;  // ms after a reset; of the memory; 10 Pa
+    static constexpr int settled = 10, words = 7,
+                         max_counts =
+                             310'000;  // ms to wait after a reset; words of the memory; largest pressure [10 Pa]
 
     DepthSensor sensor{};
     int step = -1;               // ms since the reset; -1 while the sensor is left alone
-    bool measured = false;       // there is a temperature
-    bool sees = false;           // the lines can be read while they belong to the bus
+    bool measured = false;       // a temperature was measured
+    bool sees = false;           // the lines can be read while the bus drives them
     std::uint32_t retry_at = 0;  // us
 
     void begin() {
@@ -65,7 +67,7 @@ struct DepthLine {
         step = -1, measured = false, retry_at = std::uint32_t(micros());
     }
 
-    /// Once a millisecond; `ms` since the tick began.
+    /// Do the work of a millisecond; `ms` is the time since the tick began.
     void work(int ms, Samples& samples) {
         if (step < 0 && std::int32_t(micros() - retry_at) < 0) return;
         if (!(step < 0 ? restart() : step < settled + words ? read_memory() : convert(ms, samples))) {
@@ -100,7 +102,7 @@ struct DepthLine {
         sensor.c[k] = std::uint16_t(word);
         return k < words - 1 || sensor.is_valid();
     }
-    /// Pressure, then temperature, each 3 ms after it was begun: a reading per tick.
+    /// Read pressure, then temperature, each 3 ms after its conversion was started: a reading per tick.
     bool convert(int ms, Samples& samples) {
         std::uint32_t number = 0;
         if (ms == 0) return ask(ask_pressure);
@@ -117,7 +119,7 @@ struct DepthLine {
         return true;
     }
     static bool are_high() { return digitalRead(data_pin) == HIGH && digitalRead(clock_pin) == HIGH; }
-    /// A transfer on a line that is held low would wait 17 ms.
+    /// Send a command, unless a line is held low: such a transfer would wait 17 ms.
     bool ask(int command) const {
         if (sees && !are_high()) return false;
         Wire.beginTransmission(address);

@@ -5,13 +5,13 @@
 
 namespace hypertuna::firmware {
 
-/// The device is set up at the rate that it is made with, 9,600 bit/s, and then at its own: at boot, and whenever it
-/// has been silent.
+/// The device is set up at its initial rate, 9,600 bit/s, and then at its own: at boot, and whenever it has been
+/// silent.
 struct Device {
     static constexpr std::uint32_t hand_over = 250'000;  // us: longer than the settings take at 9,600 bit/s
 
     std::uint32_t baud, patience;          // bit/s; us of silence
-    std::uint32_t heard_at, messages = 0;  // us of the last message, or change of rate; number of its messages
+    std::uint32_t heard_at, messages = 0;  // us of the last message or change of rate; number of messages
     bool slow = false;
 
     Device(std::uint32_t rate, std::uint32_t silence) : baud(rate), patience(silence), heard_at(0u - silence) {}

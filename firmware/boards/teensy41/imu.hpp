@@ -1,5 +1,5 @@
-/// IMU of the JY931's kind: frames of 11 bytes on a serial line, 0x55, kind, four numbers of 16 bits, sum of all
-/// before. Its settings are registers that are written by 0xff 0xaa, number, two bytes, after an unlocking.
+/// IMU like the JY931: frames of 11 bytes on a serial line: 0x55, kind, four numbers of 16 bits, sum of the bytes
+/// before. Its settings are registers; after an unlocking command they are written by 0xff 0xaa, number, two bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@ struct ImuFrame {
     std::int16_t value[3];
 };
 
-/// 115,200 bit/s; then acceleration, rate and field, 200 times a second.
+/// Settings of the IMU: 115,200 bit/s; then acceleration, rate and field, 200 times a second.
 inline constexpr std::uint32_t imu_baud = 115'200;
 inline constexpr std::uint8_t imu_fast[] = {0xff, 0xaa, 0x69, 0x88, 0xb5, 0xff, 0xaa, 0x04, 0x06, 0};
 inline constexpr std::uint8_t imu_settings[] = {0xff, 0xaa, 0x69, 0x88, 0xb5, 0xff, 0xaa, 0x02,
                                                 0x16, 0,    0xff, 0xaa, 0x03, 0x0b, 0};
 
-/// Finds frames in a stream of bytes, and finds the next one after a broken one within its own length.
+/// Finds frames in a stream of bytes. After a broken frame it finds the next one within the length of a frame.
 struct ImuParser {
     std::uint8_t bytes[11];
     int count;
-    std::uint32_t frames;  // of a kind that we know
+    std::uint32_t frames;  // number of frames of a known kind
 
-    /// Take a byte; true when a whole frame of a kind that we know is there.
+    /// Take a byte; true when a complete frame of a known kind is there.
     bool take(std::uint8_t byte, ImuFrame& frame) {
         bytes[count++] = byte;
         while (count > 0 && bytes[0] != 0x55) drop(1);

@@ -25,9 +25,9 @@ struct FixParser {
 
     std::uint8_t bytes[size];
     int count;
-    std::uint32_t messages;  // whole ones, with a fix or without
+    std::uint32_t messages;  // complete messages, with a fix or without
 
-    /// Take a byte; true when a whole message with a good fix in three dimensions is there.
+    /// Take a byte; true when a complete message with a good fix in three dimensions is there.
     bool take(std::uint8_t byte, Fix& fix) {
         bytes[count++] = byte;
         while (count > 0 && !begins()) drop();
@@ -41,11 +41,12 @@ struct FixParser {
         }
         count = 0, ++messages;
         const std::uint8_t* load = bytes + 6;
-        const bool good = load[20] == 3 && (load[21] & 1) != 0 && (load[78] & 1) == 0;  // type, valid, not invalid
+        const bool good = load[20] == 3 && (load[21] & 1) != 0 &&
+                          (load[78] & 1) == 0;  // type of the fix, flag "valid", flag "invalid"
         fix.satellites = load[23];
         std::memcpy(&fix.longitude, load + 24, 4), std::memcpy(&fix.latitude, load + 28, 4);
         std::memcpy(&fix.accuracy, load + 40, 4);
-        if (fix.accuracy < 0) fix.accuracy = INT32_MAX;  // it has 32 bits without a sign
+        if (fix.accuracy < 0) fix.accuracy = INT32_MAX;  // the receiver's number has 32 bits without a sign
         return good;
     }
 
@@ -85,7 +86,7 @@ struct ReceiverSettings {
     }
 
   private:
-    int from = 0;  // of the message being made
+    int from = 0;  // start of the message being made
 
     void put(std::uint32_t number, int count) {
         for (int k = 0; k < count; ++k) bytes[size++] = std::uint8_t(number >> 8 * k);

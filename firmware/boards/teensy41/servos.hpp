@@ -1,12 +1,12 @@
-/// Servo pulses by the timers of the microcontroller: no interrupt makes them, so that none can stretch them.
+/// Servo pulses by the timers of the microcontroller: no interrupt makes the pulses, so none can stretch them.
 #pragma once
 
 #include <Arduino.h>
 
 namespace hypertuna::firmware {
 
-inline constexpr float pulse_rate = 50;  // Hz: of all servos, since pins share timers
-inline constexpr int pulse_bits = 16;    // of the duty; a timer counts 0.43 us
+inline constexpr float pulse_rate = 50;  // Hz, rate of all servos, since pins share timers
+inline constexpr int pulse_bits = 16;    // bits of the duty cycle; a timer counts 0.43 us
 
 /// Whether a pin has pulse-width modulation by a timer, on a Teensy 4.1 (pwm.c of its core).
 constexpr bool has_pulses(int pin) {
@@ -20,8 +20,8 @@ inline void begin_servo(int pin) {
     analogWrite(std::uint8_t(pin), 0);
 }
 
-/// Send pulses of a length [s]; 0 for none. The duty is rounded down here and to counts of the timer by the core: 1.2
-/// added before makes the error 0.4 us at most, either way.
+/// Send pulses of a length [s]; 0 for none. The duty cycle is rounded down here, and by the core to counts of the
+/// timer: adding 1.2 before makes the error at most 0.4 us either way.
 inline void send_pulse(int pin, float pulse) {
     const float duty = pulse * pulse_rate * float(1 << pulse_bits);
     analogWrite(std::uint8_t(pin), 0.0f < pulse ? int(duty + 1.2f) : 0);

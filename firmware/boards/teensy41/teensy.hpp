@@ -13,7 +13,7 @@
 #include "receiver.hpp"
 #include "servos.hpp"
 
-// Of the core, as its LittleFS_Program uses them: done when they return, with interrupts off meanwhile.
+// Functions of the core, which its LittleFS_Program uses: done when they return, with interrupts off meanwhile.
 extern "C" void eepromemu_flash_write(void* to, const void* from, std::uint32_t count);
 extern "C" void eepromemu_flash_erase_sector(void* sector);
 
@@ -30,7 +30,7 @@ inline std::uint8_t* const flash = reinterpret_cast<std::uint8_t*>(0x607c0000);
 inline std::uint8_t* const flash = stand_in::flash;
 #endif
 
-/// Memory behind the core's rings of 64 bytes: at 115,200 bit/s these overflow in 6 ms, all of it in 94 ms.
+/// Memory in addition to the core's rings of 64 bytes: at 115,200 bit/s these overflow in 6 ms, all of it in 94 ms.
 struct Rings {
     std::uint8_t imu[1024], receiver[1024], radio[1024], to_receiver[256], to_radio[512];
 };
@@ -40,7 +40,7 @@ struct Teensy {
     const Wiring& wiring;
     int joints;
     Raw raw{};
-    std::uint32_t due = 0, sampled = 0;  // us: end of the tick, last samples
+    std::uint32_t due = 0, sampled = 0;  // us: end of the tick, time of the last samples
     HardwareSerialIMXRT *imu = nullptr, *receiver = nullptr, *radio = nullptr;
     ImuParser imu_frames{};
     FixParser fixes{};
@@ -55,7 +55,7 @@ struct Teensy {
         for (int pin : {wiring.leak[0], wiring.recovery[0]}) pinMode(std::uint8_t(pin), INPUT_PULLUP);
         for (int pin : wiring.servo)
             if (0 <= pin) begin_servo(pin);
-        SNVS_LPCR |= 1 << 24;  // the words that are kept over a reset can be used
+        SNVS_LPCR |= 1 << 24;  // allow access to the words that are kept over a reset
         begin_ports();
         depth.begin();
         card.begin();
@@ -66,7 +66,7 @@ struct Teensy {
     bool wait() {
         do work();
         while (std::int32_t(micros() - due) < 0);
-        // A tick that came too late is not made up for.
+        // A tick that came too late is skipped.
         due = std::int32_t(micros() - due) < std::int32_t(tick_us) ? due + tick_us : std::uint32_t(micros()) + tick_us;
         phase = 0;
         return true;
@@ -76,12 +76,12 @@ struct Teensy {
         to = raw;
         std::memset(static_cast<void*>(&raw), 0, sizeof(raw));
     }
-    /// A joint with a servo on its axle has no second one.
+    /// Send the servos' pulses. A joint with a servo on its axle has no second one.
     void drive(const float (&pulse)[max_servos], int count) {
         for (int k = 0; k < count; ++k)
             if (0 <= wiring.servo[k]) send_pulse(wiring.servo[k], pulse[k]);
     }
-    /// Cycles: they count on while interrupts are off, which stops micros().
+    /// Count of processor cycles, which goes on while interrupts are off, while micros() stops.
     std::uint32_t clock() { return ARM_DWT_CYCCNT; }
     std::uint32_t per_tick() { return std::uint32_t(F_CPU_ACTUAL) / 1'000'000 * tick_us; }
 
@@ -89,11 +89,12 @@ struct Teensy {
     void program(int at, const std::uint8_t* from, int count) {
         eepromemu_flash_write(flash + at, from, std::uint32_t(count));
     }
-    /// It takes 45 ms, by the data sheet 0.4 s at most: the watchdog is fed before and after.
+    /// Erase a sector, which takes 45 ms, by the data sheet at most 0.4 s: the watchdog is fed before and after.
     void erase(int sector) { feed(), eepromemu_flash_erase_sector(flash + sector * flash_sector), feed(); }
     bool recovers() { return digitalRead(std::uint8_t(wiring.recovery[0])) == LOW; }
 
-    /// Two words of the power domain that a reset leaves alone, and a coin cell keeps: the second one checks the first.
+    /// Keep a word in two registers of the power domain that a reset leaves alone and a coin cell supplies: the second
+    /// one checks the first.
     void keep(std::uint32_t word) {
         if (kept() == word) return;
         SNVS_LPGPR0 = word;
@@ -108,14 +109,14 @@ struct Teensy {
         return count;
     }
     int send(const std::uint8_t* from, int count) {
-        const int room = radio->availableForWrite(), fits = count < room ? count : room;
+        const int space = radio->availableForWrite(), fits = count < space ? count : space;
         return fits > 0 ? int(radio->write(from, std::size_t(fits))) : 0;
     }
 
     /// Watchdog of the i.MX RT1060 (reference manual, chapter WDOG1-2): its time-out counts half seconds, from one on.
     void begin_watchdog() {
         const int halves = int(2.0f * wiring.watchdog);
-        CCM_CCGR3 |= 3 << 16;  // its clock
+        CCM_CCGR3 |= 3 << 16;  // clock of the watchdog
         WDOG1_WMCR = 0;
         WDOG1_WCR = std::uint16_t((halves > 1 ? halves - 1 : 0) << 8 | 0x37);  // on, but not while asleep or debugged
     }
@@ -144,7 +145,7 @@ struct Teensy {
         take_imu(), take_fixes();
         const std::uint32_t since = std::uint32_t(micros()) - sampled;
         if (since < sample_us) return;
-        sampled += since < 2 * sample_us ? sample_us : since;  // what was missed is not made up for
+        sampled += since < 2 * sample_us ? sample_us : since;  // missed samples are not made up for
         const auto sample = [&](int channel, int pin) { raw.channel[channel].add(analogRead(std::uint8_t(pin)) << 4); };
         const int* pin = wiring.analog;
         visit_channels([&](const auto& channel, int first) {

@@ -1,4 +1,4 @@
-/// Board teensy41 on a stand-in for the Arduino API, for the tests: a robot that floats, and what its sensors send.
+/// Board teensy41 on a stand-in for the Arduino API, for the tests: a floating robot, and the bytes of its sensors.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ inline void put_fix(HardwareSerialIMXRT& line, std::int32_t latitude, std::int32
     line.come(bytes, 100);
 }
 
-/// What the sensors of a robot that floats upright send, with a little noise.
+/// The bytes and voltages of the sensors of a robot that floats upright, with a little noise.
 inline void float_on(int ticks) {
     const Calibration& c = app.vehicle.model.calibration;
     for (int t = 0; t < ticks; ++t) {

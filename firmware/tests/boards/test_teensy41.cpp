@@ -1,4 +1,4 @@
-/// Board teensy41 against a stand-in for the Arduino API: sensors in, servos out, what it keeps.
+/// Tests of board teensy41 on a stand-in for the Arduino API: sensors in, servos out, stored data.
 #include "teensy_test.hpp"
 
 static void it_boots_and_reads() {
@@ -22,7 +22,7 @@ static void it_boots_and_reads() {
     CHECK(!Serial2.out.empty());  // telemetry
 }
 
-/// Pulses come from timers: 50 a second, each within a microsecond of what is asked for, none for 0.
+/// Pulses come from timers: 50 per second, each within a microsecond of the commanded width, none for 0.
 static void it_drives_servos() {
     stand_in::bus.pressure = 4511096;  // 5 cm below an air pressure of 1,013 hPa
     float_on(300);
@@ -61,8 +61,8 @@ static void parameters_survive_a_reset() {
     CHECK(value(app.vehicle, k) == 0.25f && !app.vehicle.defaults);
 }
 
-/// The card has all but the last sectors, whenever the power goes; a slow one delays no tick, and what it has no time
-/// for is lost and told. At the next boot the file is cut to what was written.
+/// The card holds all but the last sectors, whenever the power fails. A slow card delays no tick; records that it
+/// cannot take in time are lost, and this is reported. At the next boot the file is cut to the written part.
 static void the_black_box_lasts() {
     stand_in::Disk& disk = stand_in::disk;
     disk.files.clear(), disk.sectors.clear();
@@ -94,7 +94,7 @@ static void the_black_box_lasts() {
     boot_board();
 }
 
-/// While an erasure takes the longest that the data sheet allows, the watchdog does not bite, and the clock sees it.
+/// During an erasure of the longest duration in the data sheet the watchdog does not reset, and the clock keeps time.
 static void a_slow_erasure() {
     boot_board(), float_on(100);
     stand_in::erase_us = 400'000;
@@ -106,7 +106,8 @@ static void a_slow_erasure() {
     CHECK(settled(app.vehicle.store) && stand_in::watchdog.bites == 0);
     CHECK(!snapshot(app.vehicle).faults.has(firmware::Fault::overrun));
     CHECK(board.clock() - before > 600 * (std::uint32_t(micros()) - us + 390'000));
-    for (std::uint32_t wait : {400'000u, 0u}) {  // the erasure does not count with what was before it, nor after it
+    for (std::uint32_t wait :
+         {400'000u, 0u}) {  // the erasure does not count together with the ticks before or after it
         board.feed();
         stand_in::pass(wait);
         board.erase(witness_sector);
@@ -117,7 +118,7 @@ static void a_slow_erasure() {
     stand_in::erase_us = 45'000;
 }
 
-/// A word is kept over a reset, and a register with anything else in it is none.
+/// A word survives a reset; a register with any other content holds no word.
 static void a_word_is_kept() {
     board.keep(0x12345678);
     boot_board();
@@ -138,7 +139,7 @@ static void a_key_is_recovered() {
     float_on(50), boot_board();
     CHECK(key(app.vehicle) != nullptr);
     stand_in::digital[robot::wiring.recovery[0]] = LOW;
-    stand_in::erase_us = 400'000;  // three times: the watchdog is fed between
+    stand_in::erase_us = 400'000;  // three erasures: the watchdog is fed between them
     boot_board();
     CHECK(stand_in::watchdog.bites == 0);
     stand_in::erase_us = 45'000;

@@ -1,7 +1,7 @@
-/// Lines of board teensy41: what comes over serial ports and I2C, good or not, and what that costs.
+/// Tests of the lines of board teensy41: good and bad bytes on serial ports and I2C, and the time that they cost.
 #include "teensy_test.hpp"
 
-/// The example of the checksum's application note, and compensation to second order against whole numbers of Python.
+/// The example of the application note on the checksum, and second-order compensation against integers of Python.
 static void the_depth_sensor_computes() {
     CHECK(DepthSensor::checksum({0x3132, 0x3334, 0x3536, 0x3738, 0x3940, 0x4142, 0x4344, 0x4500}) == 0xb);
     DepthSensor sensor{{0x2000, 34982, 36352, 20328, 22354, 26646, 26146}, 0, 0};
@@ -18,8 +18,8 @@ static void the_depth_sensor_computes() {
     CHECK(!sensor.is_valid());
 }
 
-/// After a long tick no samples are made up for: those of one moment say nothing of the others, and the depth sensor's
-/// conversions take their time.
+/// After a long tick missed samples are not made up for: samples of one moment tell nothing about the others, and
+/// conversions of the depth sensor take their time.
 static void after_a_long_tick() {
     float_on(10);
     stand_in::pass(80'000);
@@ -32,7 +32,7 @@ static void after_a_long_tick() {
 
 /// Bytes that come during a long tick wait in the rings: at 60 ms there are more than the core's 64.
 static void rings_hold_a_long_tick() {
-    boot_board(), float_on(100);  // until the devices have their settings
+    boot_board(), float_on(100);  // until the devices are set up
     const std::uint32_t lost = Serial1.lost + Serial8.lost;
     for (int k = 0; k < 12; ++k) put_imu(Serial1, 0x52, {1, 2, 3});
     put_fix(Serial8, 300000000, 1200000000);
@@ -42,7 +42,7 @@ static void rings_hold_a_long_tick() {
     CHECK(Serial1.lost + Serial8.lost == lost && Serial1.ring.empty());
 }
 
-/// Fixes that the receiver itself calls bad are none; a good one has its accuracy.
+/// Fixes that the receiver itself marks as bad are not used; a good one has the receiver's accuracy.
 static void bad_fixes_are_none() {
     const auto read = [](int type, int valid, int invalid) {
         Serial8.line.clear();
@@ -58,7 +58,7 @@ static void bad_fixes_are_none() {
     CHECK(!read(2, 1, 0) && !read(3, 0, 0) && !read(3, 1, 1) && !read(0, 1, 0));
 }
 
-/// Receiver and IMU are set up at the rate that they come with and at their own: at boot, and again when they are
+/// Receiver and IMU are set up both at their factory rate and at the board's rate: at boot, and again when they are
 /// silent, since they lose their settings with their power.
 static void devices_get_their_settings() {
     const auto forget = [] {
@@ -67,7 +67,7 @@ static void devices_get_their_settings() {
     };
     const ReceiverSettings settings(1000);
     CHECK(robot::wiring.fix_ms == 1000 && settings.size == 11 + 14 + 44 + 28 + 46);
-    int sums = 0;  // of every message, by its length
+    int sums = 0;  // checksums of every message, by its length
     for (int at = 0; at < settings.size; at += settings.bytes[at + 4] + 8) {
         std::uint8_t sum[2];
         const int size = settings.bytes[at + 4] + 8;
@@ -108,7 +108,7 @@ static void silent_sensors_and_a_leak() {
     CHECK(app.vehicle.raw.channel[first_channel("depth")].count == 1);  // the sensor is back after its pause
 }
 
-/// A bus that is held low costs one late tick, then nothing but a look a second; it is freed by clock pulses.
+/// A bus that is held low costs one late tick, then only a short check each second; clock pulses free it.
 static void a_stuck_bus() {
     stand_in::Bus& bus = stand_in::bus;
     const int depth = first_channel("depth");
@@ -129,7 +129,7 @@ static void a_stuck_bus() {
         CHECK(longest_tick(150) < 11'000 && !bus.held);
         CHECK(app.vehicle.raw.channel[depth].count == 1);
     }
-    bus.blind = true;  // then each look at a stuck bus costs a late tick, once a second
+    bus.blind = true;  // then each check of a stuck bus costs a late tick, once a second
     boot_board(), float_on(50);
     CHECK(app.vehicle.raw.channel[depth].count == 1);
     bus.clockless = true;
@@ -146,7 +146,7 @@ static void a_stuck_bus() {
     CHECK(app.vehicle.raw.channel[depth].count == 1);
 }
 
-/// A sensor that fails is left alone for a second: it may cost a late tick each time that it is tried.
+/// A failing sensor is left alone for a second, because each try may cost a late tick.
 static void a_sensor_that_fails_again() {
     stand_in::Bus& bus = stand_in::bus;
     for (bool* failure : {&bus.hangs, &bus.silent}) {
@@ -162,7 +162,7 @@ static void a_sensor_that_fails_again() {
     }
 }
 
-/// Noise on every line: nothing but good frames gets through, and the next good one does.
+/// Noise on every line: only good frames get through, and the next good one does.
 static void noise_on_the_lines() {
     ImuParser imu{};
     FixParser fixes{};

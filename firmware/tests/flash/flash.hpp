@@ -12,7 +12,7 @@
 
 namespace hypertuna::firmware {
 
-/// Random numbers of a test.
+/// Random numbers for a test.
 struct Dice {
     std::uint64_t state = 1;
 
@@ -29,16 +29,16 @@ template <int sectors>
 struct Flash {
     std::uint8_t bytes[sectors * flash_sector], weak[sectors * flash_sector];
     int operations, erasures;  // since the flash was new
-    int power;                 // operations until the power goes during one; negative for ever
+    int power;                 // operations until the power fails during one; negative: never
     bool off;
-    int worn;  // address that keeps its value; negative for none
+    int worn;  // address of a worn cell that keeps its value; negative: none
     Dice dice;
 
     void begin() {
         std::memset(bytes, 0xff, sizeof(bytes)), std::memset(weak, 0, sizeof(weak));
         operations = erasures = 0, power = worn = -1, off = false;
     }
-    /// The power comes back: weak bits fall one way or the other.
+    /// Restore the power: weak bits fall one way or the other.
     void boot() {
         off = false, power = -1;
         static const std::uint8_t none[flash_page] = {};
@@ -63,7 +63,7 @@ struct Flash {
     void program(int at, const std::uint8_t* from, int count) {
         const bool cut = begins_cut();
         if (off && !cut) return;
-        outside += at / flash_page != (at + count - 1) / flash_page;  // it would wrap to the page's begin
+        outside += at / flash_page != (at + count - 1) / flash_page;  // the write would wrap to the begin of its page
         const double part = cut ? some_part() : 1, weakness = dice.happens(0.5) ? 0.5 : 0.03;
         for (int k = 0; k < count; ++k) {
             if (at + k == worn) continue;
@@ -92,7 +92,7 @@ struct Flash {
         if (power > 0) --power;
         return false;
     }
-    /// Part of an operation that was done: often next to nothing, or nearly all.
+    /// Completed part of an interrupted operation: often next to nothing, or nearly all.
     double some_part() {
         const double part = double(dice.below(1001)) / 1000;
         const int kind = dice.below(4);

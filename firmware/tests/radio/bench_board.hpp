@@ -17,7 +17,7 @@ struct BenchBoard {
     float voltage = 15.0f, depth = 0.05f;
     bool leak = false, sky = true;              // water in the hull; the receiver has satellites
     std::int32_t place = 500000000;             // latitude of the fixes [1e-7 deg]
-    std::vector<std::uint8_t> heard{}, said{};  // radio: bytes that came, and that went
+    std::vector<std::uint8_t> heard{}, said{};  // bytes that the radio received, and that it sent
 
     float noise(int channel) const { return normal<float>(random_bits(7, std::uint64_t(channel), ticks)); }
 
@@ -73,7 +73,7 @@ struct BenchBoard {
         return count;
     }
 
-    /// The description's parameters: the sensors are those that it tells of, whatever the radio sets.
+    /// Parameters of the description: the sensors are always those that it describes, whatever the radio sets.
     static const Model& sound() {
         static const Model model = [] {
             float value[max_parameters];

@@ -36,7 +36,7 @@ Message hostile(Chance& chance) {
     return m;
 }
 
-/// What a message needs to get further than its first check, most of the time.
+/// Set the fields that a message needs to pass its first check, most of the time.
 template <class Message>
 void shape(Message&, Chance&, const Vehicle&) {}
 template <class Command>
@@ -91,7 +91,7 @@ inline void shape(mavlink_setup_signing_t& m, Chance& chance, const Vehicle&) {
     if (chance.below(2)) m.initial_timestamp = chance.bits() >> (16 + chance.below(48));
 }
 
-/// Send a hostile message of the kind at a place in the dialect, if the robot accepts it.
+/// Send a hostile message of the kind at this index of the dialect, if the robot accepts it.
 template <class... Messages>
 void send_hostile(MessageList<Messages...>, Bench& bench, Chance& chance, std::size_t pick) {
     std::size_t k = 0;

@@ -20,7 +20,7 @@ static BenchBoard board;
 
 struct Told {
     std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
-    float frequency, amplitude, first;  // of the command; value of the first parameter
+    float frequency, amplitude, first;  // frequency and amplitude of the command; value of the first parameter
     std::uint8_t armed, state, max_waiting, waypoints;
 };
 static_assert(sizeof(Told) == 56);
@@ -66,7 +66,7 @@ static int lock_step() {
     return 0;
 }
 
-/// Readings of the sensors from a file; those before where it is being written.
+/// Read the sensors' numbers from a file; keep the former numbers while the file is being written.
 static void take_readings(const char* path) {
     std::FILE* file = std::fopen(path, "r");
     float number[11];

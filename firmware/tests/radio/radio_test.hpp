@@ -36,7 +36,7 @@ struct Bench {
     void run(int ticks) {
         for (int k = 0; k < ticks; ++k) tick(app, board);
     }
-    /// Say something, and let the robot answer.
+    /// Send something, and let the robot answer.
     template <class Message>
     void say(const Message& m, int ticks = 40) {
         hear(frame(m));
@@ -45,7 +45,7 @@ struct Bench {
     const Vehicle& vehicle() const { return app.vehicle; }
 };
 
-/// Every frame that the robot has sent of a kind. Its frames are read as a client's would be.
+/// Every frame of a kind that the robot has sent, decoded as a client would.
 template <class Message>
 std::vector<Message> said(const Bytes& bytes) {
     std::vector<Message> found;
@@ -80,7 +80,7 @@ inline Refusal last_answer(const Bench& bench) {
     return Refusal(last_said<mavlink_command_ack_t>(bench).result_param2);
 }
 
-/// How often a text was told.
+/// The number of times that a text was sent.
 inline int told(const Bench& bench, std::string_view text) {
     int count = 0;
     for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
@@ -100,7 +100,7 @@ inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t>
         items[k].seq = std::uint16_t(k), items[k].target_system = 1, items[k].mission_type = type;
         bench.say(items[k]);
     }
-    bench.run(40);  // a text may go before the answer
+    bench.run(40);  // a text may be sent before the answer
     const auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     return acks.empty() ? 255 : acks.back().type;
 }

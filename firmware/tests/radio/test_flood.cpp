@@ -1,11 +1,10 @@
-/// A crowded link: what makes the robot safer is carried out whatever others send, and whether or not its answer has
-/// room.
+/// Tests of a crowded link: safety orders are carried out whatever others send, with or without space for the answer.
 #include "radio_test.hpp"
 
 /// A signed robot, armed, and its ground station; somebody else fills the link with frames.
 struct Flooded : Bench {
     Bytes waiting{};  // bytes on a line to the robot
-    int line;         // bytes that the line carries a tick; 0 for one without a rate
+    int line;         // bytes per tick that the line carries; 0 for an unlimited line
     Bytes junk;       // a frame of the flood
     explicit Flooded(const Bytes& frame, int rate = 0) : line(rate), junk(frame) {
         mavlink_setup_signing_t setup{};
@@ -17,7 +16,7 @@ struct Flooded : Bench {
         app.vehicle.home = {100, 100}, board.depth = 1;  // home and surface take their time
         run(100);
     }
-    /// A tick under the flood: a frame of it, or as many as keep the line busy.
+    /// A tick under the flood: one frame of it, or as many as keep the line busy.
     void endure() {
         if (line == 0) hear(junk);
         while (int(waiting.size()) < line) waiting.insert(waiting.end(), junk.begin(), junk.end());
@@ -25,7 +24,7 @@ struct Flooded : Bench {
         waiting.erase(waiting.begin(), waiting.begin() + line);
         run(1);
     }
-    /// Say something once, amid the flood; whether the vehicle enters a state within a second.
+    /// Send something once amid the flood; returns whether the vehicle enters a state within a second.
     template <class Message>
     bool brings(const Message& m, State state) {
         const Bytes bytes = frame(m);
@@ -52,7 +51,7 @@ Bytes unsigned_frame(const Message& m, Sender from, bool torn = false) {
 static constexpr Sender radio_modem{modem.system, modem.component, 0}, nobody{7, 7, 0}, robot_itself{1, 1, 0};
 
 static std::vector<Bytes> floods() {
-    mavlink_radio_status_t full{};  // a transmit buffer of which nothing is left
+    mavlink_radio_status_t full{};  // a full transmit buffer
     full.rssi = full.remrssi = 200;
     const mavlink_command_long_t other = command(MAV_CMD_NAV_TAKEOFF);
     return {unsigned_frame(full, radio_modem), unsigned_frame(full, nobody), unsigned_frame(other, nobody),
@@ -74,7 +73,7 @@ struct SafeOrder {
     State before, after;
 };
 
-/// Every order that makes the robot safer, in all forms that a ground station gives it.
+/// Every safety order, in all forms in which a ground station sends it.
 static std::vector<SafeOrder> safe_orders() {
     const auto mode = [](State state) {
         return command(MAV_CMD_DO_SET_MODE, MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, float(mode_base + int(state)));
@@ -131,7 +130,7 @@ static void test_safety_orders_in_a_flood() {
         }
 }
 
-/// With every place for answers taken, a safety order is followed at once and without one; another waits.
+/// With every place for answers taken, a safety order is carried out at once without an answer; another order waits.
 static void test_no_room_for_an_answer() {
     for (const SafeOrder& order : safe_orders()) {
         Flooded bench({});
@@ -157,7 +156,7 @@ static void test_no_room_for_an_answer() {
     CHECK(snapshot(bench.vehicle()).state == State::surface);
 }
 
-/// The sticks have no answer, and wait for no place: centered ones stop the tail.
+/// Joystick messages have no answer and wait for no place: centered sticks stop the tail.
 static void test_sticks_without_room() {
     Flooded bench({});
     give(bench.app.vehicle, Order::manual, pilot_station);
@@ -173,7 +172,7 @@ static void test_sticks_without_room() {
     CHECK(bench.vehicle().requested.frequency == 0);
 }
 
-/// The beginning of a frame holds nothing up that comes behind it.
+/// An unfinished frame does not delay the frames behind it.
 static void test_torn_frames() {
     Flooded bench({});
     for (const Bytes& torn : torn_frames())
@@ -186,7 +185,7 @@ static void test_torn_frames() {
         }
 }
 
-/// However little of its radio the robot may use, it sends a heartbeat a second and answers a command a second.
+/// However small the robot's share of the radio is, it sends a heartbeat and answers a command each second.
 static void test_least_rate() {
     Flooded bench({});
     bench.app.vehicle.model.limits.link_share = 0.05f;

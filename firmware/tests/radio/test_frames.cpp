@@ -1,4 +1,4 @@
-/// Frames: found in any stream of bytes, old ones refused; angles and numbers of the messages.
+/// Tests of frames: found in any stream of bytes, old ones refused; angles and numbers of the messages.
 #include <algorithm>
 
 #include "radio_test.hpp"
@@ -38,7 +38,7 @@ static void test_parser_finds_what_is_good() {
     }
 }
 
-/// Any single bit that flips is seen; two thirds of the frame's bytes may be anything.
+/// Any single flipped bit is detected; two thirds of the frame's bytes may be anything.
 static void test_no_flipped_bit_passes() {
     Bench bench;
     const Bytes good = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
@@ -52,8 +52,8 @@ static void test_no_flipped_bit_passes() {
     }
 }
 
-/// The same frame again, and one that was overtaken, are old; so is all of a window. After silence a sender counts
-/// anew.
+/// A repeated frame and an overtaken one are old, and so is a whole window. After silence the sequence of a sender
+/// starts again.
 static void test_replay_is_refused() {
     Bench bench;
     const Bytes arm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
@@ -62,7 +62,7 @@ static void test_replay_is_refused() {
     bench.hear(arm), bench.run(40);
     CHECK(!snapshot(bench.vehicle()).armed());
     bench.hear(disarm), bench.run(40);
-    CHECK(bench.app.radio.replayed == 1);  // the arming alone: disarming is always heard
+    CHECK(bench.app.radio.replayed == 1);  // only the arming: disarming is always accepted
     CHECK(told(bench, Refusal::replayed) == 1);
     bench.run(int(silence) + 1);
     bench.hear(arm), bench.run(40);

@@ -1,7 +1,8 @@
-/// Missions over the radio: complete and valid, or not at all.
+/// Tests of missions over the radio: accepted complete and valid, or not at all.
 #include "radio_test.hpp"
 
-/// Up, and down again: the same items. One that is broken off, or has a bad item, leaves what was on board.
+/// A mission that is uploaded and downloaded again has the same items. An upload that is interrupted or has a bad item
+/// leaves the mission on board unchanged.
 static void test_missions() {
     Bench bench;
     const auto items = box();
@@ -25,9 +26,9 @@ static void test_missions() {
     CHECK(upload(bench, bad) == MAV_MISSION_UNSUPPORTED_FRAME);
     bad = {items[0], items[1]};
     CHECK(upload(bench, bad) == MAV_MISSION_ERROR);
-    bad = items, bad[8].param1 = -1;  // no time to stay
+    bad = items, bad[8].param1 = -1;  // an invalid time to stay
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
-    bad = items, bad[0].param1 = 1e6f;  // the vehicle's own check, of the whole
+    bad = items, bad[0].param1 = 1e6f;  // refused by the vehicle's own check of the whole mission
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
     CHECK(mission(bench.vehicle()).waypoints == 3 && mission(bench.vehicle()).depth_max == 4.0f);
 
@@ -39,7 +40,7 @@ static void test_missions() {
     CHECK(mission(bench.vehicle()).waypoints == 3);
 }
 
-/// A place in degrees counts from the first fix: a thousandth of a degree of latitude is 111.2 m.
+/// Places in degrees are relative to the first fix: a thousandth of a degree of latitude is 111.2 m.
 static void test_mission_in_degrees() {
     Bench bench;
     bench.run(200);
@@ -57,7 +58,7 @@ static void test_mission_in_degrees() {
     CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
 }
 
-/// The last item once more, because its answer was lost: the same answer once more.
+/// The last item is sent again because its answer was lost: the answer is the same.
 static void test_lost_acknowledgement_of_a_mission() {
     Bench bench;
     auto items = box();
@@ -68,20 +69,19 @@ static void test_lost_acknowledgement_of_a_mission() {
     auto acks = said<mavlink_mission_ack_t>(bench.board.said);
     CHECK(acks.size() == 1 && acks[0].type == MAV_MISSION_ACCEPTED);
     auto bad = box();
-    bad[9].param2 = 0.1f;  // the whole is refused at its last item
+    bad[9].param2 = 0.1f;  // the whole mission is refused at its last item
     CHECK(upload(bench, bad) == MAV_MISSION_INVALID);
     bench.board.said.clear();
     bench.say(items.back());
     acks = said<mavlink_mission_ack_t>(bench.board.said);
     CHECK(acks.size() == 1 && acks[0].type == MAV_MISSION_INVALID);
     bench.board.said.clear();
-    bench.ground.system = 254;  // not somebody else's
+    bench.ground.system = 254;  // an upload by another station
     bench.say(items.back());
     CHECK(said<mavlink_mission_ack_t>(bench.board.said).empty());
 }
 
-/// Each change of mission or fence changes its number, and no other one; a client finds the number of what it has sent
-/// in what is on board.
+/// Each change of mission or fence changes its own number only; a client recognizes its mission on board by the number.
 static void test_numbers_of_plans() {
     Bench bench;
     const auto acked = [&] { return last_said<mavlink_mission_ack_t>(bench).opaque_id; };
@@ -117,7 +117,7 @@ static void test_numbers_of_plans() {
         CHECK(next != first && current().mission_id == next && current().fence_id == second_fence);
     }
     CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 200, 0, 1, 0, 2)}) == MAV_MISSION_INVALID && acked() == 0);
-    // A fence among a mission's items is a part of both.
+    // A fence among a mission's items counts in the numbers of both.
     CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
     const std::uint32_t with_fence = acked();
     auto moved = box();
@@ -170,7 +170,8 @@ static void test_items_come_back() {
     CHECK(upload(bench, items) == MAV_MISSION_INVALID && told(bench, Refusal::way_home) == 1);
 }
 
-/// Altitudes are up and of the surface, depths down. Frames of the body, of the terrain or of other axes are refused.
+/// Altitudes count upward from the surface, depths downward. Frames of the body, of the terrain or of other axes are
+/// refused.
 static void test_frames() {
     Bench bench;
     bench.run(200);
@@ -193,7 +194,7 @@ static void test_frames() {
         CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME);
         CHECK(told(bench, "item 0: unsupported frame: degrees or local NED") == 1);
     }
-    Bench lost;  // without an origin degrees are nowhere
+    Bench lost;  // without an origin, degrees have no place
     auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
     point.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, point.x = 500000000, point.y = 80000000;
     if (!origin(lost.vehicle()).known)
@@ -201,7 +202,7 @@ static void test_frames() {
               told(lost, "item 0: the position is unknown: no fix yet") == 1);
 }
 
-/// What is unsupported is refused by the item's number and its command; the mission on board stays.
+/// Unsupported items are refused with the item's number and command; the mission on board stays.
 static void test_unsupported_items() {
     Bench bench;
     CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
@@ -218,8 +219,8 @@ static void test_unsupported_items() {
     CHECK(mission(bench.vehicle()).waypoints == 3);
 }
 
-/// A radius of 0, or none, is the default of a mission file, and comes back as it went up; one below what a fix knows
-/// is refused.
+/// A radius of 0, or none, means the default of mission files, and is downloaded as it was uploaded; a radius below the
+/// accuracy of fixes is refused.
 static void test_no_radius() {
     Bench bench;
     for (float radius : {0.0f, no_number}) {
@@ -290,8 +291,8 @@ static std::vector<mavlink_mission_item_int_t> square(const Bench& bench, int ha
     return items;
 }
 
-/// A fence is a list of its own: it comes back as it went up, holds the missions before and after it, and is cleared
-/// alone.
+/// A fence is a separate list: it is downloaded as it was uploaded, applies to missions before and after it, and is
+/// cleared alone.
 static void test_fence() {
     Bench bench;
     bench.run(200);
@@ -328,7 +329,7 @@ static void test_fence() {
     CHECK(mission(bench.vehicle()).corners == 0 && download(bench, MAV_MISSION_TYPE_FENCE).empty());
 }
 
-/// A fence to stay out of, two fences, or a line are refused with the reason; so are rally points, but for none.
+/// An exclusion fence, two fences, or a line are refused with the reason; so are rally points, except an empty list.
 static void test_other_fences() {
     Bench bench;
     bench.run(200);
@@ -351,8 +352,8 @@ static void test_other_fences() {
     CHECK(fence_items(bench.vehicle()) == 0);
 }
 
-/// Mission and fence belong to the origin of their coordinates: neither moves with another origin. From another water
-/// both are dropped, with their items.
+/// Mission and fence belong to the origin of their coordinates: another origin moves neither. In other water both are
+/// dropped, with their items.
 static void test_origin() {
     for (const bool fence : {true, false}) {
         Bench bench;

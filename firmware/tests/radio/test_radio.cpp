@@ -56,7 +56,7 @@ static void test_parameters() {
     for (std::size_t i = 0; i < values.size(); ++i) CHECK(values[i].param_index == i);
 }
 
-/// COMMAND_INT is COMMAND_LONG; a bias that it has no place for is refused, not left out.
+/// COMMAND_INT is handled like COMMAND_LONG; a bias for which it has no field is refused, not left out.
 static void test_command_int() {
     Bench bench;
     mavlink_command_int_t m{};
@@ -72,7 +72,7 @@ static void test_command_int() {
     CHECK_NEAR(snapshot(bench.vehicle()).command.amplitude[1], 15 * pi / 180, 1e-6);
     m.command = MAV_CMD_COMPONENT_ARM_DISARM, m.param1 = 0;
     while (has_room(bench.app.radio.out)) reply(bench.app.radio.out, mavlink_command_ack_t{});
-    bench.say(m, 1);  // disarming waits for no place
+    bench.say(m, 1);  // disarming is carried out without a place for its answer
     CHECK(!snapshot(bench.vehicle()).armed());
     m.target_system = 2, m.param1 = 1;
     bench.say(m);
@@ -124,7 +124,7 @@ static void test_centered_stick() {
     CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f);
 }
 
-/// What is said to another robot is no sign of life of this one's ground; what is said to all is.
+/// A message to another robot is no sign of life of this robot's ground station; a message to all is.
 static void test_who_is_heard() {
     Bench bench;
     for (int target : {2, 0}) {
@@ -137,7 +137,8 @@ static void test_who_is_heard() {
     }
 }
 
-/// At 4.8 kbit/s: no more than its share for any request, no answer waits behind telemetry, and no queue grows.
+/// At 4.8 kbit/s the robot sends at most its share for any request, no answer waits behind telemetry, and no queue
+/// grows.
 static void test_radio_budget() {
     Bench bench;
     bench.board.said.clear();
@@ -220,12 +221,12 @@ static void test_radio_status() {
     CHECK(said<mavlink_command_ack_t>(bench.board.said).size() == 20);
     report(100, 80, 100, radio);
     CHECK(telemetry.throttle == 100);
-    // A radio that does not report any more may be another one.
+    // A radio that stopped reporting may have been replaced.
     report(0, 10, 100, radio);
     CHECK(telemetry.throttle == 10);
     bench.run(1100);
     CHECK(telemetry.throttle == 100);
-    // Of a robot that sends no telemetry, nothing can fill a buffer.
+    // A robot that sends no telemetry cannot fill a buffer.
     for (const TelemetryMessage& message : telemetry_messages)
         if (message.id != MAVLINK_MSG_ID_HEARTBEAT)
             bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(message.id), -1));
@@ -236,7 +237,7 @@ static void test_radio_status() {
     CHECK(telemetry.throttle == last && last >= 80);
 }
 
-/// A heartbeat a second, however much is asked for: clients report a lost link after three without one.
+/// One heartbeat per second, however much is requested: clients report a lost link after three seconds without one.
 static void test_heartbeats_in_a_download() {
     Bench bench;
     CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
@@ -268,7 +269,7 @@ static void test_beacon() {
                                           said<mavlink_global_position_int_t>(all).size(),
                                           said<mavlink_gps_raw_int_t>(all).size()};
     };
-    bench.run(600);  // it hears nobody, but no failsafe has come
+    bench.run(600);  // the robot hears nobody, but no failsafe has acted
     CHECK(snapshot(bench.vehicle()).faults.has(firmware::Fault::link_lost) && 20 < count(60)[2]);
     bench.board.leak = true, bench.board.sky = false;
     const std::uint32_t last = bench.vehicle().fix.tick;

@@ -1,4 +1,4 @@
-/// What ground stations ask for: modes, orders by their commands, messages on request, checks before arming,
+/// Tests of the services for ground stations: modes, orders by command, messages on request, checks before arming,
 /// calibration, restart, files.
 #include "radio_test.hpp"
 
@@ -82,7 +82,7 @@ static void test_orders() {
     order(MAV_CMD_COMPONENT_ARM_DISARM, 0, State::disarmed);
 }
 
-/// Position, home and satellites once there is an origin; before, a request is refused with the reason.
+/// Position, home and satellites are sent once there is an origin; before, a request is refused with the reason.
 static void test_positions() {
     Bench bench;
     bench.board.said.clear();
@@ -112,7 +112,7 @@ static void test_positions() {
     CHECK(dark.app.radio.refused == 1);
 }
 
-/// Places go to degrees and back within a step, over a hundred kilometers.
+/// Converting places to degrees and back is exact within a step, over a hundred kilometers.
 static void test_degrees() {
     const Origin at = origin_at(601234567, 1799999000);
     for (int k = -10; k <= 10; ++k) {
@@ -155,8 +155,8 @@ static void test_times() {
     CHECK(bench.app.radio.refused == before);
 }
 
-/// What forbids arming is reported by name; the gyroscope is calibrated at rest; accelerometer and compass are not
-/// here.
+/// Every cause that forbids arming is reported by name; the gyroscope is calibrated at rest; accelerometer and compass
+/// cannot be calibrated here.
 static void test_preparations() {
     Bench bench;
     bench.board.leak = true;
@@ -258,7 +258,7 @@ static void test_reason_of_a_refusal() {
     CHECK(defaults == (std::vector<int>{MAV_SEVERITY_NOTICE}));
 }
 
-/// Home by DO_SET_HOME: here, or at coordinates, which only COMMAND_INT carries to the centimeter.
+/// DO_SET_HOME sets home to the present place, or to coordinates, which only COMMAND_INT carries to the centimeter.
 static void test_home() {
     Bench bench;
     bench.run(200);
@@ -283,7 +283,7 @@ static void test_home() {
     CHECK(last_answer(bench) == Refusal::out_of_range);
     there.frame = MAV_FRAME_LOCAL_NED, there.x = 30'0000, there.y = -20'0000, bench.say(there);
     CHECK(last_answer(bench) == Refusal::none && home_of(bench.vehicle()).y == 30 && home_of(bench.vehicle()).x == -20);
-    bench.app.vehicle.unplaced = true;  // the origin was given, and where the robot is in it is not known yet
+    bench.app.vehicle.unplaced = true;  // the origin was given, but the robot's place in it is unknown
     bench.say(there);
     CHECK(last_answer(bench) == Refusal::not_placed);
 }

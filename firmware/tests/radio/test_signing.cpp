@@ -24,11 +24,11 @@ static void test_signing() {
     bench.hear(arm), bench.run(40);
     CHECK(snapshot(bench.vehicle()).armed());
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
-    bench.run(2000);  // however long after: a recording is not believed
+    bench.run(2000);  // a recording is rejected, however late
     bench.hear(arm), bench.run(40);
     CHECK(!snapshot(bench.vehicle()).armed());
 
-    // It lasts over a boot, and what the robot says is signed, too.
+    // Signing survives a boot, and the robot's own frames are signed, too.
     boot(bench.app, robot::description, bench.board);
     bench.board.said.clear();
     bench.run(200);
@@ -38,7 +38,8 @@ static void test_signing() {
     CHECK(!snapshot(bench.vehicle()).armed());
 }
 
-/// After a restart no recording is believed, not even the last one; the owner is, who hears the robot's stamps.
+/// After a restart no recording is accepted, not even the last one; the owner is accepted, whose stamps follow those
+/// that the robot sends.
 static void test_a_recording_after_a_restart() {
     Bench bench;
     mavlink_setup_signing_t setup{};
@@ -58,14 +59,14 @@ static void test_a_recording_after_a_restart() {
         bench.run(1);
         writes += bench.vehicle().stamps.turn != turn;
     }
-    CHECK(writes == 0);  // none while armed: what was stored before is far enough ahead
+    CHECK(writes == 0);  // no writes while armed: the stamp that was stored before is far enough ahead
 
     for (int restart = 0; restart < 2; ++restart) {
         boot(bench.app, robot::description, bench.board);
         bench.run(60);
         bench.hear(recorded), bench.run(40);
         CHECK(!snapshot(bench.vehicle()).armed() && bench.app.radio.not_signed == 1);
-        bench.key.stamp = bench.app.radio.signing.stamp;  // as the robot's own frames say
+        bench.key.stamp = bench.app.radio.signing.stamp;  // the stamp in the robot's own frames
         bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
         CHECK(snapshot(bench.vehicle()).armed());
     }
@@ -75,7 +76,7 @@ static void test_a_recording_after_a_restart() {
     CHECK(bench.vehicle().stamp < 2 * stamp_reserve);
 }
 
-/// The parameter that asks for signatures needs a key, and counts at once.
+/// The parameter that requires signatures needs a key, and takes effect at once.
 static void test_signing_by_parameter() {
     Bench bench;
     mavlink_param_set_t sign{};
@@ -98,7 +99,7 @@ static void test_signing_by_parameter() {
     bench.run(100), bench.say(sign);
     CHECK(bench.app.radio.signing.on);
     bench.key.on = true;
-    setup.secret_key[3] = 0;  // a key of zeros ends it, and is none
+    setup.secret_key[3] = 0;  // a key of zeros deletes the key and ends signing
     bench.say(setup), bench.run(100);
     CHECK(!bench.app.radio.signing.on && key(bench.vehicle()) == nullptr);
     bench.key.on = false;
@@ -106,7 +107,7 @@ static void test_signing_by_parameter() {
     CHECK(!bench.app.radio.signing.on);
 }
 
-/// Signing with a key that the ground has, too.
+/// Start signing with a key that the ground has, too.
 static void begin_signing(Bench& bench) {
     mavlink_setup_signing_t setup{};
     setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = 1'000'000'000;
@@ -115,7 +116,7 @@ static void begin_signing(Bench& bench) {
     CHECK(bench.app.radio.signing.on);
 }
 
-/// A modem's status has no signature, and is followed. Its system and component ids do not count as a station's.
+/// A modem's status is used without a signature. Its ids do not count as those of a station.
 static void test_status_of_a_modem() {
     Bench bench;
     begin_signing(bench);
@@ -135,13 +136,13 @@ static void test_status_of_a_modem() {
     mavlink_radio_status_t full{};
     full.txbuf = 10;
     bench.say(full, 1);
-    CHECK(bench.app.radio.telemetry.throttle == 100);  // with a station's ids it is no modem's
+    CHECK(bench.app.radio.telemetry.throttle == 100);  // a status with a station's ids is not a modem's
     bench.ground = {modem.system, modem.component, 0};
     bench.say(full, 1);
     CHECK(bench.app.radio.telemetry.throttle == 80);
 }
 
-/// A ninth station is heard as the others were; who was silent for longest then counts as new.
+/// A ninth station is heard like the others; the station that was silent for longest then counts as new.
 static void test_ninth_stream() {
     Bench bench;
     begin_signing(bench);
@@ -153,7 +154,7 @@ static void test_ninth_stream() {
         CHECK(snapshot(bench.vehicle()).armed() == (k % 2 == 0));
     }
     bench.run(2000);
-    for (const Bytes& frame : recorded) {  // no stream that was forgotten lets its recordings in
+    for (const Bytes& frame : recorded) {  // a forgotten stream does not let its recordings in
         bench.hear(frame), bench.run(30);
         CHECK(!snapshot(bench.vehicle()).armed());
     }
@@ -173,7 +174,7 @@ static void test_unsigned_stations_learn_why() {
     CHECK(told(bench, Refusal::not_signed) == 2);
 }
 
-/// A command with a later time than is stored does not arm: its recording would after a loss of power.
+/// A command with a later time than the stored one does not arm: after a loss of power its recording would arm, too.
 static void test_arming_waits_for_the_stamp() {
     Bench bench;
     begin_signing(bench);

@@ -1,4 +1,4 @@
-/// Stations: several senders, with equal ids, on the robot's own system, or of a newer dialect.
+/// Tests of several stations: with equal ids, on the robot's own system, or with a newer dialect.
 #include "radio_test.hpp"
 
 static mavlink_heartbeat_t heartbeat() {
@@ -9,7 +9,7 @@ static mavlink_heartbeat_t heartbeat() {
 
 static mavlink_command_long_t request(int message) { return command(MAV_CMD_REQUEST_MESSAGE, float(message)); }
 
-/// Speak as the station whose numbers are here.
+/// Send as the station with these sequence numbers.
 template <class Message>
 static void say_as(Bench& bench, std::uint8_t& sequence, const Message& m, int ticks) {
     bench.ground.sequence = sequence;
@@ -17,7 +17,8 @@ static void say_as(Bench& bench, std::uint8_t& sequence, const Message& m, int t
     sequence = bench.ground.sequence;
 }
 
-/// Two stations with equal ids, each with its heartbeats and its requests: both are heard, wherever their numbers are.
+/// Two stations with equal ids, each with its heartbeats and requests: both are heard, whatever their sequence numbers
+/// are.
 static void test_two_stations_with_equal_ids() {
     for (int lead = 1; lead < 256; lead += 6) {
         Bench bench;
@@ -34,7 +35,7 @@ static void test_two_stations_with_equal_ids() {
     }
 }
 
-/// What is repeated or late in one of two runs of numbers is refused all the same.
+/// A repeated or late frame in one of two sequences is refused all the same.
 static void test_repeated_frames_of_two_stations() {
     Bench bench;
     std::uint8_t one = 3, other = 20;
@@ -51,8 +52,7 @@ static void test_repeated_frames_of_two_stations() {
     CHECK(bench.app.radio.commands == before + 2 && bench.app.radio.replayed == 3);
 }
 
-/// Two stations with the same ids count their frames apart. In any order of their numbers, disarming is
-/// heard.
+/// Two stations with the same ids number their frames independently. In any order of these numbers, disarming is heard.
 static void test_disarm_of_two_stations() {
     for (const bool is_int : {false, true})
         for (int lead = 1; lead <= 60; lead += 7) {
@@ -61,7 +61,7 @@ static void test_disarm_of_two_stations() {
             CHECK(snapshot(bench.vehicle()).armed());
             const std::uint8_t own = bench.ground.sequence;
             bench.ground.sequence = std::uint8_t(own + lead);
-            bench.say(heartbeat(), 2);  // of the other
+            bench.say(heartbeat(), 2);  // from the other station
             bench.ground.sequence = own;
             mavlink_command_int_t whole{};
             whole.command = MAV_CMD_COMPONENT_ARM_DISARM, whole.target_system = 1;

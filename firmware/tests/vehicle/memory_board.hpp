@@ -16,7 +16,7 @@ struct MemoryBoard {
     std::uint8_t box[1 << 16];
     int logged, fed;
     bool reset, jumper;
-    std::uint32_t took;  // counts of a tick's 1000
+    std::uint32_t took;  // counts of the tick that were used, of 1000
 
     bool wait() { return true; }
     void read(Raw& to) { to = raw; }
@@ -44,7 +44,7 @@ struct MemoryBoard {
     float depth = 0.05f;        // m
     bool limp[2] = {};          // joints that do not bend
     std::uint32_t word = 0;     // kept over a reset without loss of power
-    std::uint32_t ticking = 0;  // counts that the clock goes on at every look
+    std::uint32_t ticking = 0;  // counts by which the clock advances at every reading
     std::uint32_t erasing = 0;  // counts that an erasure takes
 };
 static_assert(Board<MemoryBoard>);
@@ -55,8 +55,8 @@ inline std::uint32_t word_at(const std::uint8_t* from) {
     return word;
 }
 
-/// Counts of a robot that floats upright at the surface and bends as it is asked, under the pressures that hold its
-/// bends, with a little noise so that no sensor looks stuck.
+/// Sensor counts of a robot that floats upright at the surface and bends as commanded, under the pressures that hold
+/// its bends, with a little noise so that no sensor looks stuck.
 inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) {
     const Calibration& c = vehicle.model.calibration;
     board.raw = {};
@@ -76,7 +76,7 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
     for (int k = 0; k < 3; ++k) show(first_channel("field") + k, k == 1 ? 0.7f : k == 2 ? -0.7f : 0.0f);
 }
 
-/// Go on for some ticks.
+/// Run some ticks.
 inline void float_on(Vehicle& vehicle, MemoryBoard& board, int ticks) {
     for (int k = 0; k < ticks; ++k) {
         const bool leak = board.raw.leak;

@@ -1,4 +1,4 @@
-/// Commands: what is accepted, what is refused, and how long it lasts.
+/// Tests of commands: which are accepted, which are refused, and how long they last.
 #include "vehicle_test.hpp"
 
 static void arming() {
@@ -21,7 +21,7 @@ static void arming() {
     for (int k = 0; k < 6; ++k) CHECK(board.pulse[k] == 0);
 }
 
-/// A command is followed to the letter or not at all.
+/// A command is followed exactly or not at all.
 static void commands_out_of_range() {
     begin_armed();
     const float nan = std::bit_cast<float>(0x7fc00000u);
@@ -46,7 +46,8 @@ static void commands_out_of_range() {
     CHECK(give(v, Order::mission, ground) == Refusal::no_mission);
 }
 
-/// The sticks must repeat; a gait continues while the ground is in contact; then the tail rests, and it stays armed.
+/// The joystick must repeat its commands; a gait continues while the ground is in contact; then the tail rests, and the
+/// robot stays armed.
 static void a_silent_ground() {
     begin_armed();
     CHECK(give(v, Order::manual, ground) == Refusal::none && sticks(v, ground, 0, 0, 0) == Refusal::none);
@@ -64,7 +65,7 @@ static void a_silent_ground() {
     CHECK(!beats() && snapshot(v).faults.has(Fault::link_lost) && snapshot(v).state == State::rest);
     on_ground_contact(v, ground), float_on(v, board, 2);
     CHECK(!beats() && !snapshot(v).faults.has(Fault::link_lost));  // until it is ordered again
-    // Long silence without a mission: rest, and that is latched until the robot is armed again.
+    // Long silence without a mission: the robot rests until it is armed again.
     float_on(v, board, 6100);
     CHECK(snapshot(v).faults.has(Fault::link_gone) && snapshot(v).answer == Answer::home);
     on_ground_contact(v, ground), float_on(v, board, 2);
@@ -75,7 +76,7 @@ static void a_silent_ground() {
     CHECK(!snapshot(v).faults.has(Fault::link_gone));
 }
 
-/// What is called home follows nobody else: an order is refused, and does not begin the way home again.
+/// A robot that is called home follows no other order: it is refused, and does not begin the way home again.
 static void commands_on_the_way_home() {
     begin_armed();
     CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
@@ -93,8 +94,8 @@ static void commands_on_the_way_home() {
     CHECK(give(v, Order::disarm, ground) == Refusal::none);
 }
 
-/// A joystick asks for a part of what is allowed: where a limit was made tighter, of less. Let go of, the tail is
-/// straight.
+/// The joystick commands a fraction of the allowed amplitude, which a tighter limit reduces. When it is released, the
+/// tail is straight.
 static void joystick_within_tighter_limits() {
     begin();
     for (const char* name : {"amplitude_0", "amplitude_1", "fin_max", "frequency_max"})
@@ -111,7 +112,7 @@ static void joystick_within_tighter_limits() {
           abs(v.requested.bias[0]) > 0.05f);
 }
 
-/// A fence of two corners is none, and one of both kinds is not one that the pilot keeps.
+/// A fence of two corners is refused, and so is one of both kinds, which the pilot does not keep.
 static void fences() {
     begin();
     static const hypertuna::Corner<float> corner[3] = {{-90, -90}, {90, -90}, {0, 90}};
@@ -126,7 +127,7 @@ static void fences() {
     CHECK(set_origin(v, ground, 0, INT32_MIN) == Refusal::out_of_range);
 }
 
-/// An origin far from where fixes have placed the robot is none, and changes nothing; a near one carries it over.
+/// An origin far from the robot's fixes is refused, and changes nothing; a near one moves the coordinates along.
 static void origins() {
     begin();
     float_on(v, board, 50);

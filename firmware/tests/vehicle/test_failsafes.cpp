@@ -1,4 +1,4 @@
-/// Failsafes: what the robot does by itself in the water.
+/// Tests of the failsafes: what the robot does by itself in the water.
 #include <algorithm>
 
 #include "vehicle_test.hpp"
@@ -63,9 +63,10 @@ static void the_depth_limit() {
     CHECK(set_mission(v, ground, m) == Refusal::too_deep);  // than the hull's 10 m
 }
 
-/// Silence of the ground in a mission counts where it could be heard, or where the mission wants it.
+/// Silence of the ground during a mission counts only where the ground could be heard, or if the mission asks for
+/// contact.
 static void silence_under_water() {
-    const auto dive = [](int ticks) {  // the fins move it up and down
+    const auto dive = [](int ticks) {  // the fins move the robot up and down
         for (int k = 0; k < ticks; ++k) {
             board.depth = std::max(0.05f, board.depth - 0.01f * v.now.command.fin[0]);
             float_on(v, board, 1);
@@ -90,14 +91,14 @@ static void silence_under_water() {
         board.depth = 0.05f, float_on(v, board, 3300);
         CHECK(v.now.faults.has(Fault::link_gone) && v.now.state == State::home);
     }
-    // What the ground steers does not swim on without it, under water neither.
+    // A robot that the ground steers does not swim on without it, not even under water.
     begin_armed();
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
     board.depth = 2, float_on(v, board, 600);
     CHECK(!beats() && v.now.state == State::rest);
 }
 
-/// A recalled mission is not done: not at home, and not later.
+/// A recalled mission never counts as done: not at home, and not later.
 static void recalled_is_not_done() {
     begin_armed();
     CHECK(set_mission(v, ground, plan()) == Refusal::none && give(v, Order::mission, ground) == Refusal::none);
@@ -144,7 +145,7 @@ static void a_leak() {
         CHECK(set_parameter(v, ground, index_of("leak_answer"), wrong) == Refusal::out_of_range);
 }
 
-/// Without IMU or battery voltage nothing guards what the ground steers: neither armed nor steered.
+/// Without IMU or battery voltage the robot cannot be guarded: the ground can neither arm nor steer it.
 static void unguarded() {
     const auto fail = [](int channel, int ticks) {
         for (int k = 0; k < ticks; ++k) {
@@ -167,7 +168,7 @@ static void unguarded() {
             CHECK(v.now.faults.has(Fault::unguarded) == steered);
             if (!steered) continue;
             CHECK(v.now.state == State::home && v.now.answer == Answer::home);
-            float_on(v, board, 600);  // latched, where the sensor recovers
+            float_on(v, board, 600);  // latched, even if the sensor recovers
             CHECK(v.now.faults.has(Fault::unguarded) && set_gait(v, ground, beat()) == Refusal::faulty);
             give(v, Order::disarm, ground), contact(200);
             CHECK(give(v, Order::arm, ground) == Refusal::none && !v.now.faults.has(Fault::unguarded));
@@ -176,7 +177,8 @@ static void unguarded() {
         }
 }
 
-/// A robot that sinks at rest comes up each time, and is not armed while it sinks; waves and hands are no sinking.
+/// A robot that sinks at rest comes up each time, and cannot be armed while it sinks; waves and hands do not count as
+/// sinking.
 static void it_sinks_at_rest() {
     const auto sink = [](float rate, int ticks) {
         for (int k = 0; k < ticks; ++k) board.depth += 0.01f * rate, contact(1);
@@ -206,8 +208,8 @@ static void it_sinks_at_rest() {
     CHECK(v.now.state == State::gait);  // a dive is no sinking
 }
 
-/// Beat for some seconds with fixes of a robot that covers this part of its way, and drifts north [m/s]; return whether
-/// it reports no progress. One fix in ten is off by a jump [m].
+/// Beat for some seconds with fixes of a robot that covers this fraction of its way and drifts north [m/s]; return
+/// whether it reports no progress. One fix in ten is off by a jump [m].
 static bool swims(float part, float drift, int seconds, float jump = 0) {
     float north = 0, east = 0;
     for (int k = 0; k < 100 * seconds && !v.now.faults.has(Fault::no_progress); ++k) {
@@ -247,8 +249,8 @@ static bool circles(int leg, int changes, float drift, bool taken, float jump = 
     return false;
 }
 
-/// What swims 60 m on one leg and stays within 7.5 m is held, by a line of which it circles, too. Fixes that the pilot
-/// refuses count where they are near the last one that it took.
+/// A robot that swims 60 m on one leg and stays within 7.5 m is held back, also by a line around which it circles.
+/// Fixes that the pilot refuses count if they are near the last fix that it used.
 static void no_progress_in_circles() {
     begin_armed();
     CHECK(circles(0, 1000, 0, true) && circles(max_waypoints, 1000, 0, true) && circles(3, 250, 0.02f, true));
@@ -263,7 +265,7 @@ static void no_progress_in_circles() {
     CHECK(give(v, Order::home, ground) == Refusal::none);
     contact(20);
     CHECK(leg_of(v) == max_waypoints);
-    v.state.guidance.mode = Mode::transit, v.state.guidance.held = 1;  // it circles at a waypoint, as it is to
+    v.state.guidance.mode = Mode::transit, v.state.guidance.held = 1;  // it circles at a waypoint, as it should
     CHECK(leg_of(v) == -1);
 }
 
@@ -278,13 +280,13 @@ static void no_progress() {
         CHECK(v.now.state == (answer == Answer::warn ? State::gait : State::rest));
         CHECK(beats() == (answer == Answer::warn));
     }
-    choose("snag_answer", Answer::warn);  // a receiver that jumps is no way made either
+    choose("snag_answer", Answer::warn);  // jumps of the receiver are not progress
     CHECK(set_gait(v, ground, beat()) == Refusal::none && swims(0, 0, 200, 60));
     for (float part : {0.3f, 1.0f}) {
         choose("snag_answer", Answer::surface);
         CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(part, 0, 300));
     }
-    choose("snag_answer", Answer::surface);  // a current alone is no way made, nor lost
+    choose("snag_answer", Answer::surface);  // a current alone is neither progress nor loss
     CHECK(!swims(0, 0.2f, 300) && v.now.state == State::rest);
     begin();
     CHECK(set_parameter(v, ground, index_of("snag_distance"), 0) == Refusal::none);
@@ -292,7 +294,7 @@ static void no_progress() {
     CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(0, 0, 300));
 }
 
-/// A pressure that rises above the hard limit releases its joint: told until the robot is armed again, and the other
+/// A pressure above the hard limit releases its joint: this is reported until the robot is armed again, and the other
 /// joint beats on.
 static void over_pressure() {
     begin_armed();
@@ -317,8 +319,8 @@ static void over_pressure() {
     CHECK(!v.now.faults.has(Fault::over_pressure));
 }
 
-/// A joint that does not follow is released, and told within some beats, by response also brought up; what its pressure
-/// or a sensor limits is not. Arming gives it another chance.
+/// A joint that does not follow is released, and reported within some beats; if so chosen, the robot also comes up. A
+/// joint that pressure or a sensor limits is not released. Arming gives it another chance.
 static void no_stroke() {
     for (Answer answer : {Answer::warn, Answer::surface})
         for (int joint : {0, 1}) {
@@ -336,7 +338,7 @@ static void no_stroke() {
             contact(600);
             CHECK(!v.now.faults.has(Fault::no_stroke) && !v.state.controller.circuit[2 * joint].stopped);
         }
-    for (float part : {0.2f, 0.3f}) {  // a beat is judged with a bias of less than a quarter of its amplitude alone
+    for (float part : {0.2f, 0.3f}) {  // a beat is judged only if its bias is less than a quarter of its amplitude
         begin_armed();
         Command<float> biased = beat();
         for (int j = 0; j < 2; ++j) biased.bias[j] = part * biased.amplitude[j];

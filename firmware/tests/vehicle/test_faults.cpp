@@ -1,4 +1,4 @@
-/// Faults: what each failure leads to.
+/// Tests of faults: the response to each failure.
 #include "vehicle_test.hpp"
 
 /// A mission goes on without the ground, and after the second time-out comes home.
@@ -12,7 +12,7 @@ static void silence_on_a_mission() {
     CHECK(!snapshot(v).reasons.has(Reason::recalled));
     float_on(v, board, 5100);
     CHECK(snapshot(v).reasons.has(Reason::recalled) && snapshot(v).reasons.end());
-    // It was a gait when the ground went: the mission on board takes it home.
+    // The robot swam a gait when the ground fell silent: the mission on board takes it home.
     begin_armed();
     CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);
     float_on(v, board, 6100);
@@ -28,7 +28,7 @@ static void faults_and_responses() {
     float_on(v, board, 20);
     CHECK(snapshot(v).faults.has(Fault::leak) && snapshot(v).answer == Answer::surface);
     float_on(v, board, 20);
-    CHECK(snapshot(v).state == State::rest);  // it is up
+    CHECK(snapshot(v).state == State::rest);  // the robot is up
     give(v, Order::disarm, ground), float_on(v, board, 5);
     CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 
@@ -46,7 +46,7 @@ static void faults_and_responses() {
     CHECK(snapshot(v).faults.has(Fault::tilt) && snapshot(v).answer == Answer::rest && !beats());
     CHECK(snapshot(v).state == State::rest);
 
-    // An empty battery ends it.
+    // An empty battery ends the gait.
     begin_armed();
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
     drain(11, 1500);
@@ -111,7 +111,7 @@ static void sensors_fail() {
     }
 }
 
-/// Arming again forgets what called it home, in the same tick already: it does not set out once more.
+/// Arming again clears the reason for coming home within the same tick: the robot does not set out again.
 static void arming_again_after_a_call_home() {
     for (int between : {0, 5}) {
         begin();
@@ -127,7 +127,7 @@ static void arming_again_after_a_call_home() {
         CHECK(snapshot(v).armed() && snapshot(v).state == State::rest && snapshot(v).answer == Answer::warn);
         CHECK(set_gait(v, ground, beat()) == Refusal::none);
     }
-    // A battery that was empty, and is not any more: the first order to arm counts.
+    // A battery that was empty and has recovered: the first order to arm is accepted.
     begin_armed();
     v.memory.latched.set(Fault::empty_battery, true);
     float_on(v, board, 3);
@@ -136,7 +136,8 @@ static void arming_again_after_a_call_home() {
     CHECK(snapshot(v).armed());
 }
 
-/// Called home without a mission: from deeper than rise_depth it comes up, slowly, and rests there; in a tank it rests.
+/// Called home without a mission, the robot comes up slowly from deeper than rise_depth, and rests there; in a tank it
+/// rests.
 static void ascent_without_a_mission() {
     for (float deep : {1.2f, 3.0f}) {
         begin(), float_on(v, board, 200);
@@ -152,7 +153,7 @@ static void ascent_without_a_mission() {
     CHECK_NEAR(snapshot(v).command.frequency, 2 * 0.25 / 0.3, 0.6);  // a slow one
     CHECK(set_gait(v, ground, beat()) == Refusal::faulty && mission(v).waypoints == 0);
     board.depth = 0.5f, float_on(v, board, 200);
-    CHECK(beats());  // once on its way it comes up
+    CHECK(beats());  // once it ascends it comes all the way up
     board.depth = 0.05f, float_on(v, board, 300);
     CHECK(!beats() && snapshot(v).mode == Mode::idle && snapshot(v).command.fin[0] == 0);
     board.depth = 0.25f, float_on(v, board, 300);
@@ -164,7 +165,7 @@ static void ascent_without_a_mission() {
     float_on(v, board, 20);
     CHECK(snapshot(v).state == State::home && !v.on_detour);
 
-    // A leak at depth, and the depth cannot be read any more: up for as long as the way may take, then it rests.
+    // A leak at depth, then loss of the depth sensor: the robot ascends for as long as the way may take, then it rests.
     begin_armed();
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
     board.depth = 3, float_on(v, board, 200);
@@ -186,7 +187,7 @@ static void ascent_without_a_mission() {
     CHECK(!beats());
 }
 
-/// On its back it is no more upright than on its side.
+/// A robot on its back is no more upright than one on its side.
 static void upside_down() {
     begin_armed();
     for (int k = 0; k < 4000; ++k) {

@@ -1,4 +1,4 @@
-/// Missions that a fence or a depth forbids: refused when they come, when the robot is armed, and when they begin.
+/// Tests of missions that a fence or a depth forbids: they are refused at upload, at arming, and when they begin.
 #include "vehicle_test.hpp"
 
 using hypertuna::Corner;
@@ -17,7 +17,7 @@ static Refusal given(std::vector<Corner<float>> fence, std::vector<Waypoint<floa
 
 static const std::vector<Corner<float>> square = {{-50, -50}, {50, -50}, {50, 50}, {-50, 50}};
 
-/// One for each reason, by hand.
+/// A mission for each reason of refusal, by hand.
 static void refusals_by_hand() {
     begin();
     CHECK(given(square, {{10, 10, 1, 0.3f, 2, 0}}) == Refusal::none);
@@ -45,8 +45,8 @@ static void refusals_by_hand() {
     CHECK(set_mission(v, ground, m) == Refusal::none);
 }
 
-/// What a mission file may not say either (hypertuna.mission.checks): radii below what fixes know, places too near the
-/// fence, limits of depth that an overshoot or a dipping nose passes.
+/// Rules of mission files (hypertuna.mission.checks): radii below the accuracy of fixes, places too near the fence,
+/// limits of depth that an overshoot or a dipping nose passes.
 static void margins() {
     begin();
     const float error = v.model.pilot.guidance.error_fix, margin = v.model.pilot.guidance.fence_margin;
@@ -68,7 +68,8 @@ static void margins() {
     CHECK(set_mission(v, ground, m) == Refusal::none);
 }
 
-/// A mission on board is begun only if it could be uploaded: parameters may have changed since, also before a restart.
+/// A mission on board begins only if it could still be uploaded: parameters may have changed since, also before a
+/// restart.
 static void a_mission_of_other_parameters() {
     const auto begun = [](const char* name, float to) {
         begin();
@@ -98,7 +99,7 @@ static void a_mission_of_other_parameters() {
     CHECK(give(v, Order::mission, ground) == Refusal::leaves_fence);
 }
 
-/// A mission from whose fence the robot is away is neither begun nor armed with, and a recall is not refused.
+/// A mission whose fence the robot is outside of neither begins nor lets the robot arm; a recall is not refused.
 static void a_robot_outside() {
     begin_armed();
     std::vector<Corner<float>> far = square;

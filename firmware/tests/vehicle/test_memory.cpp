@@ -6,7 +6,8 @@ static void parameters_are_stored() {
     CHECK(v.defaults);
     const int soft = index_of("pressure_soft"), hard = index_of("pressure_hard"), system = index_of("system_id");
     CHECK(soft >= 0 && hard >= 0 && system >= 0);
-    CHECK(set_parameter(v, ground, soft, 560e3f) == Refusal::out_of_range);  // a limit is never loosened
+    CHECK(set_parameter(v, ground, soft, 560e3f) ==
+          Refusal::out_of_range);  // the limit is never set higher than described
     CHECK(set_parameter(v, ground, soft, std::bit_cast<float>(0x7fc00000u)) == Refusal::out_of_range);
     CHECK(set_parameter(v, ground, system, 2.5f) == Refusal::out_of_range);
     CHECK(set_parameter(v, ground, -1, 1) == Refusal::unknown &&
@@ -27,7 +28,7 @@ static void parameters_are_stored() {
     CHECK(value(v, soft) == 500e3f);
 }
 
-/// A parameter that is set changes its own field alone, and all others are what they were.
+/// Setting a parameter changes its own field only; all others keep their values.
 static void one_field_is_configured() {
     begin();
     static Model filled;
@@ -41,7 +42,7 @@ static void one_field_is_configured() {
     CHECK(std::memcmp(&filled, &v.model, sizeof filled) == 0);
 }
 
-/// What is stored counts only if every value is within its range now: a description may have become stricter.
+/// Stored parameters count only if every value is within its present range: the description may have become stricter.
 static void stored_parameters_out_of_range() {
     const float nan = std::bit_cast<float>(0x7fc00000u);
     for (float stored : {nan, 1e9f, 549e3f}) {
@@ -54,7 +55,7 @@ static void stored_parameters_out_of_range() {
         CHECK(value(v, soft) == (good ? stored : 550e3f) && v.defaults != good);
         CHECK(v.model.pilot.controller.pressure_soft == value(v, soft));
     }
-    begin();  // each in its range, but not together
+    begin();  // each is in its range, but they contradict each other
     const float soft = 550e3f, hard = 500e3f;
     std::memcpy(v.stored + 4 * index_of("pressure_soft"), &soft, 4);
     std::memcpy(v.stored + 4 * index_of("pressure_hard"), &hard, 4);
@@ -63,8 +64,8 @@ static void stored_parameters_out_of_range() {
     CHECK(v.defaults && v.model.pilot.controller.pressure_hard == 660e3f);
 }
 
-/// A mission from before the restart may be of another water, and a tank has no fixes that tell: it is no way home
-/// until the ground begins it or sends it again.
+/// A mission from before the restart may belong to other water, and a tank has no fixes that show this: it is not a way
+/// home until the ground begins it or sends it again.
 static void a_stored_mission_is_no_way_home() {
     for (bool begun : {false, true}) {
         begin();
@@ -77,12 +78,12 @@ static void a_stored_mission_is_no_way_home() {
         float_on(v, board, 6200);
         CHECK(snapshot(v).answer == Answer::home && beats() == begun);
         CHECK((snapshot(v).state == State::home) == begun);
-        board.depth = 3, float_on(v, board, 300);  // but up it comes
+        board.depth = 3, float_on(v, board, 300);  // but the robot does come up
         CHECK(beats() && same(mission(v), numbered(1)));
     }
 }
 
-/// A mission survives a restart, as a whole, and so does that there is none.
+/// A mission survives a restart as a whole, and so does the absence of a mission.
 static void missions_are_stored() {
     begin();
     float_on(v, board, 100);
@@ -109,7 +110,7 @@ static void missions_are_stored() {
     CHECK(!v.has_mission && mission(v).waypoints == 0);
 }
 
-/// What is stored must be sound today.
+/// Stored data must be valid by today's checks.
 static void stored_missions_out_of_range() {
     const auto stored = [](auto spoil) {
         begin();
@@ -134,7 +135,7 @@ static void reboot() {
     boot(v, robot::description, board);
 }
 
-/// Cut the power at every operation of a mission's write: it boots with the old one or the new one.
+/// Cut the power at every operation of writing a mission: the robot boots with the old mission or the new one.
 static void power_cuts_of_a_mission() {
     begin();
     set_mission(v, ground, numbered(0)), float_on(v, board, 300);
@@ -145,7 +146,8 @@ static void power_cuts_of_a_mission() {
         board = first, board.flash.dice.state = std::uint64_t(cut) + 1;
         reboot();
         CHECK(set_mission(v, ground, numbered(1)) == Refusal::none);
-        board.flash.power = cut % (5 + (int(sizeof(StoredMission)) + piece - 1) / piece);  // none at times
+        board.flash.power = cut % (5 + (int(sizeof(StoredMission)) + piece - 1) /
+                                           piece);  // sometimes after the last operation, without effect
         for (int k = 0; k < 300; ++k) write_stores(v, board);
         reboot();
         const bool is_old = v.has_mission && same(mission(v), numbered(0));
@@ -167,8 +169,8 @@ static void begin_signed() {
     float_on(v, board, 100);
 }
 
-/// A robot that had a key never accepts unsigned commands by a fault of its memory: without valid parameters it goes on
-/// signing, and without a valid key it is locked until the key is deleted with the board in hand.
+/// A fault of its memory never makes a robot with a key accept unsigned commands: without valid parameters it still
+/// requires signatures, and without a valid key it is locked until the key is deleted with the board in hand.
 static void a_key_cannot_fall_open() {
     begin_signed();
     for (int sector : {parameter_sector + 0, parameter_sector + 1}) board.flash.erase(sector);
@@ -195,8 +197,8 @@ static void a_key_cannot_fall_open() {
     }
 }
 
-/// Cut the power at every operation of a first key's write, of a change, of its deletion and of its recovery: it boots
-/// with the old key or the new one, and is locked at most by a recovery that was cut off, which can be repeated.
+/// Cut the power at every operation of writing a first key, a change, a deletion and a recovery: the robot boots with
+/// the old key or the new one, and is locked at most by an interrupted recovery, which can be repeated.
 static void power_cuts_of_a_key() {
     const std::uint8_t other[key_size] = {9, 8}, none[key_size] = {};
     int states[4] = {};  // none, the first key, the other, locked
@@ -227,7 +229,7 @@ static void power_cuts_of_a_key() {
     CHECK(states[0] > 100 && states[1] > 100 && states[2] > 100 && states[3] > 10);
 }
 
-/// Places of a kept mission count from the origin that it had, wherever the robot boots.
+/// Places of a stored mission count from the origin that it was stored with, wherever the robot boots.
 static void a_stored_mission_has_its_origin() {
     begin();
     float_on(v, board, 50);

@@ -41,7 +41,7 @@ static void all_pairs() {
     CHECK(pairs == states * orders && changed > 80);
 }
 
-/// What must hold, written without the table.
+/// Rules that must hold, written without the table.
 static void safety() {
     for (int s = 0; s < states; ++s) {
         const State state = State(s);
@@ -64,7 +64,7 @@ static void safety() {
         for (Order order : {Order::set_parameter, Order::set_key, Order::set_origin, Order::zero_depth})
             CHECK(check(v, order, ground) == (state == State::disarmed ? Refusal::none : Refusal::armed));
     }
-    // Nothing but disarming leaves a fault's rest, whoever orders.
+    // Only disarming ends the rest after a fault, whoever orders.
     for (State state : {State::held, State::rest}) {
         enter_state(state);
         v.now.answer = Answer::rest;
@@ -84,7 +84,7 @@ static void safety() {
         CHECK(give(v, order, ground) == Refusal::faulty && v.now.state == State::home);
     CHECK(give(v, Order::pause, ground) == Refusal::not_now && give(v, Order::go_on, ground) == Refusal::not_now);
     CHECK(give(v, Order::surface, ground) == Refusal::none && v.now.state == State::surface);
-    // A robot that is called up does not swim away.
+    // A robot that must ascend does not swim away.
     v.now.answer = Answer::disarm;
     for (Order order : {Order::rest, Order::manual, Order::gait, Order::mission, Order::home})
         CHECK(give(v, order, ground) == Refusal::faulty && v.now.state == State::surface);
@@ -124,7 +124,7 @@ static void control_of_stations() {
     CHECK(sticks(v, ground, 0, 0, 0) == Refusal::other_pilot);
     for (int k = 0; k < 600; ++k) on_ground_contact(v, other), float_on(v, board, 1);
     CHECK(!v.now.faults.has(Fault::link_lost));
-    // One that calls it home, pauses or disarms it does not take control.
+    // A station that calls the robot home, pauses or disarms it does not take control.
     enter_state(State::mission);
     for (Order order : {Order::pause, Order::home, Order::surface, Order::disarm})
         CHECK(give(v, order, other) == Refusal::none && v.pilot == (order == Order::disarm ? Station{} : ground));

@@ -9,7 +9,7 @@ static MemoryBoard board;
 static Store store;
 static std::uint8_t stored[sizeof(StoredMission)];
 
-/// A set that cannot be mistaken for another: every byte depends on which.
+/// Fill a set that differs from every other in every byte, which depends on `which`.
 static std::uint8_t byte_of(int which, int k) { return std::uint8_t(31 * k + 97 * which + (which >> 8) + 1); }
 static void fill(int which) {
     for (int k = 0; k < store.size; ++k) stored[k] = byte_of(which, k);
@@ -60,7 +60,7 @@ static void what_is_kept_is_read_back() {
     }
     CHECK(reboot(100) && holds(49) && store.turn == 50);
     CHECK(board.flash.erasures == 13);  // four records fit into a sector; another sector at each boot
-    CHECK(!reboot(100, 8));             // of another layout
+    CHECK(!reboot(100, 8));             // a record of another layout
     CHECK(board.flash.outside == 0);
 }
 
@@ -86,7 +86,7 @@ static void the_emulated_eeprom_loses_both_copies() {
             for (int of = 0; of < which; ++of) {
                 bool all = true;
                 for (int k = 4; k < size && all; ++k)
-                    all = eeprom.read(copy + k) == byte_of(of, k);  // but what was cut
+                    all = eeprom.read(copy + k) == byte_of(of, k);  // except the write that was cut off
                 whole = whole || all;
             }
         lost += !whole;
@@ -100,7 +100,7 @@ static void power_cuts(int size, int cuts, std::uint64_t seed) {
     int sets[3] = {}, at_boot = 0, chained = 0;
     Dice dice{seed};
     const int operations = 4 + (size + piece - 1) / piece;
-    int before = -1, next = 0;  // the set that is stored, none at first; the set to write
+    int before = -1, next = 0;  // the stored set, none at first; the set to write next
     bool fresh = true;          // the board is new
     for (int cut = 0; cut < cuts; ++cut) {
         if (fresh) begin(dice.roll()), before = -1;
@@ -111,7 +111,7 @@ static void power_cuts(int size, int cuts, std::uint64_t seed) {
         int written = next++;
         fill(written), begin_write(store), write_all();
         board.flash.boot();
-        while (dice.happens(0.3)) {  // again, before anybody has seen what was stored
+        while (dice.happens(0.3)) {  // again, before the stored set was read
             board.flash.power = 0, ++at_boot;
             store = store_at(2, size, 7);
             open(store, stored, board);
@@ -131,7 +131,7 @@ static void power_cuts(int size, int cuts, std::uint64_t seed) {
                 size, cuts, chained, at_boot, sets[0], sets[1]);
 }
 
-/// What cannot be read back is reported, and an intact record stays intact.
+/// A record that cannot be read back is reported, and an intact record stays intact.
 static void a_worn_byte() {
     begin();
     reboot(300);
@@ -149,7 +149,7 @@ static void a_worn_byte() {
     CHECK(!store.failed && reboot(300) && holds(4));
 }
 
-/// What changes while it is written is written again, as a whole.
+/// A value that changes while it is written is written again as a whole.
 static void a_change_during_the_write() {
     for (int at = 0; at < 10; ++at)
         for (int writes = 0; writes < 20; ++writes) {
@@ -165,7 +165,7 @@ static void a_change_during_the_write() {
         }
 }
 
-/// The number of turns wraps.
+/// The counter of the turns wraps around.
 static void turns_wrap() {
     begin();
     reboot(40);

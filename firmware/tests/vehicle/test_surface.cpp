@@ -1,4 +1,4 @@
-/// Where the robot is after a restart and at its first fix, and what its depth counts from.
+/// Tests of the robot's place after a restart and at its first fix, and of the zero of its depth.
 #include "vehicle_test.hpp"
 
 /// Reset as the watchdog does, or as a loss of power.
@@ -131,7 +131,7 @@ static void the_surface() {
     CHECK_NEAR(v.now.estimate.depth, 0, 0.03);
 }
 
-/// The first fix tells where the origin is. It moves neither the robot nor its mission.
+/// The first fix sets the place of the origin. It moves neither the robot nor its mission.
 static void the_first_fix() {
     begin_armed();
     CHECK(set_mission(v, ground, plan()) == Refusal::none && set_gait(v, ground, beat()) == Refusal::none);

@@ -20,7 +20,7 @@ static void it_is_the_pilot_of_the_core() {
     CHECK(snapshot(v).mode != Mode::idle && beats());
 }
 
-/// A ring that is full to the last word keeps what is in it.
+/// A ring that is full to the last word keeps its content.
 static void a_full_ring() {
     static BlackBox box;
     box = {};
@@ -39,7 +39,7 @@ static void a_full_ring() {
     CHECK(box.ring[0] == first && box.in == ring_words && box.lost == 1);
 }
 
-/// The black box: every tick in order, and where the card is too slow whole records are missing, no piece of one.
+/// The black box holds every tick in order; where the card is too slow, whole records are missing, never parts.
 static void the_black_box() {
     for (int card : {1 << 16, 100}) {
         begin();
@@ -75,7 +75,7 @@ static void places() {
     CHECK(abs(local(north, INT32_MIN, INT32_MAX).y) > 1e6f);  // no place at all, and no overflow
 }
 
-/// Within a tick the extremes of three or more samples are left out; none at all is no reading.
+/// The mean of a tick leaves out the extremes of three or more samples; no samples are no reading.
 static void samples() {
     Samples s{};
     CHECK(mean(s) != mean(s));
@@ -87,7 +87,7 @@ static void samples() {
     CHECK(mean(s) == 7.5f);  // of 5, 7, 8, 60000
 }
 
-/// A bus that hangs delays ticks: the fault tells, and beat and clock keep their time.
+/// A bus that hangs delays ticks: the fault is reported, and beat and clock keep their time.
 static void late_ticks() {
     const auto swims = [](std::uint32_t counts, int ticks) {
         begin_armed();
@@ -110,7 +110,7 @@ static void late_ticks() {
     const int beats = swims(1000, 2000);
     CHECK(38 <= beats && beats <= 41);                // 20 s at 2 Hz
     CHECK(std::abs(swims(1724, 1160) - beats) <= 1);  // 20 s at 58 Hz
-    // A second is lost where the clock went on for a second: no more than five steps are made up for.
+    // A second is lost when the clock jumped by a second: at most five steps are made up for.
     begin_armed();
     contact(10);
     const std::uint32_t before = v.now.tick;

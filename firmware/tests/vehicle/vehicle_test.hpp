@@ -77,7 +77,7 @@ inline Command<float> beat(float frequency = 2) {
     return c;
 }
 
-/// Largest amplitude that the controller is on its way to.
+/// Largest amplitude that the controller approaches.
 inline bool beats() { return 0.1f < v.state.controller.target.amplitude[0]; }
 
 inline Waypoint<float> way[2] = {{0, -40, 0, 0.3f, 2, 0}, {0, -80, 0, 0.3f, 2, 0}};
@@ -88,7 +88,7 @@ inline Mission<float> plan() {
     return m;
 }
 
-/// A mission with its fence, every number of it another one than those of the other.
+/// A mission with a fence; all of its numbers differ from those of another `which`.
 inline Mission<float> numbered(int which) {
     static Waypoint<float> to[max_waypoints];
     static hypertuna::Corner<float> corner[max_corners];

@@ -5,14 +5,14 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Root of a falling function between two bounds: Newton's method, with bisection where it leaves them.
-/// `of` takes a Dual and returns one.
+/// Root of a falling function between two bounds, by Newton's method from `at`; bisection replaces a step that leaves
+/// the bounds. `function` takes and returns a Dual.
 template <std::floating_point S, class F>
-S falling_root(F of, S low, S high, S at) {
+S falling_root(F function, S low, S high, S at) {
     for (int k = 0; k < 80; ++k) {
         Dual<S, 1> x(at);
         x.d[0] = S(1);
-        const Dual<S, 1> y = of(x);
+        const Dual<S, 1> y = function(x);
         if (!(y.v != S(0))) return at;
         (S(0) < y.v ? low : high) = at;
         S next = at - y.v / y.d[0];
@@ -23,7 +23,7 @@ S falling_root(F of, S low, S high, S at) {
     return at;
 }
 
-/// A joint whose numbers are duals, to be differentiated.
+/// The same joint or section with dual numbers, for derivatives.
 template <class D, std::floating_point S>
 SoftJoint<D> lifted(const SoftJoint<S>& j) {
     const DriveUnit<S>& u = j.unit;
@@ -50,18 +50,18 @@ Section<D> lifted(const Section<S>& at) {
 template <class S>
 struct Bent {
     S angle;   // rad
-    S strain;  // of the axis
+    S strain;  // strain of the axis
 };
 
-/// Root of two functions of two numbers: Newton's method from near, in steps of at most `most`. `of` takes and returns
-/// duals. Returns whether it converged.
+/// Root of two functions of two variables, by Newton's method from `at` in steps of at most `most`; `at` becomes the
+/// root. `functions` takes and returns two duals. Returns whether the method converged.
 template <std::floating_point S, class F>
-bool newton_pair(F of, const S (&most)[2], S (&at)[2]) {
+bool newton_pair(F functions, const S (&most)[2], S (&at)[2]) {
     using D = Dual<S, 2>;
     for (int k = 0; k < 60; ++k) {
         D x(at[0]), y(at[1]);
         x.d[0] = y.d[1] = S(1);
-        const auto [f, g] = of(x, y);
+        const auto [f, g] = functions(x, y);
         const S determinant = f.d[0] * g.d[1] - f.d[1] * g.d[0];
         const S step[2] = {(f.d[1] * g.v - g.d[1] * f.v) / determinant, (g.d[0] * f.v - f.d[0] * g.v) / determinant};
         const S scale = S(1) / max(S(1), max(abs(step[0]) / most[0], abs(step[1]) / most[1]));
@@ -75,8 +75,8 @@ bool newton_pair(F of, const S (&most)[2], S (&at)[2]) {
     return false;
 }
 
-/// Bend and strain where moment and axial force of a section vanish. `forces` takes the load as duals and returns both.
-/// NaN where Newton's method from near does not converge.
+/// Bend and strain where moment and axial force of a section vanish, by Newton's method from `near`; NaN where it does
+/// not converge. `forces` returns both for a load in duals.
 template <std::floating_point S, class Oil, class F>
 Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, const StretchLimits<S>& limits, Bent<S> near,
                        const Oil& oil, F forces) {
@@ -84,14 +84,14 @@ Bent<S> newton_balance(const SoftJoint<S>& joint, const Section<S>& at, const St
     const SoftJoint<D> soft = lifted<D>(joint);
     const Section<D> section = lifted<D>(at);
     S bent[2] = {near.angle, near.strain};
-    const auto left = [&](const D& angle, const D& strain) {
+    const auto residual = [&](const D& angle, const D& strain) {
         return forces(section_load(soft, section, limits, angle, strain, oil));
     };
-    if (newton_pair<S>(left, {S(0.1), S(0.03)}, bent)) return {bent[0], bent[1]};
+    if (newton_pair<S>(residual, {S(0.1), S(0.03)}, bent)) return {bent[0], bent[1]};
     return {std::numeric_limits<S>::quiet_NaN(), S(0)};
 }
 
-/// Strain of a section's axis at a bend, where its force vanishes.
+/// Strain of a section's axis at which its axial force vanishes at a given bend; the search begins at `near`.
 template <std::floating_point S>
 S strain_under(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S near) {
     if (!joint.law.shortens) return S(0);
@@ -106,8 +106,7 @@ S strain_under(const SoftJoint<S>& joint, const Section<S>& at, const S* pressur
     return falling_root<S>(thrust, S(-0.6), S(1), near);
 }
 
-/// Moment that bends a section whose axis is held at its length, N m: printed equations, or corrected ones step by
-/// step.
+/// Moment that bends a section whose axis keeps its length, N m: by the printed equations, or by partly corrected ones.
 template <std::floating_point S>
 S held_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle) {
     DriveUnit<S> unit = joint.unit;
@@ -123,8 +122,8 @@ S held_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure
     return moment;
 }
 
-/// Moment that bends a section, N m, its axis free, with part `hold` (-1 to 1) of what friction can hold. `strain` is
-/// near that of the axis, and becomes it.
+/// Moment that bends a section, N m, with its axis free where the law lets it shorten, plus `hold` (-1 to 1) times the
+/// largest moment of friction. `strain` is a guess of the axis' strain and becomes that strain.
 template <std::floating_point S>
 S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S angle, S hold, S& strain) {
     if (joint.law.printed || !joint.law.passive) return held_moment(joint, at, pressure, angle);
@@ -134,11 +133,11 @@ S section_moment(const SoftJoint<S>& joint, const Section<S>& at, const S* press
     return joint_moment(load) + hold * joint_friction(load);
 }
 
-/// Where the moments of a section balance. Friction holds against bending to the left (hold -1), to the right (1), or
-/// not at all (0).
+/// Bend and strain where the moments of a section balance. Friction holds against bending to the left (hold -1), to the
+/// right (1), or not at all (0).
 ///
-/// Newton's method; where it fails, and by the equations that hold the axis, bisection: the moment falls as the angle
-/// grows. By the printed equations the search ends where 95 % of a muscle's length would be used up.
+/// The search is Newton's method. Where that fails, or the law holds the axis, it is bisection, because the moment
+/// falls as the angle grows. Bisection is bounded by the bends that use up 95 % of a muscle's length.
 template <std::floating_point S>
 Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S hold) {
     if (joint.law.shortens) {
@@ -150,7 +149,9 @@ Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressu
         if (found.angle == found.angle) return found;
     }
     const S zero(0), used = S(0.95) * at.length;
-    const bool one_sided = joint.law.printed || !joint.law.passive;  // nothing locks: one side, and only toward it
+    const bool one_sided =
+        joint.law.printed ||
+        !joint.law.passive;  // the passive side does not resist: the joint bends only toward the higher pressure
     S high = one_sided && !(pressure[1] < pressure[0]) ? zero : used / joint.lever[0], strain(0);
     S low = one_sided && !(pressure[0] < pressure[1]) ? zero : -used / joint.lever[1];
     for (int k = 0; k < 8 * int(sizeof(S)); ++k) {
@@ -161,7 +162,7 @@ Bent<S> balance(const SoftJoint<S>& joint, const Section<S>& at, const S* pressu
     return {S(0.5) * (low + high), strain};
 }
 
-/// Bend that a section takes when the pressures come to these values from ones at which it stood at `before`: it stays
+/// Bend of a section after the pressures change from values at which it stood at the bend `before`: it stays there
 /// where friction holds it.
 template <std::floating_point S>
 Bent<S> bend_from(const SoftJoint<S>& joint, const Section<S>& at, const S* pressure, S before) {
@@ -171,8 +172,8 @@ Bent<S> bend_from(const SoftJoint<S>& joint, const Section<S>& at, const S* pres
     return {before, strain_under(joint, at, pressure, before, up.strain)};
 }
 
-/// One section that stands for all: with its area and second moment it bends and shortens under these pressures as the
-/// sections do together. Both forces are linear in the two.
+/// One section equivalent to all of a joint's: its area and second moment make it bend and shorten under these
+/// pressures as the sections do together. Moment and axial force are linear in area and second moment.
 template <std::floating_point S>
 Section<S> one_section(const SoftJoint<S>& joint, const S* pressure) {
     Section<S> sum{0, 0, 1, 0};
@@ -188,7 +189,7 @@ Section<S> one_section(const SoftJoint<S>& joint, const S* pressure) {
     const auto forces = [&](S area, S second) {
         const JointLoad<S> load = section_load(joint, {sum.length, area, second, sum.sleeve}, limits, whole.angle,
                                                whole.strain, given_pressures(pressure[0], pressure[1]));
-        return Bent<S>{joint_moment(load), joint_thrust(load)};  // along angle and strain
+        return Bent<S>{joint_moment(load), joint_thrust(load)};  // moment and thrust, in the places of angle and strain
     };
     const Bent<S> none = forces(S(0), S(0)), bending = forces(S(0), S(1));
     sum.second = -none.angle / (bending.angle - none.angle);
@@ -202,8 +203,8 @@ Joint<D> lifted(const Joint<S>& j) {
     return {lifted<D>(j.soft), lifted<D>(j.section), j.limits, D(j.rest), D(j.viscosity), D(j.axial_viscosity)};
 }
 
-/// Bend and strain, relative to the filled joint, that the oil holds under a moment of the surroundings, N m: Newton's
-/// method from near.
+/// Bend, and strain relative to the filled joint, where the oil balances an external moment [N m], by Newton's method
+/// from `near`.
 template <std::floating_point S, class Oil>
 Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, const Oil& oil, S moment = S(0)) {
     near.strain += joint.rest;
@@ -214,12 +215,12 @@ Bent<S> joint_balance(const Joint<S>& joint, Bent<S> near, const Oil& oil, S mom
     return bent;
 }
 
-/// What holds a joint at a bend, the pressures of the two sides equally far above and below the one that it is filled
-/// to, but none so low that a braid goes slack or a limit is passed.
+/// Pressures that hold a joint at a bend. Those of the two sides are equally far above and below the fill pressure, but
+/// never so low that a braid goes slack, and never below a limit.
 template <class S>
 struct Holding {
     S strain;       // relative to the filled joint
-    S offset;       // Pa, of the pressures from the fill
+    S offset;       // Pa: distance of both pressures from the fill pressure
     S pressure[2];  // Pa
     S volume[2];    // m^3
 };
@@ -233,17 +234,18 @@ JointLoad<S> held_load(const Joint<S>& joint, const S& angle, const S& strain, c
     }
     return load;
 }
-/// Newton's method from near; a strain of NaN where it finds no pressures.
+/// Find the pressures that hold a joint at a bend, by Newton's method from `near`; the strain is NaN where none are
+/// found.
 template <std::floating_point S>
 Holding<S> hold(const Joint<S>& joint, S angle, S fill, S lowest, const Holding<S>& near) {
     using D = Dual<S, 2>;
     const Joint<D> dual = lifted<D>(joint);
-    const auto left = [&](const D& offset, const D& strain) {
+    const auto residual = [&](const D& offset, const D& strain) {
         const JointLoad<D> load = held_load(dual, D(angle), strain, offset, fill, lowest);
         return Bent<D>{joint_moment(load), joint_thrust(load)};
     };
     S found[2] = {near.offset, near.strain};
-    const bool converged = newton_pair<S>(left, {S(5e4), S(0.03)}, found);
+    const bool converged = newton_pair<S>(residual, {S(5e4), S(0.03)}, found);
     const JointLoad<S> load = held_load(joint, angle, found[1], found[0], fill, lowest);
     return {converged ? found[1] : std::numeric_limits<S>::quiet_NaN(),
             found[0],

@@ -1,4 +1,4 @@
-/// Battery: open-circuit voltage that falls straight with the charge, inner resistance, a step-down converter.
+/// Battery: an open-circuit voltage linear in the charge, an internal resistance, and a step-down converter.
 #pragma once
 
 #include "hypertuna/math/scalar.hpp"
@@ -7,16 +7,16 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class S>
 struct Battery {
-    S charge;       // C, full
+    S charge;       // C, of the full battery
     S full;         // V, open circuit at full charge
     S empty;        // V, open circuit without charge
     S resistance;   // ohm of the whole battery
-    S converter;    // V that the converter holds for the servos as long as the battery has more
-    S efficiency;   // of the converter
+    S converter;    // V at the servos, which the converter holds while the battery has more
+    S efficiency;   // efficiency of the converter, 0 to 1
     S electronics;  // W that board, sensors and radio draw beside the converter
 };
 
-/// What battery and converter show at one instant.
+/// Voltages and current of battery and converter at one instant.
 template <class S>
 struct BatteryOutput {
     S voltage;  // V at the battery's terminals
@@ -24,9 +24,10 @@ struct BatteryOutput {
     S supply;   // V at the servos
 };
 
-/// A power drawn by the servos after a charge was taken, C: V = V0 - R I with V I = power / efficiency + electronics.
+/// Output while the servos draw a power [W] after the charge `taken` [C]: V = V0 - R I with V I = power / efficiency +
+/// electronics.
 ///
-/// A battery that cannot give that much gives the most it can, at half its open-circuit voltage.
+/// A battery that cannot give this power gives the most it can, at half its open-circuit voltage.
 template <class S>
 BatteryOutput<S> battery_output(const Battery<S>& battery, const S& taken, const S& power) {
     const S left = max(S(0), S(1) - taken / battery.charge);
@@ -38,7 +39,7 @@ BatteryOutput<S> battery_output(const Battery<S>& battery, const S& taken, const
     return {voltage, given, min(battery.converter, voltage)};
 }
 
-/// A battery as a row of numbers, in this order: how it comes from Python.
+/// Order of a battery's numbers in a row from Python.
 inline constexpr const char* battery_columns[] = {"charge",    "full",       "empty",      "resistance",
                                                   "converter", "efficiency", "electronics"};
 inline constexpr int battery_column_count = sizeof(battery_columns) / sizeof(battery_columns[0]);

@@ -1,8 +1,8 @@
-/// Circuit: servo, cylinder, oil line and the drive units of one side of a joint, closed for good.
+/// Circuit: servo, cylinder, oil line and the drive units of one side of a joint, as a sealed volume of oil.
 ///
-/// The state holds the oil that has passed the line, and both pressures follow from volumes in closed form: what leaves
-/// the cylinder is in the units to the last bit, however long the run and whatever the step. Pressures are above
-/// atmosphere. Air travels with the oil as bubbles of constant share; it is isothermal and never dissolves.
+/// The state holds the oil that has passed the line, and both pressures follow from volumes in closed form. So the oil
+/// is conserved to the last bit, however long the run and whatever the time step. Pressures are above atmosphere. Air
+/// travels with the oil as bubbles of constant share; it is isothermal and never dissolves.
 #pragma once
 
 #include "hypertuna/actuation/muscle.hpp"
@@ -20,13 +20,13 @@ struct Circuit {
     S resistance;    // Pa s/m^3 of the line, laminar
     S loss;          // Pa s^2/m^6: entry and exit, quadratic in the flow
     S inertance;     // Pa s^2/m^3 of the oil in the line
-    S oil_pump;      // m^3 of oil in the cylinder when nothing has passed, as it would be at atmosphere without air
-    S oil_unit;      // m^3 of oil in line and units then
+    S oil_pump;      // m^3 of oil in the cylinder while `passed` is 0, measured at atmosphere and without air
+    S oil_unit;      // m^3 of oil in line and units while `passed` is 0, measured likewise
     S unit_rest;     // m^3 that line and units hold with the joint straight and no pressure
-    S compliance;    // m^3/Pa that hoses, braids and fittings give on the units' side
+    S compliance;    // m^3/Pa, elastic compliance of hoses, braids and fittings on the units' side
     S bulk_modulus;  // Pa of the oil without air
     S air;           // m^3 of air at atmosphere per m^3 of oil
-    S cavitation;    // Pa: no pressure is lower; beyond it a cavity opens
+    S cavitation;    // Pa, the lowest pressure, at which a vapor cavity opens
 };
 
 template <class S>
@@ -34,7 +34,7 @@ struct CircuitState {
     S angle;   // rad of the servo from neutral, positive pushes oil out
     S rate;    // rad/s
     S flow;    // m^3/s toward the units
-    S passed;  // m^3 of oil that is in the units instead of the cylinder
+    S passed;  // m^3 of oil that has passed from the cylinder into the units
 
     template <class A>
     friend HYPERTUNA_INLINE CircuitState operator*(const A& a, const CircuitState& b) {
@@ -52,7 +52,7 @@ struct OilPressure {
     S cavity;    // m^3
 };
 
-/// The same with the pressure's derivatives by the space.
+/// Pressure of oil in a space, with its first and second derivative with respect to the space's volume.
 template <class S>
 struct OilCurve {
     OilPressure<S> at;
@@ -63,7 +63,7 @@ struct OilCurve {
 template <class S>
 struct CircuitOutput {
     OilPressure<S> pump, unit;
-    S load;               // N m of the oil on the servo
+    S load;               // N m, moment of the oil's pressure on the servo
     S torque;             // N m of the motor
     ServoPower<S> power;  // W
     S line;               // W lost along the line
@@ -82,7 +82,7 @@ HYPERTUNA_INLINE S oil_volume(const Circuit<S>& circuit, const S& oil, const S& 
     return oil * (S(1) - pressure / circuit.bulk_modulus + circuit.air * p0 / (p0 + pressure));
 }
 
-/// Volume that it gains per lost pressure, m^3/Pa.
+/// Volume that oil with its air gains per lost pressure, m^3/Pa.
 template <class S>
 HYPERTUNA_INLINE S oil_compliance(const Circuit<S>& circuit, const S& oil, const S& pressure) {
     const S p0 = S(base_t<S>(atmosphere)), p = p0 + pressure;
@@ -97,7 +97,7 @@ HYPERTUNA_INLINE OilCurve<S> oil_curve(const Circuit<S>& circuit, const S& oil, 
     const S stiff = compliance + oil * (S(1) / circuit.bulk_modulus), gas = oil * circuit.air * p0;
     const S excess = oil + stiff * p0 - space, lowest = circuit.cavitation + p0;
     const S root = sqrt(excess * excess + S(4) * stiff * gas);
-    const auto stretched = excess < S(0);  // the form of the root in which nothing cancels
+    const auto stretched = excess < S(0);  // choose the form of the root without cancellation
     const S absolute = select(stretched, S(2) * gas, root + excess) / select(stretched, root - excess, S(2) * stiff);
     const S inverse = S(1) / root, slope = -absolute * inverse, change = slope * (excess * inverse - S(1)) * inverse;
     const auto parted = absolute < lowest;
@@ -113,7 +113,7 @@ HYPERTUNA_INLINE OilPressure<S> oil_pressure(const Circuit<S>& circuit, const S&
     return oil_curve(circuit, oil, space, compliance).at;
 }
 
-/// Cylinder and units of a circuit. `unit_space` is what the joint's bend adds to the units' volume, m^3.
+/// Pressure in the cylinder from which the piston pushed the volume `pushed` [m^3].
 template <class S>
 HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const S& passed, const S& pushed) {
     return oil_pressure(circuit, circuit.oil_pump - passed, circuit.pump.chamber - pushed, S(0));
@@ -122,6 +122,7 @@ template <class S>
 HYPERTUNA_INLINE OilPressure<S> pump_pressure(const Circuit<S>& circuit, const CircuitState<S>& state) {
     return pump_pressure(circuit, state.passed, displaced(circuit.pump, state.angle));
 }
+/// Pressure in the units; `unit_space` is what the joint's bend adds to their volume, m^3.
 template <class S>
 HYPERTUNA_INLINE OilCurve<S> unit_curve(const Circuit<S>& circuit, const CircuitState<S>& state, const S& unit_space) {
     return oil_curve(circuit, circuit.oil_unit + state.passed, circuit.unit_rest + unit_space, circuit.compliance);
@@ -132,7 +133,8 @@ HYPERTUNA_INLINE OilPressure<S> unit_pressure(const Circuit<S>& circuit, const C
     return unit_curve(circuit, state, unit_space).at;
 }
 
-/// Oil in the muscles of a joint's two sides (0 and 1), as section_load of joint.hpp takes it; T is S or a dual.
+/// Oil in the muscles of a joint's two sides (0 and 1), in the form that section_load of joint.hpp takes; T is S or a
+/// dual.
 template <class S>
 struct JointOil {
     const Circuit<S>* circuit;
@@ -145,7 +147,7 @@ struct JointOil {
         const OilCurve<S> oil = unit_curve(circuit[side], state[side], now - rest[side]);
         return {oil.at.pressure + oil.slope * (volume - now), T(oil.slope), T(oil.change)};
     }
-    /// Volume at a pressure, which is at least that of cavitation.
+    /// Volume of a side's muscles at a pressure, which counts as cavitation's where it is lower.
     HYPERTUNA_INLINE S volume(int side, const S& pressure) const {
         const Circuit<S>& c = circuit[side];
         const S under = max(c.cavitation, pressure);
@@ -153,7 +155,7 @@ struct JointOil {
     }
 };
 
-/// How the state changes, and what is seen of it.
+/// Time derivative of a circuit's state, and its pressures, torques and powers.
 template <class S>
 HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const CircuitState<S>& state, const S& target,
                                              const S& supply, const S& unit_space) {
@@ -171,9 +173,11 @@ HYPERTUNA_INLINE CircuitRate<S> circuit_rate(const Circuit<S>& circuit, const Ci
              drop * state.flow}};
 }
 
-/// Bound of the circuit's rates with the joint held, 1/s, at a pressure: RK4 is stable below 2.7 / rate.
+/// Upper bound of the circuit's rates with the joint held, 1/s, at a pressure: RK4 is stable for steps below 2.7 /
+/// bound.
 ///
-/// Lag of the line, line against the oil at both its ends, servo against the oil of the cylinder.
+/// The largest of: the line's lag, the line's oscillation with the oil at both its ends, the servo's with the oil of
+/// the cylinder, and the servo's own rate.
 template <class S>
 S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow) {
     const S pump = oil_compliance(circuit, circuit.oil_pump, pressure);
@@ -187,7 +191,7 @@ S circuit_stiffness(const Circuit<S>& circuit, const S& pressure, const S& flow)
     return max(max(lag, ring), max(bounce, servo_rate(servo)));
 }
 
-/// A circuit as a row of numbers, in this order: how it comes from Python.
+/// Order of a circuit's numbers in a row from Python.
 inline constexpr const char* circuit_columns[] = {HYPERTUNA_PUMP_COLUMNS,
                                                   HYPERTUNA_SERVO_COLUMNS,
                                                   "resistance",

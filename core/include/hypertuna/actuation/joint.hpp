@@ -1,12 +1,12 @@
-/// Soft joint: sections of silicone that muscles on both sides bend and shorten, each for itself (Eqs 1-3 and 18).
+/// Soft joint: independent sections of silicone that muscles on both sides bend and shorten (Eqs 1-3 and 18).
 ///
 /// Two strains describe a section of length S that bends by alpha: the stretch l of its axis, and the curvature
 /// alpha / S. A body that shortens gets wider by 1/sqrt(l), so that at the lever w a muscle has the stretch
 ///     lambda = l -+ w q,  q = alpha / (S sqrt(l)),
 /// and matrix of uniaxial energy W per volume stores A W(l) + W''(l) I q^2 / 2 per length, to second order in q.
-/// Nothing but what lies on the axis, if anything, holds the length: it shortens until its force vanishes. A muscle
-/// whose braid is slack, by shortening or by suction, is a hose in the matrix alone. Side 0 is left; its muscles bend
-/// the joint counter-clockwise, by a positive angle.
+/// Only a film or pipes on the axis, if there are any, hold the length: the axis shortens until its force vanishes. A
+/// muscle whose braid is slack, by shortening or by suction, is only a hose in the matrix. Side 0 is left; its muscles
+/// bend the joint counter-clockwise, by a positive angle.
 #pragma once
 
 #include <limits>
@@ -24,42 +24,43 @@ struct Section {
     S sleeve;  // m, thickness of the matrix around each hose: its share of the section
 };
 
-/// What lies on the axis and holds its length, as a film or pipes do, with no stiffness against bending. It carries
-/// N = stiffness e of the strain e of the axis; compressed beyond a strain it has buckled, and carries no more.
+/// Elastic layer on the axis, such as a film or pipes, without stiffness against bending. It carries N = stiffness e at
+/// the strain e of the axis; compressed beyond the strain `buckling` it buckles, and its force grows no more.
 template <class S>
 struct Axis {
     S stiffness;  // N, 0 for none
     S buckling;   // compressive strain, positive; 1 if it never buckles
 };
 
-/// Equations that a joint bends by: the corrected ones, or the printed ones with what they still have wrong.
+/// Equations of a joint's bend: the corrected ones, or the paper's printed ones with some of their misprints.
 struct JointLaw {
     bool printed;
-    Misprints misprints;  // for the printed ones only
+    Misprints misprints;  // misprints, used by the printed equations only
     bool passive;         // whether the walls of the other side resist
     bool shortens;        // whether the axis is free to shorten
 };
 
 template <class S>
 struct SoftJoint {
-    DriveUnit<S> unit;  // its sleeve is that of the section
-    S units;            // on each side
-    S lever[2];         // m, of each side
+    DriveUnit<S> unit;  // `sleeve` is replaced by that of each section
+    S units;            // number of drive units on each side
+    S lever[2];         // m, distance of each side's muscles from the axis
     int sections;
     const Section<S>* section;
     JointLaw law;
     Axis<S> axis;
 };
 
-/// Stretches between which a muscle's energy is used; beyond them its force goes on along a stiff line.
+/// Range of stretches in which a muscle's energy function is used; beyond it the force continues along a stiff line.
 template <class S>
 struct StretchLimits {
     S low, high;
-    S stop;  // N, slope of the force beyond them
+    S stop;  // N, slope of the force beyond the range
 };
 inline constexpr double shortest_stretch = 0.5;
-inline constexpr double lumen_min = 0.05;  // lumen of a stretched muscle over that at rest at which it locks
-inline constexpr double stop_factor = 20;  // stiffness beyond over that of the hose at rest
+inline constexpr double lumen_min = 0.05;  // a stretched muscle locks when its lumen is this fraction of that at rest
+inline constexpr double stop_factor =
+    20;  // stiffness beyond the range of stretches, relative to that of the hose at rest
 template <std::floating_point S>
 StretchLimits<S> stretch_limits(const DriveUnit<S>& unit) {
     const S section = S(pi / 4) * (unit.outer * unit.outer - unit.inner * unit.inner);
@@ -67,8 +68,8 @@ StretchLimits<S> stretch_limits(const DriveUnit<S>& unit) {
             S(stop_factor) * S(6) * (unit.hose.c1 + unit.hose.c2) * section};
 }
 
-/// A joint, or one of its sections, at a bend and a strain of its axis. Of each side: oil, and how it changes. A slack
-/// muscle keeps its oil while it bends, and its walls carry the pressure.
+/// Energy, forces and oil of a joint, or of one of its sections, at a bend and a strain of its axis. A slack muscle
+/// keeps its oil while it bends, and its walls carry the pressure.
 template <class S>
 struct JointLoad {
     S energy;       // J
@@ -97,7 +98,8 @@ GivenPressures<S> given_pressures(const S& left, const S& right) {
     return {{left, right}};
 }
 
-/// `oil.at` returns the pressure of a side (0 or 1) at a volume; `oil.volume`, if it exists, the volume at a pressure.
+/// Load of a section at a bend and a strain of its axis. `oil.at` returns the pressure of a side (0 or 1) at a volume;
+/// `oil.volume`, if it exists, returns the volume at a pressure.
 template <class S, class Oil>
 HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Section<S>& at,
                                            const StretchLimits<value_t<S>>& limits, const S& angle, const S& strain,
@@ -151,11 +153,12 @@ HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Sect
     return out;
 }
 
-/// Moment and axial force times length of oil and silicone, N m and J, without friction.
+/// Moment of oil and silicone, without friction, N m.
 template <class S>
 S joint_moment(const JointLoad<S>& load) {
     return load.elastic + load.pressure[0] * load.slope[0] + load.pressure[1] * load.slope[1];
 }
+/// Axial force of oil and silicone times the joint's length, without friction, J.
 template <class S>
 S joint_thrust(const JointLoad<S>& load) {
     return load.axial + load.pressure[0] * load.gain[0] + load.pressure[1] * load.gain[1];
@@ -167,30 +170,31 @@ S joint_friction(const JointLoad<S>& load) {
            load.friction[1] * max(S(0), load.pressure[1] - load.carried[1]);
 }
 
-/// A joint for dynamics: one section, with viscosity, and the strain of the axis at the pressure that it is filled to.
+/// A joint for dynamics: one equivalent section with viscosity, and the strain of its axis at the fill pressure.
 template <class S>
 struct Joint {
     SoftJoint<S> soft;  // without sections
     Section<S> section;
     StretchLimits<value_t<S>> limits;
     S rest;             // strain of the straight joint, filled
-    S viscosity;        // N m s/rad against the angle
-    S axial_viscosity;  // J s against the strain
+    S viscosity;        // N m s/rad, of bending
+    S axial_viscosity;  // J s, of the axis' strain
 };
 
-/// The joint at a bend, and with its axis longer than filled and straight by a strain; `oil` as in section_load.
+/// Load of a joint at a bend and a strain of its axis, relative to the straight, filled joint; `oil` as in
+/// section_load.
 template <class S, class Oil>
 HYPERTUNA_INLINE JointLoad<S> joint_load(const Joint<S>& joint, const S& angle, const S& strain, const Oil& oil) {
     return section_load(joint.soft, joint.section, joint.limits, angle, joint.rest + strain, oil);
 }
-/// With taut braids, as under a high pressure.
+/// Load of a joint whose braids are taut, as under a high pressure.
 template <class S>
 JointLoad<S> taut_load(const Joint<S>& joint, const S& angle, const S& strain) {
     const S infinite = std::numeric_limits<base_t<S>>::infinity();
     return joint_load(joint, angle, strain, given_pressures(infinite, infinite));
 }
 
-/// A joint as a row of numbers, in this order: how it comes from Python.
+/// Order of a joint's numbers in a row from Python.
 inline constexpr const char* joint_columns[] = {
     "outer",    "inner", "tan2",      "hose_c1",         "hose_c2",        "matrix_c1",     "matrix_c2",
     "friction", "units", "left",      "right",           "length",         "area",          "second",

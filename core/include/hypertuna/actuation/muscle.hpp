@@ -3,8 +3,8 @@
 /// Everything follows from two functions of the stretch lambda = L / L0, both per length at rest: the energy of the
 /// walls and the volume of the lumen. A wall's points keep their volume, r^2 = (R^2 + B) / lambda, and the braid sets
 /// B. The pull is dU/dlambda - P dV/dlambda (virtual work); the radial balance of Cauchy stresses gives the same.
-/// The braid can only pull: where the walls need more than the pressure to be as wide, it is slack, and B is where the
-/// walls carry the pressure by themselves.
+/// The braid can only pull. Where the pressure is too low to widen the walls to the braid's diameter, the braid is
+/// slack, and B is such that the walls carry the whole pressure.
 #pragma once
 
 #include "hypertuna/math/log.hpp"
@@ -17,7 +17,8 @@ struct Mooney {
     S c1, c2;  // Pa
 };
 
-/// A bar of it in uniaxial tension: energy per volume, nominal stress and two more derivatives by the stretch, Pa.
+/// A bar of a Mooney-Rivlin solid in uniaxial tension: energy per volume, nominal stress, and the first and second
+/// derivative of the stress with respect to the stretch, all in Pa.
 template <class S>
 struct Stretched {
     S energy, stress, modulus, change;
@@ -35,24 +36,25 @@ template <class S>
 struct DriveUnit {
     S outer, inner;  // m, diameters of the hose at rest
     S tan2;          // squared tangent of the braid's angle from the axis, snug on the hose at rest
-    S sleeve;        // m, thickness of the matrix around it, which swells with the braid; its stretch is the joint's
+    S sleeve;  // m, thickness of the matrix around the hose that swells with the braid; its stretching counts with the
+               // joint
     Mooney<S> hose, matrix;
     S friction;  // coefficient between braid and hose
 };
 
-/// A wall at a stretch and a swelling B, per length at rest.
+/// Energy of a wall at the stretch lambda and the swelling B, per length at rest, and its derivatives.
 template <class S>
 struct Wall {
     S energy;       // J/m
     S along;        // N, dU/dlambda at fixed B
     S across;       // Pa, dU/dB at fixed lambda: pi times the pressure that the wall carries
-    S rigid;        // Pa/m^2, its slope by B
-    S change;       // Pa/m^4, the slope of that
-    S mixed;        // Pa, slope of `along` by B
-    S mixed_slope;  // Pa/m^2, the slope of that
+    S rigid;        // Pa/m^2, d across/dB
+    S change;       // Pa/m^4, d rigid/dB
+    S mixed;        // Pa, d along/dB
+    S mixed_slope;  // Pa/m^2, d mixed/dB
 };
 
-/// What a muscle's shape makes of its stretch.
+/// Shape of a muscle with a taut braid at a stretch.
 template <class S>
 struct MuscleShape {
     S braid2;    // m^2, squared diameter of the braid
@@ -71,8 +73,8 @@ HYPERTUNA_INLINE MuscleShape<S> muscle_shape(const DriveUnit<S>& unit, const S& 
             quarter * rest2 * (one + (one - S(3) * stretch * stretch) / unit.tan2)};
 }
 
-/// A ring of silicone between the squared radii x1 and x2 at rest; the integrals over its thickness in closed form.
-/// First what its swelling adds to its stretch, then both.
+/// Wall of silicone between the squared radii x1 and x2 at rest; its integrals over the thickness are in closed form.
+/// `swelling_wall` is only what the swelling adds to the stretch, `wall` is both.
 template <class S>
 HYPERTUNA_INLINE Wall<S> swelling_wall(const Mooney<S>& solid, const S& x1, const S& x2, const S& stretch, const S& B) {
     const S dx = x2 - x1, inverse = S(1) / stretch, Pi = S(base_t<S>(pi));
@@ -104,19 +106,20 @@ HYPERTUNA_INLINE Wall<S> wall(const Mooney<S>& solid, const S& x1, const S& x2, 
             swollen.mixed_slope};
 }
 
-/// The hose, and the swelling of the matrix around it.
+/// The wall of the hose.
 template <class S>
 HYPERTUNA_INLINE Wall<S> hose_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S quarter(base_t<S>(0.25));
     return wall(unit.hose, quarter * unit.inner * unit.inner, quarter * unit.outer * unit.outer, stretch, swelling);
 }
+/// The swelling of the sleeve, the matrix around the hose.
 template <class S>
 HYPERTUNA_INLINE Wall<S> sleeve_wall(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const S radius = S(base_t<S>(0.5)) * unit.outer, rim = radius + unit.sleeve;
     return swelling_wall(unit.matrix, radius * radius, rim * rim, stretch, swelling);
 }
 
-/// Hose and swelling of the matrix around it.
+/// Sum of the hose's wall and the sleeve's swelling.
 template <class S>
 HYPERTUNA_INLINE Wall<S> walls(const DriveUnit<S>& unit, const S& stretch, const S& swelling) {
     const Wall<S> hose = hose_wall(unit, stretch, swelling), sleeve = sleeve_wall(unit, stretch, swelling);
@@ -131,12 +134,12 @@ template <class S>
 HYPERTUNA_INLINE S swollen_lumen(const DriveUnit<S>& unit, const S& swelling) {
     return S(base_t<S>(pi)) * (S(base_t<S>(0.25)) * unit.inner * unit.inner + swelling);
 }
-/// The swelling at a volume.
+/// Swelling B at which the lumen has this volume per length at rest, m^2.
 template <class S>
 S swelling_of(const DriveUnit<S>& unit, const S& lumen) {
     return lumen / S(base_t<S>(pi)) - S(base_t<S>(0.25)) * unit.inner * unit.inner;
 }
-/// As the braid has it (Eq. 6).
+/// Volume of the lumen per length at rest, m^2, under a taut braid (Eq. 6).
 template <class S>
 S lumen(const DriveUnit<S>& unit, const S& stretch) {
     return swollen_lumen(unit, muscle_shape(unit, stretch).swelling);
@@ -151,7 +154,7 @@ template <class S>
 S energy(const DriveUnit<S>& unit, const S& stretch) {
     return walls(unit, stretch, muscle_shape(unit, stretch).swelling).energy;
 }
-/// What the walls pull by themselves, dU/dlambda, N.
+/// Elastic pull of the walls under a taut braid, dU/dlambda, N.
 template <class S>
 S energy_slope(const DriveUnit<S>& unit, const S& stretch) {
     const MuscleShape<S> shape = muscle_shape(unit, stretch);
@@ -165,7 +168,7 @@ S pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch) {
     return energy_slope(unit, stretch) - pressure * lumen_slope(unit, stretch);
 }
 
-/// Pressure that hose and sleeve carry, Pa; the braid bears the rest of the lumen's.
+/// Pressure that hose and sleeve carry, Pa; the braid bears the rest of the oil's pressure.
 template <class S>
 S carried(const DriveUnit<S>& unit, const S& stretch) {
     return walls(unit, stretch, muscle_shape(unit, stretch).swelling).across / S(base_t<S>(pi));
@@ -176,7 +179,7 @@ S contact(const DriveUnit<S>& unit, const S& stretch) {
     return S(base_t<S>(pi / 4)) * muscle_shape(unit, stretch).braid2;
 }
 
-/// Stretch at which the lumen has this part of its volume at rest left, on the side of the stretched muscle.
+/// Stretch of a lengthened muscle at which its lumen has only the fraction `left` of its volume at rest.
 template <class S>
 S closing_stretch(const DriveUnit<S>& unit, const S& left) {
     const S wanted = left * lumen(unit, S(1));
@@ -192,7 +195,7 @@ S closing_stretch(const DriveUnit<S>& unit, const S& left) {
     return low;
 }
 
-/// Pressure of the oil in the muscles of a side, and its derivatives by their volume.
+/// Pressure of the oil in the muscles of a side, and its derivatives with respect to their volume.
 template <class S>
 struct OilAt {
     S pressure;  // Pa
@@ -200,8 +203,8 @@ struct OilAt {
     S change;    // Pa/m^6
 };
 
-/// First guess of slack_muscle: the lumen that the oil fills under the pressure that the walls carry. This pressure
-/// is the second-order series of the walls about the braid's swelling `high`, at the swelling where the oil is at
+/// First guess of slack_muscle: the swelling at which the oil has the pressure that the walls carry. The walls'
+/// pressure is their second-order series about the braid's swelling `high`, at the swelling where the oil is at
 /// atmosphere. `volume` returns the lumen at a pressure.
 template <class S, class Volume>
 HYPERTUNA_INLINE S near_swelling(const DriveUnit<S>& unit, const S& high, const Wall<S>& wall, const Volume& volume) {
@@ -223,7 +226,7 @@ struct SlackMuscle {
     S across;    // Pa
 };
 
-/// What walls at a swelling become when they swell a little more, by their second-order series.
+/// Walls after a little more swelling, by their second-order series.
 template <class S>
 HYPERTUNA_INLINE SlackMuscle<S> swollen_by(const Wall<S>& wall, const S& swelling, const S& more) {
     const S half = S(base_t<S>(0.5)), third = S(base_t<S>(1.0 / 3));
@@ -233,10 +236,12 @@ HYPERTUNA_INLINE SlackMuscle<S> swollen_by(const Wall<S>& wall, const S& swellin
             wall.across + more * (wall.rigid + half * wall.change * more)};
 }
 
-/// Where the walls of a slack muscle carry the pressure of the oil; `high` is the swelling of the braid.
+/// Find the swelling at which the walls of a slack muscle carry the pressure of the oil; `high` is that of a taut
+/// braid.
 ///
-/// Halley's method from `near`, in steps of at most twice Newton's, and bisection outside the bracket: walls less oil
-/// rises with the swelling. `oil` returns the pressure at a lumen. What lanes that are not slack get is of no use.
+/// Halley's method from `near`, in steps of at most twice Newton's; bisection replaces a step that leaves the bracket,
+/// because the walls' pressure minus the oil's rises with the swelling. `oil` returns the pressure at a lumen. Lanes
+/// that are not slack get a meaningless result.
 template <class S, class Slack, class Oil>
 HYPERTUNA_INLINE SlackMuscle<S> slack_muscle(const DriveUnit<S>& unit, const S& stretch, const S& near, S high,
                                              Slack slack, const Oil& oil) {
@@ -253,7 +258,8 @@ HYPERTUNA_INLINE SlackMuscle<S> slack_muscle(const DriveUnit<S>& unit, const S& 
         const auto above = S(0) < left;
         low = select(above, low, swelling), high = select(above, swelling, high);
         const S next = swelling - step;
-        // Done: the step has left (step change / slope)^2 of it, and a square in the derivatives of a dual.
+        // Done: the error that the step leaves is (step change / slope)^2 times the step; in the derivatives of a dual
+        // it is of the order of the step squared.
         const auto done = (abs(step) <= S(base_t<S>(std::same_as<S, value_t<S>> ? 1e-5 : 1e-8)) * closed) &
                           (bent * bent * abs(step) <= S(base_t<S>(1e-15)) * closed * square);
         const auto inside = (low < next) & (next < high);
@@ -272,14 +278,14 @@ struct Misprints {
     bool inner_balance;   // Eqs 12-13: hoop balance on the inner diameter, with the thickness at rest
 };
 
-/// What a wall of the paper leaves of the pressure inside it, and its axial force.
+/// Axial force of a wall by the paper's equations, and the pressure that is left outside the wall.
 template <class S>
 struct PrintedWall {
     S force;    // N
     S outside;  // Pa
 };
 
-/// A wall by Eqs 8-13 and 17: one stress for its whole thickness, sigma_33 = -P. D_o is its outer diameter now.
+/// A wall by Eqs 8-13 and 17: one stress for its whole thickness, sigma_33 = -P. D_o is the deformed outer diameter.
 template <class S>
 PrintedWall<S> printed_wall(const Mooney<S>& solid, const S& d_i, const S& d_o, const S& D_o, const S& stretch,
                             const S& pressure, Misprints misprints) {
@@ -298,8 +304,8 @@ PrintedWall<S> printed_wall(const Mooney<S>& solid, const S& d_i, const S& d_o, 
 
 /// Pull of the muscle by the paper's Eqs 4-17, without friction: C_f P_b is no force as long as it lacks an area.
 ///
-/// Eq. 14 subtracts P_s, the pressure inside the sleeve that leaves none outside; the sleeve's axial force is in no
-/// equation. cos^2 theta = L^2 / b^2 is read as L^2 / c^2.
+/// P_s of Eq. 14 is the pressure inside the sleeve that leaves none outside it; no equation contains the sleeve's axial
+/// force. cos^2 theta = L^2 / b^2 is read as L^2 / c^2.
 template <class S>
 S printed_pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch, Misprints misprints) {
     const S zero(0), one(1), two(2), half_pi = S(base_t<S>(pi / 2)), quarter_pi(base_t<S>(pi / 4));
@@ -309,11 +315,11 @@ S printed_pull(const DriveUnit<S>& unit, const S& pressure, const S& stretch, Mi
     if (zero < unit.sleeve) {
         const S rim = unit.outer + two * unit.sleeve;
         const S D_rim = sqrt(braid2 + (rim * rim - unit.outer * unit.outer) / stretch);
-        const auto left = [&](const S& P) {
+        const auto outside = [&](const S& P) {
             return printed_wall(unit.matrix, unit.outer, rim, D_rim, stretch, P, misprints).outside;
         };
-        const S none = left(zero);
-        braid = braid + none / (left(one) - none);  // P_b = P_t - P_s, and what is left is linear in P_s
+        const S none = outside(zero);
+        braid = braid + none / (outside(one) - none);  // P_b = P_t - P_s; the pressure outside is linear in P_s
     }
     const S tan2 = unit.tan2 * braid2 / (unit.outer * unit.outer * stretch * stretch);
     const S inside = quarter_pi * (braid2 - (unit.outer * unit.outer - unit.inner * unit.inner) / stretch);  // V_f / L

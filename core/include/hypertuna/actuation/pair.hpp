@@ -1,7 +1,7 @@
 /// Pair: the two circuits of a joint and the joint between them, in air and without mass.
 ///
-/// What hydraulics alone can do: the bend is where silicone and oil balance at every instant. Friction of the braid and
-/// viscosity of the silicone are left out; water and mass are the twin's.
+/// A pair shows what the hydraulics alone can do: at every instant the bend is where silicone and oil balance. Friction
+/// of the braid and viscosity of the silicone are left out; the twin adds water and mass.
 #pragma once
 
 #include "hypertuna/actuation/balance.hpp"
@@ -35,19 +35,19 @@ Pair<S> make_pair(const Circuit<S>& left, const Circuit<S>& right, const Joint<S
     return {{left, right}, joint, {straight.volume[0], straight.volume[1]}};
 }
 
-/// The oil that the circuits of both sides have.
+/// Oil in the circuits of both sides.
 template <class S>
 JointOil<S> oil_of(const Pair<S>& pair, const PairState<S>& state) {
     return {pair.circuit, state.side, pair.rest};
 }
 
-/// Bend and strain where moments and axial forces balance, from near ones.
+/// Bend and strain where moment and axial force of the joint vanish, by Newton's method from `near`.
 template <std::floating_point S>
 Bent<S> pair_balance(const Pair<S>& pair, const PairState<S>& state, const Bent<S>& near) {
     return joint_balance(pair.joint, near, oil_of(pair, state));
 }
 
-/// How the states change, and what is seen of them, with the joint at a bend.
+/// Time derivatives of both circuits' states with the joint at a bend, and the circuits' outputs.
 template <class S>
 struct PairRate {
     PairState<S> rate;

@@ -13,20 +13,20 @@ struct Pump {
     S crank;    // m
     S rod;      // m, longer than the crank
     S neutral;  // rad of the crank from full retraction, servo at zero
-    S start;    // m of travel from full retraction there
-    S chamber;  // m^3 in the cylinder there
-    S seal;     // N that the piston's seals rub away in motion, and hold at rest
+    S start;    // m, the piston's travel from full retraction, servo at zero
+    S chamber;  // m^3 in the cylinder, servo at zero
+    S seal;     // N, friction of the piston's seals in motion, and the most that they hold at rest
 };
 #define HYPERTUNA_PUMP_COLUMNS "area", "crank", "rod", "neutral", "start", "chamber", "seal"
 
-/// Travel of the piston from full retraction and its derivative by the crank's angle.
+/// Travel of the piston from full retraction, and its derivative with respect to the crank's angle.
 template <class S>
 struct Travel {
     S travel;  // m
     S slope;   // m/rad
 };
 
-/// Exact slider-crank: crank (1 - cos) less what the rod loses by leaning.
+/// Exact slider-crank: crank (1 - cos) minus the length that the rod loses by leaning.
 template <class S>
 HYPERTUNA_INLINE Travel<S> travel(const Pump<S>& pump, const S& angle) {
     const auto [s, c] = sincos(pump.neutral + angle);
@@ -41,13 +41,13 @@ HYPERTUNA_INLINE S displaced(const Pump<S>& pump, const S& angle) {
     return pump.area * (travel(pump, angle).travel - pump.start);
 }
 
-/// Its derivative by the angle, m^3/rad: also the servo's torque per pressure.
+/// Derivative of the displaced volume with respect to the angle, m^3/rad; it is also the servo's torque per pressure.
 template <class S>
 HYPERTUNA_INLINE S displaced_slope(const Pump<S>& pump, const S& angle) {
     return pump.area * travel(pump, angle).slope;
 }
 
-/// Torque of the seals' friction on the servo where the piston moves `slope` per angle, N m.
+/// Torque of the seals' friction on the servo, N m; `slope` is the piston's travel per angle.
 template <class S>
 HYPERTUNA_INLINE S sealing(const Pump<S>& pump, const S& slope) {
     return pump.seal * abs(slope);

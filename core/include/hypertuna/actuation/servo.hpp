@@ -1,9 +1,8 @@
 /// Servo: a geared DC motor with a position loop, its limits, and the electrical power that it draws.
 ///
-/// Angle and rate are states and the gears' reflected inertia is one: a rate without inertia would have to jump when
-/// the target does, and the oil's reaction would turn the loop algebraic. The loop is critically damped and knows its
-/// load, so it is the torque-speed line that makes the servo lag. The fastest rates are a few hundred 1/s
-/// (`servo_rate`).
+/// Angle and rate are states, and rotor and gears have inertia: otherwise the rate would jump when the target does, and
+/// the oil's reaction would make the loop algebraic. The loop is critically damped and knows its load, so only the
+/// torque-speed line makes the servo lag. The fastest rates are a few hundred 1/s (`servo_rate`).
 #pragma once
 
 #include "hypertuna/math/scalar.hpp"
@@ -14,8 +13,8 @@ template <class S>
 struct Servo {
     S stall_torque;   // N m, at `voltage`
     S speed;          // rad/s without load, at `voltage`
-    S bandwidth;      // Hz: where the position loop leaves 71 % of a small motion
-    S friction;       // N m that the gears rub away in motion, and hold at rest
+    S bandwidth;      // Hz at which the position loop passes 71 % of a small motion
+    S friction;       // N m, friction of the gears in motion, and the most that they hold at rest
     S voltage;        // V that torque, speed and current are given at
     S stall_current;  // A
     S idle_current;   // A: electronics and the motor's own losses
@@ -29,7 +28,7 @@ template <class S>
 struct ServoDrive {
     S acceleration;  // rad/s^2
     S torque;        // N m that motor and gears make before friction
-    S rubbed;        // N m of it that friction takes; negative where friction holds instead of the motor
+    S rubbed;        // N m of `torque` that friction takes; negative where friction holds instead of the motor
     S sealed;        // N m of `rubbed` that the seals of a piston take
 };
 
@@ -45,17 +44,19 @@ struct ServoPower {
     S rotor;     // W: into the rotor, negative while it slows down; a beat's mean is zero
     S braking;   // W: work of load and rotor that comes back and is not regained
 };
-/// LOSS(name) of every share that is lost, or stored in the rotor, and WORK(name, share) of what reaches the oil.
+/// List of the shares of a servo's power: LOSS(name) of each that is lost or stored in the rotor, WORK(name, share) of
+/// the work on the oil.
 #define HYPERTUNA_SERVO_POWERS(LOSS, WORK) \
     LOSS(idle) LOSS(windings) WORK(hydraulic, load) LOSS(gears) LOSS(seals) LOSS(rotor) LOSS(braking)
 
-/// A rate this slow counts as rest for friction, rad/s: it sets in smoothly around it.
+/// Rate around which friction sets in smoothly, rad/s: a slower servo counts as at rest.
 inline constexpr double servo_rest = 0.05;
 
-/// Undamped rate of the critically damped loop over its bandwidth: |1 / (1 + i w / w0)^2| = 1 / sqrt(2) there.
+/// Natural frequency [1/s] of the critically damped loop per bandwidth [Hz]: |1 / (1 + i w / w0)^2| = 1 / sqrt(2)
+/// there.
 inline constexpr double servo_loop_rate = 2 * pi / 0.64359425290558262;
 
-/// Undamped rate of the loop, 1/s.
+/// Natural frequency of the position loop, 1/s.
 template <class S>
 HYPERTUNA_INLINE S servo_loop(const Servo<S>& servo) {
     return servo.bandwidth * S(base_t<S>(servo_loop_rate));
@@ -71,7 +72,7 @@ HYPERTUNA_INLINE S rubbing(const S& rate) {
 /// Turn toward the target against a load as fast as loop and torque-speed line allow.
 ///
 /// |torque| <= stall_torque (supply / voltage -+ rate / speed). At rest friction holds what it can, and the motor
-/// makes only the rest. Seals of a piston rub with the gears, by the torque `sealing` [N m].
+/// makes only the rest. `sealing` is the friction of a piston's seals [N m], which adds to that of the gears.
 template <class S>
 ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load, const S& target, const S& angle,
                           const S& rate, const S& sealing = S(0)) {
@@ -87,8 +88,8 @@ ServoDrive<S> servo_drive(const Servo<S>& servo, const S& supply, const S& load,
     return {acceleration, net + taken, taken, sealing * share};
 }
 
-/// Torque of a servo on the axle of a joint: the loop does not know the load that hangs on it, and is a spring and a
-/// damper within the torque-speed line. The rotor's inertia is the joint's (`Tail::armature`).
+/// Torque of a servo on the axle of a joint. The loop does not know its load, and acts as a spring and a damper within
+/// the torque-speed line. The rotor's inertia is part of the joint's (`Tail::armature`).
 template <class S>
 ServoDrive<S> axle_drive(const Servo<S>& servo, const S& supply, const S& target, const S& angle, const S& rate) {
     const S loop = servo_loop(servo);
@@ -111,8 +112,9 @@ ServoPower<S> servo_power(const Servo<S>& servo, const ServoDrive<S>& drive, con
     return {total, idle, windings, work, friction - seals, seals, rotor, braking};
 }
 
-/// Bound of the rates of a servo on an axle, 1/s, with the axle's mobility, rad/s^2 per N m, its own rotor included:
-/// spring of the loop, and its damper with the torque-speed line and the onset of friction.
+/// Upper bound of the rates of a servo on an axle, 1/s: of the loop's spring, and of its damper with the torque-speed
+/// line and the onset of friction. `mobility` is the axle's acceleration per torque, its own rotor included, rad/s^2
+/// per N m.
 template <class S>
 S axle_stiffness(const Servo<S>& servo, const S& mobility) {
     const S loop = servo_loop(servo), spring = servo.inertia * loop * loop;
@@ -120,7 +122,7 @@ S axle_stiffness(const Servo<S>& servo, const S& mobility) {
     return max(sqrt(spring * mobility), (S(2) * servo.inertia * loop + line + onset) * mobility);
 }
 
-/// Bound of the servo's own rates, 1/s: the loop, or the torque-speed line and the onset of friction.
+/// Upper bound of the servo's own rates, 1/s: the loop, or the torque-speed line and the onset of friction.
 template <class S>
 S servo_rate(const Servo<S>& servo) {
     const S line = servo.stall_torque / servo.speed + servo.friction / S(base_t<S>(servo_rest));

@@ -1,15 +1,16 @@
 /// Controller: what runs on the robot. A command and readings go in, servo pulses and a status come out.
 ///
 /// oscillators -> bend of each joint -> servo angles by the inverse volume map -> pressure supervisor -> slew, clamp.
-/// The servo of a joint without oil is sent to the bend itself, or to its turns for it where tendons go between.
-/// It is made of + - * / sqrt and sincos of trig.hpp alone: without contraction it has the same bits on every machine.
+/// The servo of a joint without oil is sent to the bend itself or, where tendons go between, to its turns for that
+/// bend. The controller uses only + - * / sqrt and sincos of trig.hpp: without contraction to fused multiply-adds,
+/// every machine gets the same bits.
 #pragma once
 
 #include "hypertuna/control/controller_input.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Let everything that a command sets follow it, and go on by one tick with the oscillators.
+/// Advance the filters of all commanded values, and the oscillators, by one tick.
 template <class T>
 void generate(const Controller<T>& model, ControllerState<T>& state, bool active) {
     const Setpoint<T>& target = state.target;
@@ -29,14 +30,15 @@ void generate(const Controller<T>& model, ControllerState<T>& state, bool active
     for (int k = 0; k < 2; ++k) state.fin[k] = follow(model.smoothing, state.fin[k], active ? target.fin[k] : T(0));
 }
 
-/// Amplitude that the commands and the corrections ask of a joint, whatever its pressures allow.
+/// Amplitude that command and posture correction ask of a joint, before the limits of its pressures.
 template <class T>
 T asked_amplitude(const ControllerState<T>& state, int j) {
     return state.amplitude[j].value * (T(1) + state.more[j].value);
 }
 
-/// Amplitude and bias that its pressures allow: the governor bounds the widest bend, of which the bias is a part, and
-/// the hammer of the oil bounds its rate. A bias that no sensor shows is also bounded by the pressure that holds it.
+/// Amplitude and bias that a joint's pressures allow. The governor bounds the widest bend, bias included, and the
+/// hammer of the oil bounds the rate of the bend. Without a pressure reading, the pressure that holds a bias also
+/// bounds that bias.
 template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
@@ -47,7 +49,7 @@ BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
 
-/// End of a joint's beat: what it was sent to and what its sensor read give the corrections of the next beats.
+/// At the end of a joint's beat, learn the corrections of amplitude and bias from the bends that were sent and read.
 template <class T>
 void correct_posture(const Controller<T>& model, ControllerState<T>& state, int j) {
     PostureState<T>& posture = state.posture[j];
@@ -73,7 +75,7 @@ void correct_posture(const Controller<T>& model, ControllerState<T>& state, int 
     posture.ticks = posture.missing = posture.limited = 0;
 }
 
-/// One tick of a joint's posture control: take in the reading, and at the end of its beat learn from it.
+/// One tick of a joint's posture control: take in the bend reading, and learn from the beat where it ends.
 template <class T>
 void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, T reading, Status& status) {
     PostureState<T>& posture = state.posture[j];
@@ -98,14 +100,15 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
         govern(governor, {sent.amplitude + abs(sent.bias), frequency, joint.reach, joint.rate},
                model.circuit[2 * j].fill, model.pressure_work);
     }
-    // Two beats without a swing: the sensor lives, but does not follow.
+    // Two beats without a swing: the sensor gives readings, but does not follow the joint.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
     if (state.bend[j].faulty || posture.dull > 1) status.set(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.more);
     state.aside[j] = follow(model.smoothing, state.aside[j], state.armed ? posture.aside : T(0));
 }
 
-/// Slew and clamp: the last that happens to every servo's angle. One that is no number leaves the last good one.
+/// Last step for every servo's angle: limit its slew and clamp its pulse. The last good angle replaces one that is not
+/// a number.
 template <class T>
 void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int servo, T angle) {
     const T last = state.sent[servo], most = model.slew * model.tick;
@@ -123,7 +126,7 @@ void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutpu
     output.pulse[servo] = pulse;
 }
 
-/// Bend that is asked of a joint, within what its pressures allow and its pumps reach.
+/// Bend to send a joint to, within what its pressures allow and its pumps reach.
 template <class T>
 T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Status& status) {
     Governor<T>& governor = state.governor[j];
@@ -136,14 +139,14 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     const T wanted = sent.bias + sent.amplitude * state.oscillator[j].x;
     const T reach = model.joint[j].reach, bend = clamp(wanted, -reach, reach);
     if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
-    // What was held back catches up little faster than the beat goes: no jump, no surge of pressure.
+    // After a limit the bend catches up little faster than the beat goes: no jump, no surge of pressure.
     const T fastest = sent.amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
     const T limit = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
     return clamp(bend, last - limit, last + limit);
 }
 
-/// Send a circuit's servo to an angle, and tell whether it follows at a part of its voltage. Torque-speed line: no load
-/// leaves the whole speed, the stall pressure leaves none.
+/// Send a circuit's servo to an angle, and return whether the servo can follow; `supply` is the part of the rated
+/// voltage. By the torque-speed line the servo has its full speed without load and none at the stall pressure.
 template <class T>
 bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int c, T angle,
                    T supply) {
@@ -160,30 +163,33 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
     return !slow && output.target[c] == angle;
 }
 
-/// Within a tick: the furthest angle that a circuit's servo may be sent to. Above the soft limit it goes back, and it
-/// turns no faster than what the pressure in the drive units leaves of the limit to its flow. Of a line that rings the
-/// crest of the readings counts forward, and their trough back: else the pump would jerk, and the line ring more.
+/// Furthest angle that a circuit's servo may be sent to in this tick. Above the soft limit the servo goes back. It
+/// turns no faster than the flow's pressure fits between the pressure in the drive units and the soft limit. In a line
+/// that rings, the crest of the readings limits the way forward and their trough the way back: otherwise the pump would
+/// jerk, and the line ring more.
 template <class T>
 T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, int c, bool rings) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const SupervisorState<T>& circuit = state.circuit[c];
     const T viscosity = state.viscosity.value, line = supervisor.line * viscosity;
-    // One reading of a sensor that is doubted may be a spike.
-    const T one = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
-    const T low = rings ? circuit.trough : one, high = rings ? circuit.crest : one;
+    // A single reading of a doubted sensor may be a spike.
+    const T reading = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
+    const T low = rings ? circuit.trough : reading, high = rings ? circuit.crest : reading;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
     const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
     const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);
-    const T room = max(T(0), model.pressure_soft - unit);
-    const T rate = room / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
+    const T margin = max(T(0), model.pressure_soft - unit);
+    const T rate = margin / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
     const T change = rings ? min(rate, circuit.servo.change + supervisor.smooth * model.tick) : rate;
     const T target = furthest_target(model.servo, circuit.servo, change);
     if (low <= model.pressure_soft) return target;
-    return min(target, furthest(supervisor, state.sent[c], low, model.pressure_soft, model.pressure_hard, model.tick));
+    return min(target, furthest_pump_angle(supervisor, state.sent[c], low, model.pressure_soft, model.pressure_hard,
+                                           model.tick));
 }
 
-/// Within a tick: how far back a pump may be sent whose line rings: smoothly, and so slowly that its cylinder does not
-/// run empty, for the oil that fills it again hammers: the slower, the lower its trough, where readings show that.
+/// Furthest angle back that the pump of a line that rings may be sent to in this tick. The pump moves smoothly, and so
+/// slowly that its cylinder does not run empty, because the oil that refills it hammers. Where readings show a trough,
+/// a lower one makes the pump slower.
 template <class T>
 T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
@@ -193,10 +199,10 @@ T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int
     return furthest_target(model.servo, servo, change);
 }
 
-/// One joint: from the bend that is asked to the angles of its two servos.
+/// Send a joint's two servos to the angles for the bend that is asked.
 ///
-/// Where one circuit is held back, both go the same part of the way. Were each held back by itself, the side that draws
-/// would outrun the side that pushes, and the oil between them would be lost beat by beat.
+/// Where one circuit is held back, both go the same part of the way. Otherwise the side that draws would outrun the
+/// side that pushes, and the oil between them would be lost beat by beat.
 template <class T>
 void drive_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T asked = asked_bend(model, state, j, output.status);
@@ -229,7 +235,7 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
     if (pressed || !followed) ++state.posture[j].limited;
 }
 
-/// One joint with a servo on its axle or its tendons: sent to the bend that is asked, times the servo's turns over it.
+/// Send the servo of a joint without oil to the bend that is asked, times the servo's turns per bend.
 template <class T>
 void turn_joint(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int j) {
     const T supply = min(T(1), state.supply / model.voltage_rated);
@@ -238,9 +244,10 @@ void turn_joint(const Controller<T>& model, ControllerState<T>& state, Controlle
     send(model, state, output, 2 * j + 1, T(0));
 }
 
-/// Hold the pressures of a joint against what its bend and its pumps' stroke make of them, but for the loads of the
-/// water, and for a drop along the line of oil that is no thicker than it may be. Where the bend sensor is as far from
-/// the bend that the pumps were sent to, to the side that explains it, that sensor is to blame. The joints take turns.
+/// Compare a joint's pressure readings with the pressures that follow from its bend and its pumps' angles. The means
+/// are free of most of the water's loads, and the drop along the line of the thickest possible oil is allowed for.
+/// Where the bend sensor is as far from the bend that the pumps were sent to, in the direction that explains the
+/// pressures, the bend sensor is to blame. Each tick checks one joint.
 template <class T>
 HYPERTUNA_NOINLINE void check_pressures(const Controller<T>& model, ControllerState<T>& state,
                                         const Readings<T>& readings) {
@@ -266,7 +273,7 @@ HYPERTUNA_NOINLINE void check_pressures(const Controller<T>& model, ControllerSt
     }
 }
 
-/// One tick of the controller, its state and output in place.
+/// One tick of the controller; changes state and output in place.
 template <class T>
 void advance(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings,
              const Command<T>& command, ControllerOutput<T>& output) {
@@ -293,7 +300,7 @@ void advance(const Controller<T>& model, ControllerState<T>& state, const Readin
     for (int k = 0; k < 2; ++k) send(model, state, output, 2 * model.joints + k, state.fin[k].value);
 }
 
-/// The same as a function of the state before.
+/// One tick of the controller as a pure function: returns the new state and the output.
 template <class T>
 ControllerStep<T> step(const Controller<T>& model, const ControllerState<T>& before, const Readings<T>& readings,
                        const Command<T>& command) {

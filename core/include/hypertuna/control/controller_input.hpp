@@ -5,7 +5,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Take a value of a command within its bounds; one that is no number leaves the last good one.
+/// Store a commanded value within its bounds; one that is not a number leaves the last good one.
 template <class T>
 void take(T& kept, T value, T low, T high, Status& status) {
     if (low <= value && value <= high) {
@@ -16,7 +16,7 @@ void take(T& kept, T value, T low, T high, Status& status) {
     if (is_finite(value)) kept = clamp(value, low, high);
 }
 
-/// Amplitude at which the model's pressure surely stays below the soft limit: for a beat that no pressure was seen of.
+/// Amplitude at which the pressure stays below the soft limit by the model: for frequencies without a pressure reading.
 template <class T>
 T safe_amplitude(const JointModel<T>& joint, T frequency) {
     return T(1) / (joint.safe_static + frequency * (joint.safe_rate + frequency * joint.safe_square));
@@ -37,11 +37,12 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
         for (int k = 0; k < 2; ++k) take(target.fin[k], command.fin[k], -model.fin_max, model.fin_max, status);
         for (int j = 0; j < model.joints; ++j) {
             if (direct(model, j)) continue;
-            // A tail that starts from rest swings past its steady beats: it begins as at a frequency not seen before.
+            // A tail that starts from rest overshoots its steady beats, so its governor starts as at a frequency that
+            // it has not seen.
             if (state.amplitude[j].value < T(governor_floor)) state.governor[j].frequency = T(0);
             expect(state.governor[j], target.frequency, safe_amplitude(model.joint[j], target.frequency));
         }
-        // Arming again, not staying armed, gives a stopped circuit back.
+        // Only arming anew, not staying armed, ends the stop of a circuit.
         if (command.armed && !state.armed)
             for (int c = 0; c < 2 * model.joints; ++c) state.circuit[c].stopped = false;
         state.armed = command.armed;
@@ -50,19 +51,20 @@ void take_command(const Controller<T>& model, ControllerState<T>& state, const C
     if (!state.armed) status.set(Condition::disarmed);
 }
 
-/// Whether a joint has a circuit without a pressure reading.
+/// Whether a joint has a circuit without a valid pressure reading.
 template <class T>
 bool blind(const ControllerState<T>& state, int j) {
     return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
 }
 
-/// How far a circuit's servo moves, so that its joint's sensors must show it: 1 from 0.2 rad/s on.
+/// Motion of a circuit's servo from 0 to 1, which is reached at 0.2 rad/s: how clearly its joint's sensors must show
+/// it.
 template <class T>
 T motion_of(const Controller<T>& model, const SupervisorState<T>& circuit) {
     return min(T(1), abs(circuit.change) * (T(5) / model.tick));
 }
 
-/// Largest motion of any circuit's servo: the body moves with it, and every pressure.
+/// Largest motion of any circuit's servo: it moves the whole body and changes every pressure.
 template <class T>
 T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
     T motion = T(0);
@@ -70,7 +72,7 @@ T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
     return motion;
 }
 
-/// Currents, IMU and battery: they steer nothing but the voltage, which the servos' speed depends on.
+/// Check the readings of currents, IMU and battery. Only the voltage steers anything: the servos' speed depends on it.
 template <class T>
 void read_robot(const Controller<T>& model, ControllerState<T>& state, const Readings<T>& readings, T motion,
                 Status& status) {
@@ -80,7 +82,7 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     const auto plain = [&](const Plausible<T>& limits, Health<T>& health, T reading) {
         return judge(limits, health, reading, health.last, motion).usable;
     };
-    // A range without extent: the robot has no such sensor.
+    // An empty range: the robot has no such sensor.
     const Plausible<T> current = range(model.current_low, model.current_high, T(0.24));
     for (int j = 0; j < model.joints && current.low < current.high; ++j)
         for (int c = 2 * j; c < 2 * j + (direct(model, j) ? 1 : 2); ++c)
@@ -100,18 +102,18 @@ void read_robot(const Controller<T>& model, ControllerState<T>& state, const Rea
     if (state.voltage.seen && state.supply < model.voltage_low) status.set(Condition::low_voltage);
 }
 
-/// Take in a usable pressure: its sensor is trusted where no reading of late was rejected.
+/// Use a valid pressure reading; `trusted` says that none of the sensor's recent readings was rejected.
 template <class T>
 void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, bool trusted) {
     SupervisorState<T>& circuit = state.circuit[c];
     Governor<T>& governor = state.governor[c / 2];
-    // Two ticks apart, and never through a cavity, where the oil yields.
+    // Learn from readings two ticks apart, and never across a cavity, where the oil yields.
     if (trusted && T(0) < circuit.before && T(0) < circuit.pressure && T(0) < reading)
         learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
               reading - circuit.before);
-    // A line that rings peaks for one reading.
-    const bool alone = trusted && model.circuit[c].rings();
-    governor.peak = max(governor.peak, alone ? reading : median(circuit.before, circuit.pressure, reading));
+    // In a line that rings a peak lasts for one reading: no median.
+    const bool single = trusted && model.circuit[c].rings();
+    governor.peak = max(governor.peak, single ? reading : median(circuit.before, circuit.pressure, reading));
     circuit.before = circuit.pressure;
     circuit.pressure = reading;
     if (!model.circuit[c].rings()) return;
@@ -119,7 +121,7 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     circuit.trough = min(reading, circuit.trough + T(rung_out) * (reading - circuit.trough));
 }
 
-/// Take in the pressure of a circuit, and stop it where that has passed the hard limit.
+/// Read a circuit's pressure, and stop the circuit where the pressure has passed the hard limit.
 template <class T>
 void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c, T reading, T motion, Status& status) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
@@ -133,7 +135,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
         use_pressure(model, state, c, reading, trusted);
     } else {
         status.set(Condition::pressure_fault, c);
-        circuit.pressure = min(circuit.pressure, circuit.before);  // the one before may have been the first of a spike
+        circuit.pressure = min(circuit.pressure, circuit.before);  // the reading before may have begun a spike
     }
     // A spike does not stop a joint; a pressure that lasts does, even where the sensor seems faulty.
     circuit.hard = model.pressure_hard < reading && reading <= model.pressure_high ? circuit.hard + 1 : 0;

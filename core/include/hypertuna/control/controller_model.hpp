@@ -6,13 +6,13 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Servo angle for a bend toward the side of a circuit: three parabolas that join, the middle one through zero. Where
-/// one side's pressure has come to its lowest, the other rises faster.
+/// Number of terms of a pump map, the servo angle for a bend toward the circuit's side: three parabolas that join, the
+/// middle one through zero. Beyond the middle one, one side's pressure is at its lowest and the other's rises faster.
 inline constexpr int map_terms = 6;
 template <class T>
 struct PumpMap {
-    T low, high;        // rad: ends of the middle one
-    T term[map_terms];  // by the bend and its square: of the middle one, below it, above it
+    T low, high;        // rad: the middle parabola's range of bends
+    T term[map_terms];  // coefficients of the bend and its square: of the middle parabola, that below it, that above it
 };
 template <class T>
 T servo_angle(const PumpMap<T>& map, T bend) {
@@ -26,17 +26,17 @@ T servo_angle(const PumpMap<T>& map, T bend) {
 /// What the controller knows of one joint.
 template <class T>
 struct JointModel {
-    T direct;                               // turns of the servo that turns it over its bend, 1 on its axle, 0 with
-                                            // oil: it has no oil, no bend sensor, no second servo
-    T reach;                                // rad: largest bend to either side that its pumps are asked for
-    T amplitude;                            // rad: largest amplitude of a command
-    T rate;                                 // rad/s: largest rate of its bend by the hammer of the oil that it presses
-    T sent_rate;                            // rad/s: the same of the bend that its pumps are sent to, also by the oil
-                                            // that fills again what they draw empty
-    T bend_range;                           // rad: of the bend sensor, to either side
-    T bend_step;                            // rad: largest change of its reading within a tick
-    T safe_static, safe_rate, safe_square;  // 1/rad, s/rad, s^2/rad: largest pressure over the soft limit's room, per
-                                            // amplitude, by powers of the frequency in Hz
+    T direct;     // servo turns per bend of a joint without oil, bend sensor and second servo: 1 on its axle; 0 for a
+                  // joint with oil
+    T reach;      // rad: largest bend to either side that its pumps are asked for
+    T amplitude;  // rad: largest amplitude of a command
+    T rate;       // rad/s: largest rate of the bend that the hammer of the displaced oil allows
+    T sent_rate;  // rad/s: largest rate of the bend that the pumps are sent to; also limited by the oil that refills an
+                  // emptied cylinder
+    T bend_range;                           // rad: range of the bend sensor to either side
+    T bend_step;                            // rad: largest change of the bend reading within a tick
+    T safe_static, safe_rate, safe_square;  // polynomial in the frequency [Hz]: largest pressure above the fill per
+                                            // amplitude, over the soft limit above the fill
 };
 
 template <class T>
@@ -45,8 +45,9 @@ struct Controller {
     T tick;  // s
     Network<T> network;
     Smoothing<T> smoothing;
-    Smoothing<T> servo;              // position loop of the pumps' servos
-    T viscosity_min, viscosity_own;  // of hot oil, and at the oil's own temperature, relative to the thickest
+    Smoothing<T> servo;  // position loop of the pumps' servos
+    T viscosity_min,
+        viscosity_own;  // viscosity of hot oil, and of the oil at its own temperature, relative to the thickest
     PostureModel<T> posture;
     JointModel<T> joint[max_joints];
     PumpMap<T> map[max_circuits];
@@ -94,26 +95,27 @@ struct ControllerState {
     int age;  // ticks since the last command
     bool armed;
     Follower<T> frequency, amplitude[max_joints], phase[max_joints], bias[max_joints], fin[2];
-    Follower<T> more[max_joints], aside[max_joints];  // corrections: of the amplitude, relative, and of the bias
-    Oscillator<T> oscillator[max_joints];             // of each joint's left circuit; the right one is in antiphase
+    Follower<T> more[max_joints], aside[max_joints];  // corrections: of the amplitude, relative; of the bias, rad
+    Oscillator<T> oscillator[max_joints];  // oscillator of each joint's left circuit; the right one is in antiphase
     PostureState<T> posture[max_joints];
     SupervisorState<T> circuit[max_circuits];
     Governor<T> governor[max_joints];
     Health<T> bend[max_joints], pressure[max_circuits], current[max_circuits], imu[6], voltage;
-    T supply;                 // V, last valid reading
-    Viscosity<T> viscosity;   // of the oil
-    T swing;                  // s: amplitude over the rate of a bend, at the frequency and with what the oil leaves
+    T supply;                // V, mean of the last valid readings
+    Viscosity<T> viscosity;  // viscosity of the oil
+    T swing;  // s: s: amplitude per rate of a bend at this frequency; less where the oil is thin, at the frequency and
+              // with what the oil leaves
     T bend_sent[max_joints];  // rad: bends that the pumps were last sent to
-    T slip[max_joints];       // rad: what the bend sensor reads beyond them, a mean
-    int checked;              // joint whose pressures were last held against its bend
+    T slip[max_joints];       // rad: mean of the bend read minus the bend sent
+    int checked;              // joint whose pressures were checked last
     T sent[max_servos];       // rad: last angles sent
 };
 
 template <class T>
 struct ControllerOutput {
-    T pulse[max_servos];       // s: the circuits', then the two pectoral fins'
-    T target[max_servos];      // rad: the same as angles
-    T set[max_joints];         // rad: bend that is asked of each joint now, without correction
+    T pulse[max_servos];       // s: s: pulses of the circuits' servos, then of the two pectoral fins pectoral fins'
+    T target[max_servos];      // rad: angles of the same servos
+    T set[max_joints];         // rad: commanded bend of each joint now, without correction
     T pressure[max_circuits];  // Pa: valid pressure that the supervisor uses
     Status status;
 };
@@ -124,13 +126,14 @@ struct ControllerStep {
     ControllerOutput<T> output;
 };
 
-/// Whether a servo turns a joint, on its axle or by tendons: that of its first circuit; the second one is not there.
+/// Whether a servo turns a joint on its axle or by tendons: the servo of its first circuit. Such a joint has no second
+/// one.
 template <class T>
 bool direct(const Controller<T>& model, int joint) {
     return model.joint[joint].direct != T(0);
 }
 
-/// Everything at rest, the pumps at neutral, in a state of zeros: in place, where the stack is short.
+/// Set a state of zeros to rest, with the pumps at neutral; in place, because a board's stack is small.
 template <class T>
 void begin(const Controller<T>& model, ControllerState<T>& state) {
     state.age = model.timeout + 1;
@@ -152,8 +155,8 @@ ControllerState<T> init(const Controller<T>& model) {
     return state;
 }
 
-/// Call visit(name, index, field) for every number of the model: the one list that Python and the firmware fill it by.
-/// How many joints there are is set before.
+/// Call visit(name, index, field) for every number of the model: Python and the firmware fill the model by this list.
+/// The number of joints must be set before.
 template <class T, class Visit>
 void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("tick", 0, m.tick);
@@ -196,7 +199,7 @@ void visit_fields(Controller<T>& m, const Visit& visit) {
     visit("pulse_min", 0, m.pulse_min), visit("pulse_max", 0, m.pulse_max), visit("slew", 0, m.slew);
 }
 
-/// Whether limits that belong together are in order.
+/// Whether the limits of pressures and pulses are in ascending order.
 template <class T>
 bool consistent(const Controller<T>& m) {
     return m.pressure_work < m.pressure_soft && m.pressure_soft < m.pressure_hard && m.pulse_min < m.pulse_center &&

@@ -1,7 +1,6 @@
-/// Central pattern generator: coupled Hopf oscillators that drive the pumps, filters for everything that a command
-/// sets.
+/// Central pattern generator: coupled Hopf oscillators that drive the pumps, and the filters of all commanded values.
 ///
-/// Eq. 37, with its signs put right and divided by the amplitude, is on the unit circle
+/// Eq. 37, with corrected signs and divided by the amplitude, becomes on the unit circle
 ///     r' = k r (1 - r^2),   phi_i' = omega + h sin(phi_ref - Phi_i - phi_i),   (x, y) = r (cos phi, sin phi),
 /// and the output is b + A x. Coupling turns the phase alone, so it cannot change an amplitude, and A may be zero.
 /// All three parts have closed solutions, which commute: a tick of any length is exact while omega and Phi hold.
@@ -17,7 +16,7 @@ struct Smoothing {
     T rate, decay;
 };
 
-/// What follows a command smoothly: its value, and the change per tick that it has.
+/// A smoothed commanded value, and its change per tick.
 template <class T>
 struct Follower {
     T value, change;
@@ -53,8 +52,8 @@ Oscillator<T> turned(const Oscillator<T>& z, const SinCos<T>& angle) {
     return {z.x * angle.cos - z.y * angle.sin, z.x * angle.sin + z.y * angle.cos};
 }
 
-/// One tick of an oscillator alone: back to the unit circle, r^2 -> r^2 / (r^2 + (1 - r^2) exp(-2 k tick)), and on by
-/// `turn` = omega tick.
+/// One tick of an uncoupled oscillator: back to the unit circle, r^2 -> r^2 / (r^2 + (1 - r^2) exp(-2 k tick)), and on
+/// by `turn` = omega tick.
 template <class T>
 Oscillator<T> oscillate(const Network<T>& network, const Oscillator<T>& now, const SinCos<T>& turn) {
     const T square = now.x * now.x + now.y * now.y;

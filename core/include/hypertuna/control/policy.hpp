@@ -7,7 +7,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr int max_neurons = 128;  // of a layer, and numbers of an observation
+inline constexpr int max_neurons = 128;  // largest number of neurons in a layer, and of numbers in an observation
 
 template <class T>
 struct Layer {
@@ -16,18 +16,18 @@ struct Layer {
     const T* bias;    // outputs
 };
 
-/// Layers with tanh between them, and what actions from -1 to 1 are multiplied by.
+/// Layers with tanh between them, and the scales of its actions, which are from -1 to 1.
 template <class T>
 struct Policy {
     int layers;
     const Layer<T>* layer;
-    int ticks;  // of the controller in a step
+    int ticks;  // ticks of the controller per step of the policy
     int joints;
     T frequency;                     // Hz, the largest
     T bend[max_joints], lag, steer;  // rad: largest amplitude; largest lag; part of the bend that steers
 };
 
-/// The action of an observation, each number from -1 to 1. Sums of four parts round less than a running one.
+/// Compute the action for an observation, each number from -1 to 1. Four partial sums round less than one running sum.
 template <class T>
 void act(const Policy<T>& policy, const T* observation, T* action) {
     T values[2][max_neurons];
@@ -52,8 +52,8 @@ void act(const Policy<T>& policy, const T* observation, T* action) {
     }
 }
 
-/// The gait that an action means, as learning/spans.py has it: frequency, amplitudes, lags, biases. An action with a
-/// NaN is not sent as a command: the tail comes to rest, as without a ground station.
+/// The command that an action stands for, scaled as in learning/spans.py: frequency, amplitudes, lags, biases. An
+/// action with a NaN is not sent as a command: the tail comes to rest, as without a ground station.
 template <class T>
 Command<T> command_of(const Policy<T>& policy, const T* action) {
     const auto part = [](T number) { return (number + T(1)) / T(2); };

@@ -1,10 +1,11 @@
-/// Posture: once per beat a joint's peak bends, as harmonics fitted to the beat's readings tell them, correct amplitude
-/// and bias of the next beats.
+/// Posture control: once per beat, harmonics fitted to the bend readings give a joint's peak bends, which correct
+/// amplitude and bias of the next beats.
 ///
-/// With the mean amplitude and bias (a, m) that a beat was sent to and the peak and bias (a', m') that it was read to
-/// have, the factor F of the next beats' amplitude and the offset c of their bias are
+/// With the mean amplitude and bias (a, m) that were sent in a beat and the peak and bias (a', m') that were read, the
+/// factor F of the next beats' amplitude and the offset c of their bias are
 ///     F <- F + K (a / a' - F),   c <- c + K (m - m' - c).
-/// A beat judges what was sent, not what was wanted: neither delay nor a governed amplitude winds anything up.
+/// The reading is compared with what was sent, not with what was commanded: neither delay nor a governed amplitude
+/// winds a correction up.
 #pragma once
 
 #include "hypertuna/control/cpg.hpp"
@@ -16,15 +17,16 @@ template <class T>
 struct PostureModel {
     T learning;       // K
     T missing;        // part of a beat's readings that may be missing before the beat is void
-    T limited;        // part of a beat in which a limit may act before the corrections must not grow
+    T limited;        // part of a beat in which a limit may act; beyond it the corrections must not grow
     T moving;         // smallest fraction of the sent amplitude that a working bend sensor shows
     T amplitude_min;  // rad: smallest sent amplitude that is judged
 };
 
-inline constexpr double factor_max = 2.0;   // F stays within this and its inverse
-inline constexpr double beat_length = 0.1;  // a beat that lasts longer or shorter than its frequency says is void
+inline constexpr double factor_max = 2.0;  // F stays within this and its inverse
+inline constexpr double beat_length =
+    0.1;  // largest relative error of a beat's length; a beat that is longer or shorter is void
 
-/// A signal by mean, first and third harmonic: mean + Re(conj(first) z + conj(third) z^3), z the oscillator. Muscles
+/// Mean, first and third harmonic of a signal: mean + Re(conj(first) z + conj(third) z^3), z the oscillator. Muscles
 /// alike on both sides make odd harmonics, and the third raises or lowers the peaks.
 template <class T>
 struct Harmonics {
@@ -40,11 +42,12 @@ struct BeatShape {
 
 template <class T>
 struct PostureState {
-    Harmonics<T> seen, error;  // fit of the readings; sums of its errors over the beat so far
-    BeatShape<T> sent;         // sums over the beat so far
-    T more, aside;             // F - 1, and c in rad
-    int ticks, missing, limited, dull;
-    bool ended;  // the beat ends in this tick
+    Harmonics<T> seen, error;     // fit of the readings; sums of its errors over the beat so far
+    BeatShape<T> sent;            // sums over the beat so far
+    T more, aside;                // F - 1, and c in rad
+    int ticks, missing, limited;  // of the beat so far: ticks, those without a reading, those with a limit acting
+    int dull;                     // beats in a row without a swing, 2 at most
+    bool ended;                   // the beat ends in this tick
 };
 
 template <class T>
@@ -58,7 +61,7 @@ Oscillator<T> cubed(const Oscillator<T>& z) {
     return {z.x * (x - T(3) * y), z.y * (T(3) * x - y)};
 }
 
-/// Take in a usable reading: what the fit of the beats before leaves of it.
+/// Add a valid reading's deviation from the fit of the beats before to the sums.
 template <class T>
 void add_reading(PostureState<T>& posture, const Oscillator<T>& z, T reading) {
     const Oscillator<T> z3 = cubed(z);
@@ -71,8 +74,9 @@ void add_reading(PostureState<T>& posture, const Oscillator<T>& z, T reading) {
     sum.third.x += error * z3.x, sum.third.y += error * z3.y;
 }
 
-/// End of a beat: one step of least squares, whose equations over a beat are diagonal but for what its last tick cuts
-/// off. Divided by all ticks, a beat with gaps only learns less.
+/// Update the fit at the end of a beat by one step of least squares. Over a whole beat the normal equations are
+/// diagonal, but for the cut of its last tick. The sums are divided by all ticks, so that a beat with gaps only learns
+/// less.
 template <class T>
 Harmonics<T> refit(const Harmonics<T>& fit, const Harmonics<T>& sum, T ticks) {
     const T mean = T(1) / ticks, twice = T(2) / ticks;
@@ -81,7 +85,7 @@ Harmonics<T> refit(const Harmonics<T>& fit, const Harmonics<T>& sum, T ticks) {
             {fit.third.x + twice * sum.third.x, fit.third.y + twice * sum.third.y}};
 }
 
-/// Peak bends as amplitude and bias: the third harmonic counts by what it has at the peak of the first.
+/// Amplitude and bias of the peak bends; the third harmonic counts by its value at the peak of the first.
 template <class T>
 BeatShape<T> shape(const Harmonics<T>& fit) {
     const T amplitude = sqrt(fit.first.x * fit.first.x + fit.first.y * fit.first.y);
@@ -97,7 +101,7 @@ T swing(const Harmonics<T>& fit) {
            sqrt(fit.third.x * fit.third.x + fit.third.y * fit.third.y);
 }
 
-/// Go a part of the way to what the beat says; where a limit acted (`held`), not further away from zero.
+/// Move a correction a part of the way to the beat's value; where a limit acted (`held`), not further away from zero.
 template <class T>
 T learn(T now, T target, T learning, bool held) {
     const T next = now + learning * (target - now);

@@ -9,24 +9,26 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-// The one limit of joint groups; the others follow. Memory and messages of a board have room for fewer.
+// Largest number of joint groups, from which the other limits follow. A board's memory and messages have room for
+// fewer.
 inline constexpr int board_joints = 4;
 #ifdef HYPERTUNA_BOARD
 inline constexpr int max_joints = board_joints;
 #else
 inline constexpr int max_joints = 12;
 #endif
-inline constexpr int max_coordinates = max_joints + 1;  // of a tail: joint groups and hinges
+inline constexpr int max_coordinates = max_joints + 1;  // coordinates of a tail: joint groups and hinges
 inline constexpr int max_circuits = 2 * max_joints;
 inline constexpr int max_servos = max_circuits + 2;
-/// Servos of a robot: two a joint, and those of the two pectoral fins.
+/// Number of a robot's servos: two per joint and one per pectoral fin.
 constexpr int servos_of(int joints) { return 2 * joints + 2; }
 
 /// A bit per joint, circuit or servo.
 using Places =
     std::conditional_t<max_servos <= std::numeric_limits<std::uint16_t>::digits, std::uint16_t, std::uint32_t>;
 
-/// What the status can tell. Each condition has one bit in the flags, and one bit per joint, circuit or servo in `at`.
+/// Conditions that the status reports. Each condition has one bit in the flags, and one bit per joint, circuit or servo
+/// in `at`.
 enum class Condition : std::uint8_t {
     bend_fault,
     pressure_fault,
@@ -58,7 +60,7 @@ struct ConditionText {
     const char* sentence;
 };
 
-/// The one table of all conditions: name, place, and what it means.
+/// Table of all conditions: name, place and meaning.
 inline constexpr ConditionText condition_texts[conditions] = {
     {"bend_fault", Place::joint, "the bend sensor's reading is not plausible"},
     {"pressure_fault", Place::circuit, "the pressure sensor's reading is not plausible"},
@@ -94,7 +96,7 @@ struct Status {
     }
 };
 
-/// Within bounds; what is no number comes to the upper one.
+/// Limit a value to bounds; one that is not a number becomes the upper bound.
 template <class T>
 T clamp(T x, T low, T high) {
     return x < low ? low : x <= high ? x : high;
@@ -111,23 +113,24 @@ template <class T>
 struct Plausible {
     T low, high;  // range of the sensor, SI
     T step;       // largest change within a tick
-    T repeats;    // equal readings in a row that make a fault, of a robot in full motion: more of them where it is slow
+    T repeats;    // number of equal readings in a row that make a fault in full motion; with less motion it takes more
 };
 
-/// The past of one sensor. `bucket` fills where readings are bad and drains where they are good.
+/// Record of one sensor. `bucket` fills where readings are bad and drains where they are good.
 template <class T>
 struct Health {
     T last;     // last finite reading within range
-    T repeats;  // of that reading, each as far as the robot moved
+    T repeats;  // repetitions of `last`, each weighted by the robot's motion
     int bucket;
     bool faulty, seen;
 };
 
 inline constexpr int bucket_bad = 4;      // a bad reading weighs as much as four good ones
-inline constexpr int bucket_faulty = 20;  // five bad readings in a row, or every fourth of them bad
-inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz redeems the worst sensor
-inline constexpr float repeats_fast = 6,
-                       repeats_slow = 25;  // equal readings: of what moves with each beat, of the rest
+inline constexpr int bucket_faulty = 20;  // reached by five bad readings in a row, or where every fourth is bad
+inline constexpr int bucket_max = 100;    // a second of good readings at 100 Hz ends the longest fault
+inline constexpr float
+    repeats_fast = 6,
+    repeats_slow = 25;  // equal readings that make a fault: where a reading changes with each beat, and elsewhere
 
 template <class T>
 struct ReadingQuality {
@@ -135,12 +138,12 @@ struct ReadingQuality {
     bool repeated;  // the very same number as before
 };
 
-/// Judge one reading. `expected` is what it may be one step away from: the last reading, or a prediction. `motion` of
-/// the robot is from 0, at rest, to 1; `agrees` is whether nothing else contradicts the reading.
+/// Judge one reading, which may be one step away from `expected`: the last reading, or a prediction. `motion` of the
+/// robot is from 0, at rest, to 1; `agrees` says that nothing else contradicts the reading.
 template <class T>
 ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading, T expected,
                         std::type_identity_t<T> motion, bool agrees = true) {
-    const bool inside = limits.low <= reading && reading <= limits.high;  // false for what is no number
+    const bool inside = limits.low <= reading && reading <= limits.high;  // false for NaN
     bool near = false, repeated = false;
     if (inside) {
         near = abs(reading - expected) <= limits.step || !health.seen;
@@ -149,15 +152,15 @@ ReadingQuality<T> judge(const Plausible<T>& limits, Health<T>& health, T reading
     }
     health.repeats = repeated ? min(health.repeats + motion, limits.repeats) : T(0);
     const bool usable = near && agrees && health.repeats < limits.repeats;
-    if (usable && health.bucket == 0) return {true, repeated};  // as nearly always: not faulty, nothing to drain
+    if (usable && health.bucket == 0) return {true, repeated};  // the usual case: not faulty, and the bucket is empty
     const int bucket = health.bucket + (usable ? -1 : bucket_bad);
     health.bucket = bucket < bucket_max ? bucket : bucket_max;
     health.faulty = health.bucket >= bucket_faulty || (health.faulty && health.bucket > 0);
     return {usable && !health.faulty, repeated};
 }
 
-/// Whether a sensor shows the same number for the third time, in full motion: it may be stuck, long before that counts
-/// as a fault.
+/// Whether a sensor shows the same number for the third time in full motion: it may be stuck, although that is not a
+/// fault yet.
 template <class T>
 bool repeats(const Health<T>& health) {
     return T(1.9) < health.repeats;
@@ -168,18 +171,20 @@ inline constexpr int hold_terms = 4;
 /// What the supervisor knows of one circuit.
 template <class T>
 struct SupervisorModel {
-    T speed;             // rad/s of the servo without load, at the rated voltage
-    T stall;             // Pa at which it stalls, at the rated voltage
-    T fill;              // Pa: pressure at rest
-    T compliance;        // rad/Pa: how far the servo turns for a pressure at the soft limit, where the joint is held
-    T line;              // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
-    T hammer;            // Pa s/rad: hammer of the line's oil per rate of the servo
-    T draw;              // rad/s: largest rate of the servo that draws oil, whose hammer leaves no cavity
-    T smooth;            // rad/s: largest change of its rate within a tick, of which the line does not ring
-    T spare;             // rad/s/Pa: how much slower it draws for a trough below the fill; 0 where readings show none
-    T hold[hold_terms];  // Pa/rad to Pa/rad^4: by powers of a bend to its side, what holds it at rest, above the fill
+    T speed;       // rad/s of the servo without load, at the rated voltage
+    T stall;       // Pa at which the servo stalls
+    T fill;        // Pa: pressure at rest
+    T compliance;  // rad/Pa: servo angle per pressure near the soft limit, with the joint held
+    T line;        // Pa s/rad: drop along the line per rate of the servo, with the thickest oil that flows
+    T hammer;      // Pa s/rad: hammer of the line's oil per rate of the servo
+    T draw;        // rad/s: largest rate of the servo drawing oil at which the hammer leaves no cavity
+    T smooth;      // rad/s: largest change of the servo's rate within a tick that does not make the line ring
+    T spare;  // rad/s/Pa: how much slower the servo draws per pressure of the trough below the fill; 0 where readings
+              // show none
+    T hold[hold_terms];  // Pa/rad to Pa/rad^4: coefficients of the pressure above the fill that holds a bend to this
+                         // side at rest
 
-    /// Whether its line is so long that a pump that jerks makes it ring.
+    /// Whether the line is so long that a jerk of the pump makes it ring.
     bool rings() const { return smooth < T(1e6); }
 };
 
@@ -190,76 +195,78 @@ T held(const SupervisorModel<T>& model, T bend) {
     return model.fill + (((term[3] * bend + term[2]) * bend + term[1]) * bend + term[0]) * bend;
 }
 
-/// A sensor is astray whose mean over `astray_time` differs from the model's pressure by more than this part of the
-/// room from fill to soft limit, and of what the bend takes. The mean has little of the water's loads.
+/// A pressure sensor is astray where its mean over `astray_time` differs from the model's pressure by more than this
+/// part of the way from fill to soft limit, plus this part of the pressure that holds the bend. The mean has little of
+/// the water's loads.
 inline constexpr double astray_time = 0.6;  // s
 inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
-/// Part of the way to a lower reading that the crest of a line that rings falls within a tick; its trough rises
+/// Part of the way to a lower reading that the crest falls within a tick, in a line that rings; its trough rises
 /// likewise.
 inline constexpr double rung_out = 0.15;
 
-/// Two readings of a trusted sensor in a row above the hard limit release a joint, and this many of any sensor.
+/// Numbers of readings in a row above the hard limit that release a joint: of a trusted sensor, and of any sensor.
 inline constexpr int hard_trusted = 2, hard_any = 5;
 
 template <class T>
 struct SupervisorState {
     T pressure;         // Pa: last valid reading, the fill pressure before the first
-    T before;           // Pa: the one before
-    T crest, trough;    // Pa: of the readings, of a line that rings
-    T change;           // rad: of the servo's angle that the last tick commanded
+    T before;           // Pa: the reading before `pressure`
+    T crest, trough;    // Pa: crest and trough of the readings, where the line rings
+    T change;           // rad: change of the servo's angle in the last tick's command
     Follower<T> servo;  // rad: where the servo is, as long as no load slows it down
-    T turned[2];        // rad: its change in the two ticks before
-    T astray;           // Pa: how far the sensor reads from what bend and stroke make of the pressure, a mean
-    bool wrong, bent;   // that is too far, and the pressure sensor is to blame, or the bend sensor
+    T turned[2];        // rad: the servo's changes in the two ticks before
+    T astray;           // Pa: mean of the reading minus the pressure that follows from bend and stroke
+    bool wrong, bent;   // `astray` is too large: the pressure sensor is to blame, or the bend sensor
     int hard;           // readings in a row above the hard limit, trusted or not
     bool stopped;       // released by the hard limit
 };
 
-/// Within a tick: the furthest angle a pump may be sent to. Beyond the soft limit it goes back by what takes the
-/// pressure off, but for no more than the hard limit's: a sensor may lie; and no faster than so that the hammer of
-/// going back takes it off: in a long line it would come again.
+/// Within a tick: the furthest angle that a pump may be sent to. Above the soft limit the pump goes back by as much as
+/// relieves the excess. The excess counts only up to the hard limit, since a sensor may be wrong. The pump moves no
+/// faster than the pressure surge of its own return allows; otherwise the surge would come back in a long line.
 template <class T>
-T furthest(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard, T tick) {
+T furthest_pump_angle(const SupervisorModel<T>& model, T sent, T pressure, T soft, T hard, T tick) {
     const T over = min(pressure, hard) - soft;
     return over < T(0) ? T(1e3) : sent - min(model.compliance, tick / model.hammer) * over;
 }
 
-/// From beat to beat: the widest bend of a joint, amplitude and bias, that its pressures allow.
+/// Limit of a joint from beat to beat: the widest bend, amplitude plus bias, that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;      // rad: what the beats so far allow
-    T bend_limit;   // rad: what is allowed now, on its way to that
-    T frequency;    // Hz that the ceiling was found at
-    T proven;       // rad: widest bend of the last beat that was seen to keep the limit
+    T ceiling;      // rad: widest bend that the beats so far allow
+    T bend_limit;   // rad: limit in force now, which moves smoothly to the ceiling
+    T frequency;    // Hz at which the ceiling was found
+    T proven;       // rad: widest bend of the last beat that kept the limit by its readings
     T peak;         // Pa: largest pressure read in the beat so far
-    T sent, swung;  // rad: largest bend that the joint was sent to, and that was read, in the beat so far
+    T sent, swung;  // rad: largest bend sent and largest bend read in the beat so far
     bool doubt;     // a reading of this beat is not to be trusted
 };
 
-inline constexpr double governor_swing = 0.8;   // of the rate that the oil allows: a joint that swings faster is cut
-inline constexpr double governor_min = 0.6;     // a bend falls to this part from beat to beat at most,
-inline constexpr double governor_max = 2.0;     // and grows to this one
-inline constexpr double governor_floor = 0.02;  // rad: a bend is never governed below
+inline constexpr double governor_swing =
+    0.8;                                     // part of the rate that the oil allows; a joint that swings faster is cut
+inline constexpr double governor_min = 0.6;  // smallest factor on a bend from one beat to the next
+inline constexpr double governor_max = 2.0;  // largest factor on a bend from one beat to the next
+inline constexpr double governor_floor = 0.02;  // rad: smallest limit of a bend
 
-/// A beat that ends, and what its joint allows.
+/// A beat that ends: the bend it was allowed, its frequency, and the joint's limits.
 template <class T>
 struct BeatEnd {
-    T bend;       // rad: widest bend that is allowed at its end
+    T bend;       // rad: widest bend allowed at the end of the beat
     T frequency;  // Hz that is commanded
     T reach;      // rad: largest bend of the joint
     T rate;       // rad/s: largest rate of its bend
 };
 
-/// End of a beat. Pressure above the fill grows with the bend in proportion, in water up to its square, and it takes
-/// some beats to come about: cut in proportion, and grow by the fourth root, from a ceiling that may have fallen within
-/// the beat.
+/// Update the governor at the end of a beat. The pressure above the fill grows with the bend in proportion, in water up
+/// to its square, and it takes some beats to develop. So the ceiling is cut in proportion and grows only by the fourth
+/// root, from a ceiling that may have fallen within the beat.
 template <class T>
 void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
-    const T room = work - fill;
-    // A joint that swings wider than it was sent is carried by its inertia: the oil that it presses out hammers.
+    const T margin = work - fill;
+    // Inertia carries a joint that swings wider than it was sent: the oil that it presses out hammers.
     const T swing = T(2 * pi) * max(beat.frequency, T(0.1)) * max(governor.swung, T(governor_floor));
-    const T part = min(room / max(governor.peak - fill, T(0.01) * room), T(governor_swing) * beat.rate / swing);
+    const T part = min(margin / max(governor.peak - fill, T(0.01) * margin), T(governor_swing) * beat.rate / swing);
     if (part < T(1)) {
         governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
         governor.proven = min(governor.proven, governor.ceiling);
@@ -275,7 +282,7 @@ void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
     governor.doubt = false;
 }
 
-/// A frequency that no beat was seen at yet begins with a bend that the model holds safe.
+/// At a frequency above those of the beats so far, bound the ceiling by a bend that is safe by the model.
 template <class T>
 void expect(Governor<T>& governor, T frequency, T safe) {
     if (frequency <= T(1.02) * governor.frequency) return;

@@ -1,7 +1,7 @@
-/// Many twins in the plane at once: their machines side by side in lanes, each with sensors and controller of its own.
+/// Many twins in the plane at once: their machines side by side in lanes, each with its own sensors and controller.
 ///
-/// The twins of a batch have the same structure and differ in numbers: robots, seeds, faults, commands. Each gives the
-/// bits that it gives alone.
+/// The twins of a batch have the same structure and differ in numbers: robots, seeds, faults, commands. Each gives
+/// the same bits as when it runs alone.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ struct BatchMember {
     bool clamped;
     Controller<double> controller;
     Instruments instruments;
-    SpatialTwist<double> twist;  // of the head at the start
+    SpatialTwist<double> twist;  // twist of the head at the start
 };
 
 /// Return why members cannot be one batch, or nothing.
@@ -39,8 +39,8 @@ struct LaneTwin {
     BatchMember member;
     TwinState<double, D> state;
     SensorsState<double> sensing;
-    Tick<double, D> tick;          // the last one
-    PlantState<double, D> before;  // at its start
+    Tick<double, D> tick;          // the last tick
+    PlantState<double, D> before;  // the plant at the last tick's start
     std::uint64_t ticks;
 
     explicit LaneTwin(BatchMember&& from) : member(std::move(from)) { restart(); }
@@ -53,7 +53,7 @@ struct LaneTwin {
     }
     double time() const { return member.controller.tick * double(ticks); }
 
-    /// Sensors and controller, from what the start of the tick shows.
+    /// Run sensors and controller on the plant's output at the start of the tick.
     void decide(const Command<double>& command) {
         const auto truth = true_readings<double, D>(member.plant->joints, com(), state, tick.seen);
         tick.readings = member.instruments.read(sensing, truth, time());
@@ -66,11 +66,11 @@ struct LaneTwin {
   private:
     double com() const {
         const Model& model = member.plant->model;
-        return model.robot[com_place(model.groups, model.links)];  // of the head
+        return model.robot[com_place(model.groups, model.links)];  // center of mass of the head
     }
 };
 
-/// As many twins as there are lanes, or fewer.
+/// A group of twins, one per lane or fewer.
 template <int D>
 class LaneGroup {
   public:
@@ -83,8 +83,8 @@ class LaneGroup {
         machines_.reset(kernel.make(rows.data(), twins_[0]->member.controller.tick, steps));
     }
 
-    /// Make a tick of every twin whose state is still one that a robot can have, and count it where that holds after
-    /// it; command_of(k) is that of twin k.
+    /// Make a tick of every twin whose state is physically possible, and count the tick where the state stays so;
+    /// command_of(k) is the command of twin k.
     template <class CommandOf>
     void tick(const CommandOf& command_of) {
         static_assert(std::is_standard_layout_v<MachineState<double, D>>);

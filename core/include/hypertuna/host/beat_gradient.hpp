@@ -1,4 +1,5 @@
-/// Derivatives of settled beats: those of a beat, and of the start that moves so that the beat stays settled.
+/// Derivatives of settled beats: from those of one beat, and from how the start must move so that the beat stays
+/// settled.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +11,13 @@
 
 namespace hypertuna {
 
-/// Derivatives of a settled beat's quantities along n directions, from those of one beat: rows of State::size + n
-/// numbers for each quantity and for the state at the end, by the state at the start and along the directions.
+/// Derivatives `out` of a settled beat's quantities along n directions, from the derivatives `by` of one beat: a row of
+/// State::size + n numbers for each quantity and each number of the state at the end, with respect to the state at the
+/// start and along the directions.
 ///
 /// The settled start P0 moves with the parameters p so that the end P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp
-/// (implicit function theorem). NaN where the start is not determined.
+/// (implicit function theorem). NaN where the
+/// equations do not determine the start.
 template <class State>
 void with_moving_start(const double* by, int n, double* out) {
     const int width = State::size + n, count = derivative_count;
@@ -41,7 +44,7 @@ inline void settled_gradient(const Kernel& kernel, const Model& model, const Gai
                              double mass, double* derivatives) {
     using State = Momentum<double>;
     const int g = model.groups, n = directions.count, width = State::size + n, count = derivative_count;
-    const std::size_t size = std::size_t(count + State::size) * width;  // of a gait's rates
+    const std::size_t size = std::size_t(count + State::size) * width;  // numbers of one gait's derivatives
     std::vector<double> rates(std::size_t(end - begin) * size);
     const GaitBatch part{gaits.frequency + begin, gaits.amplitude + begin * g, gaits.phase + begin * g,
                          gaits.bias + begin * g};

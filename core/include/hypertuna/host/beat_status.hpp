@@ -1,4 +1,4 @@
-/// What is asked of the search for a settled beat, what becomes of it, and how that reads: the same for every host.
+/// Options of the search for a settled beat, its outcome, and the outcome in words: the same for every host.
 #pragma once
 
 #include <cmath>
@@ -9,16 +9,17 @@
 
 namespace hypertuna {
 
-inline constexpr int beat_steps = 128;       // Runge-Kutta steps of a beat: 8e-7 of the speed, 2e-6 of the power
-inline constexpr int newton_beats = 60;      // of each stage of Newton's method
-inline constexpr int approach_beats = 2000;  // at most in which a start from rest is followed toward a settled beat
-inline constexpr double neutral = 1 + 1e-6;  // largest multiplier of a body at rest, which keeps a disturbance: 1 but
-                                             // for rounding
+inline constexpr int beat_steps = 128;  // Runge-Kutta steps per beat: errors of 8e-7 of the speed and 2e-6 of the power
+inline constexpr int newton_beats = 60;  // largest number of beats in each stage of Newton's method
+inline constexpr int approach_beats =
+    2000;  // largest number of beats over which a start from rest is followed toward a settled beat
+inline constexpr double neutral =
+    1 + 1e-6;  // largest multiplier that still counts as stable: that of a body at rest is 1 but for rounding
 
 enum class BeatStatus { settled, unsettled, unstable, diverged };
 inline constexpr const char* beat_statuses[] = {"settled", "unsettled", "unstable", "diverged"};
 
-/// Status of a search from what it is but for its stability, and the largest multiplier of the monodromy.
+/// Status of a search from its status without stability (`found`) and the largest multiplier of the monodromy.
 inline BeatStatus status_of(double found, double spectral_radius) {
     return found == 0 && neutral < spectral_radius ? BeatStatus::unstable : BeatStatus(int(found));
 }
@@ -26,7 +27,7 @@ inline BeatStatus status_of(double found, double spectral_radius) {
 /// Whether a beat turns the body by more than half a circle [rad]: it has no path then, and no speed along it.
 inline bool spins(double turn) { return pi < std::abs(turn); }
 
-/// Numbers in a text of `printf`.
+/// Format numbers as `printf` does.
 template <class... Number>
 std::string written(const char* format, Number... numbers) {
     char text[192];
@@ -34,7 +35,7 @@ std::string written(const char* format, Number... numbers) {
     return text;
 }
 
-/// How a disturbance of a settled beat decays.
+/// Words on how a disturbance of a settled beat decays.
 inline std::string decay_text(double spectral_radius) {
     const double loss = 100 * (1 - spectral_radius);
     if (std::isnan(loss)) return "";

@@ -1,4 +1,5 @@
-/// A robot's body: what of it moves in the water, in the plane or in space, and the memory that its dynamics needs.
+/// A robot's body: the part of a robot that moves in the water, in the plane or in space, and the memory that its
+/// dynamics need.
 #pragma once
 
 #include "hypertuna/host/machines.hpp"
@@ -10,7 +11,7 @@ namespace hypertuna {
 
 /// A body as its columns describe it. Immutable: runs share it.
 struct BodyData {
-    /// What there is of it beyond the plane.
+    /// Description of the body in space beyond that in the plane.
     struct Space {
         std::vector<LinkBody<double>> link;
         Fin<double> fin;
@@ -19,13 +20,13 @@ struct BodyData {
     };
 
     Model model;
-    int own, coordinates;          // of the robot; of the tail that there is code for, the others at rest
+    int own, coordinates;  // coordinates of the robot; of the tail for which code is compiled, where further ones rest
     std::vector<double> share;     // links x coordinates: part of each coordinate that a link's front joint takes
-    std::vector<double> armature;  // coordinates: kg m^2 of what turns with each beside the links
+    std::vector<double> armature;  // coordinates: kg m^2 that turn with each in addition to the links
     std::optional<Space> space;
 };
 
-/// Give a body coordinates that rest: they move nothing, carry an inertia of one and get no moment.
+/// Add coordinates that rest: they move nothing, have an inertia of one and get no moment.
 inline void pad(BodyData& body, int size) {
     std::vector<double> share;
     for (int i = 0; i < body.model.links; ++i) {
@@ -38,8 +39,8 @@ inline void pad(BodyData& body, int size) {
     body.coordinates = size;
 }
 
-/// Read a body: `share` (links, coordinates), `armature` (coordinates) where rotors turn with it; to be in space, too,
-/// `link.NAME` (links), `fin.NAME`, `shedding` and `antenna`.
+/// Read a body: `share` (links, coordinates), `armature` (coordinates) where rotors turn with it; for a body in space,
+/// also `link.NAME` (links), `fin.NAME`, `shedding` and `antenna`.
 inline BodyData read_body_data(ColumnReader& in, const Model& model) {
     BodyData body{model, 1, 1, {}, {}, {}};
     if (const NamedColumn* share = in.find("share")) body.own = int(share->width);
@@ -67,7 +68,7 @@ inline Loaded<BodyData> load_body(const Model& model, const NamedColumns& column
     return in.loaded(read_body_data(in, model));
 }
 
-/// What keeps a body from being in a world; empty where nothing does.
+/// Return why a body cannot be in a world; empty where it can.
 inline std::string check_world(const BodyData& body, const World& world) {
     return world.sea && !body.space ? "columns: a body at sea needs shedding, antenna, link.* and fin.*" : "";
 }
@@ -95,12 +96,12 @@ struct PlaneBody {
     PlaneBody& operator=(const PlaneBody&) = delete;
 };
 
-/// The links of a body in space, and what they make of the whole.
+/// The links of a body in space, and the body's size and shed mass that follow from them.
 template <class Law>
 struct SpaceLinks {
     std::vector<LinkSpace<double>> link;
     double size = 0;      // m: the body is within a ball of this radius
-    double shedding = 0;  // kg/m, left behind by the tail end
+    double shedding = 0;  // kg/m, vertical added mass that the tail end leaves behind
 
     SpaceLinks(const BodyData::Space& space, const Swimmer<double, Law>& fish, double density) {
         double height = 0;

@@ -14,7 +14,7 @@
 
 namespace hypertuna {
 
-/// Version of the robot images that carry columns to other hosts: another one whenever columns come, go or change.
+/// Version of the robot images that carry columns to other hosts: it changes whenever columns come, go or change.
 inline constexpr std::uint32_t image_version = 6;
 
 /// Numbers of shape (rows, width), row by row, in memory that belongs to someone else.

@@ -1,4 +1,4 @@
-/// What runs on board, from its columns: controller, sensors with their errors, pilot and mission.
+/// Load what runs on board from columns: controller, sensors with their errors, pilot and mission.
 #pragma once
 
 #include "hypertuna/host/columns.hpp"
@@ -7,7 +7,7 @@
 
 namespace hypertuna {
 
-/// Fill every number that core visit_fields names.
+/// Fill every number that the part's visit_fields names.
 template <class Part>
 void read_fields(ColumnReader& in, Part& part) {
     visit_fields(part, [&](const char* name, int index, auto& field) {
@@ -23,7 +23,8 @@ inline Loaded<Controller<double>> load_controller(const NamedColumns& columns) {
     return in.loaded(std::move(controller));
 }
 
-/// Models of the sensors from `joints`, `tick` and `SENSOR.NAME`; the pilot's, too, where there is `fix_every`.
+/// Load the models of the sensors from `joints`, `tick` and `SENSOR.NAME`; those of the pilot, too, where there is
+/// `fix_every`.
 inline Loaded<Sensors<double>> load_sensors(const NamedColumns& columns, std::uint64_t seed) {
     ColumnReader in(columns);
     Sensors<double> sensors{};
@@ -42,7 +43,7 @@ inline Loaded<Sensors<double>> load_sensors(const NamedColumns& columns, std::ui
     return in.loaded(std::move(sensors));
 }
 
-/// A pilot with its controller, from the columns of both.
+/// Load a pilot from its columns, around a controller.
 inline Loaded<Pilot<double>> load_pilot(const Controller<double>& controller, const NamedColumns& columns) {
     ColumnReader in(columns);
     Pilot<double> pilot{};
@@ -62,11 +63,11 @@ struct MissionData {
 
     MissionData() : mission{} {}
     MissionData(MissionData&&) = default;
-    MissionData(const MissionData&) = delete;  // the mission points at both
+    MissionData(const MissionData&) = delete;  // the mission points at both vectors
 };
 
-/// A mission from `waypoints` (n, 5: x, y, depth, speed, radius), `hold` (n), `fence` (n, 2: x, y) and its numbers by
-/// name.
+/// Load a mission from `waypoints` (n, 5: x, y, depth, speed, radius), `hold` (n), `fence` (n, 2: x, y) and its other
+/// numbers by name.
 inline Loaded<MissionData> load_mission(const NamedColumns& columns) {
     ColumnReader in(columns);
     MissionData data;

@@ -12,10 +12,11 @@ inline int parameter_count(const Model& model) {
     return count;
 }
 
-/// Rows of the directions of a gait's beat: the parameters, then the share of each link's front joint.
+/// Number of rows of a gait's directions: the parameters, then the share of each link's front joint.
 inline int beat_rows(const Model& model) { return parameter_count(model) + model.links; }
 
-/// Sort directions by whether they change what the shape of the body depends on, with a gait or without.
+/// Sort directions by whether they change parameters on which the shape of the body depends; `of_gait` where the rows
+/// include the gait and the shares.
 inline Directions sort_directions(const Model& model, const double* along, int count, bool of_gait) {
     Directions directions{along, count, {}, {}};
     if (of_gait) directions.still = {-3, -2, -1};

@@ -28,12 +28,12 @@ inline std::vector<ParameterColumn> parameter_columns(const Model& model) {
     return columns;
 }
 
-/// Columns that belong to a gait, not to the robot, and stand first.
+/// Number of the columns that belong to a gait, not to the robot, and stand first.
 inline constexpr std::size_t gait_columns = 4;
 
-/// A model from `body_length`, `joint_group` and `joint_share` (links: joint i is at the front of link i, with group -1
-/// where it is rigid), a column for each flag of the law that is not 0, and the columns of its parameters after the
-/// gait's; there are as many groups as bandwidths.
+/// Load a model from `body_length`, `joint_group` and `joint_share` (links: joint i is at the front of link i, with
+/// group -1 where it is rigid), a column for each flag of the law that is not 0, and the columns of its parameters
+/// after the gait's. The number of bandwidths is that of the groups.
 inline Loaded<Model> load_model(const std::string& law, const NamedColumns& columns) {
     ColumnReader in(columns);
     Model model{-1, 0, 0, 0, in.number("body_length"), {}, {}, {}};

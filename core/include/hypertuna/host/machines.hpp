@@ -1,4 +1,4 @@
-/// Machines side by side in lanes, without saying for which processor: plain numbers in, plain numbers out.
+/// Interface of machines side by side in lanes, independent of the processor: plain numbers in, plain numbers out.
 #pragma once
 
 #include "hypertuna/control/safety.hpp"
@@ -6,7 +6,8 @@
 
 namespace hypertuna {
 
-/// Coordinates of the tail that there is code for, for a tail of some: as many up to `exact_tail`, else the most.
+/// Number of coordinates for which code is compiled, for a tail of some coordinates: the same up to `exact_tail`, else
+/// the largest possible.
 inline constexpr int exact_tail = 5;
 constexpr int tail_size(int coordinates) { return coordinates <= exact_tail ? coordinates : max_coordinates; }
 
@@ -35,15 +36,15 @@ struct PlantNumbers {
     double idle;
 };
 
-/// As many machines as there are lanes, which fit each other. States and ticks are MachineState<double, D> and
-/// MachineTick<double, D> as numbers, one pointer per lane; a place may be given twice.
+/// Functions on as many machines as there are lanes, which have the same structure. States and ticks are
+/// MachineState<double, D> and MachineTick<double, D> as numbers, one pointer per lane; two lanes may share one.
 struct MachineKernel {
     int lanes;
     void* (*make)(const PlantNumbers* const* robots, double tick, int steps);
     void (*free)(void* machines);
-    /// What the start of a tick shows: the output `seen` of each tick.
+    /// Evaluate the plants at the start of the tick, and write what can be sensed there to each tick's `seen`.
     void (*look)(void* machines, const double* const* states, double* const* ticks);
-    /// The rest of the tick, while the targets hold.
+    /// Simulate the rest of the tick, while the targets hold.
     void (*follow)(void* machines, double* const* states, double* const* ticks);
 };
 

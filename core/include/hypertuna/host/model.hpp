@@ -5,10 +5,10 @@
 
 namespace hypertuna {
 
-/// A robot in its water, as the core wants it: see core parameters.hpp for the order of the parameters.
+/// A robot in its water in the form that the core reads; core parameters.hpp has the order of the parameters.
 struct Model {
     int law;         // place in WaterLaws, laws.hpp
-    unsigned flags;  // of the law, a bit each
+    unsigned flags;  // flags of the law, a bit each
     int links, groups;
     double length;                    // m, of the whole body
     std::vector<int> joint_group;     // links: group that bends the link's front joint, or -1

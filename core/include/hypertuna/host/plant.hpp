@@ -1,4 +1,4 @@
-/// A robot's plant: body, soft joints, circuits and battery as columns describe them, and the twin that they make.
+/// A robot's plant, loaded from columns: body, soft joints, circuits and battery; and the twin that is made of it.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@ struct PlantData : BodyData {
     std::vector<Joint<double>> joint;
     std::vector<double> joint_numbers;     // joints x (joint_columns, and the stretch limits)
     std::array<bool, max_joints> direct;   // whether a servo moves a joint, not oil
-    std::vector<double> gear;              // joints: turns of that servo over the bend, 1 on the axle
+    std::vector<double> gear;              // joints: turns of that servo per bend, 1 on the axle
     std::vector<Circuit<double>> circuit;  // 2 joints
     std::vector<double> unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    std::vector<Spring<double>> spring;    // of the hinges, and beyond them of coordinates that rest: max_coordinates
+    std::vector<Spring<double>> spring;    // springs of the hinges, then of coordinates at rest: max_coordinates
     Battery<double> battery;
-    double idle;  // W of what draws power beside the pumps' servos
+    double idle;  // W drawn in addition to the pumps' servos
 
-    /// Not inlined: GCC 12 would take what an empty optional does not hold for read.
+    /// Not inlined: GCC 12 would warn that the value of an empty optional is read.
     HYPERTUNA_NOINLINE explicit PlantData(BodyData&& body)
         : BodyData(std::move(body)), joints(0), direct{}, spring(max_coordinates), battery{}, idle(0) {}
     PlantData(PlantData&&) = default;
     PlantData(const PlantData&) = delete;
 };
 
-/// A plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
-/// `direct` (joints: turns over the bend of the servo of the left circuit, 1 on the axle, 0 with oil) where any is,
-/// `battery.NAME`, `idle`, and `spring.NAME` of the hinges where there are more coordinates than joints.
+/// Load a plant from the columns of its body, `joint.NAME` (joints), `circuit.NAME` (2 joints, left before right),
+/// `direct` where a servo moves a joint (joints: turns of the left circuit's servo per bend, 1 on the axle, 0 with
+/// oil), `battery.NAME`, `idle`, and `spring.NAME` of the hinges where there are more coordinates than joints.
 inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& columns) {
     ColumnReader in(columns);
     PlantData plant(read_body_data(in, model));
@@ -61,8 +61,8 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
     return in.loaded(std::move(plant));
 }
 
-/// Plants with the same structure differ in numbers alone: law, flags, links, groups, coordinates, joints, and which of
-/// these a servo turns.
+/// Structure of a plant; plants of the same structure differ only in numbers: law, flags, links, groups, coordinates,
+/// joints, and which joints a servo turns.
 inline std::vector<int> structure_of(const PlantData& plant) {
     std::vector<int> out{plant.model.law, int(plant.model.flags), plant.model.links, plant.model.groups, plant.own,
                          plant.joints};
@@ -70,7 +70,7 @@ inline std::vector<int> structure_of(const PlantData& plant) {
     return out;
 }
 
-/// A plant in the plane as rows of numbers; they live as long as it does.
+/// A plant in the plane as rows of numbers, which live as long as the plant does.
 inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
     return {&plant.model,
             plant.coordinates,
@@ -88,13 +88,13 @@ inline PlantNumbers numbers_of(const PlantData& plant, bool clamped) {
             plant.idle};
 }
 
-/// State in which a plant in the plane rests.
+/// State of a plant in the plane at rest.
 template <int D>
 PlantState<double, D> state_at_rest(const PlantData& plant) {
     return at_rest<double, D, InPlane>(plant.joints, plant.spring.data());
 }
 
-/// A twin of a plant whose body has its memory, without a controller.
+/// Make a twin of a plant without a controller; `body` keeps the body's memory.
 template <class Body>
 Twin<Body> make_twin(const PlantData& plant, const Body& body, double tick, int steps) {
     Twin<Body> twin{};

@@ -1,4 +1,4 @@
-/// The scalar of a kernel: as many lanes as its instruction set holds at once, or a plain number.
+/// The scalar of a kernel: as many lanes as a vector register of its instruction set holds, or a plain number.
 #pragma once
 
 #include "hypertuna/math/lanes.hpp"

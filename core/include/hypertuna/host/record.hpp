@@ -1,4 +1,4 @@
-/// Record of a run: one row every few ticks, the state at a tick's start and what passed in the tick.
+/// Record of a run: one row every few ticks, with the state at a tick's start and the quantities of that tick.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@ namespace hypertuna {
 struct RecordColumn {
     std::string name;
     std::size_t width;  // numbers in a row
-    bool scalar;        // one number by nature, not a vector of one
+    bool scalar;        // a number, not a vector of one
     std::vector<double> values;
 };
 
 struct Record {
     std::vector<RecordColumn> columns;
-    std::size_t ticks = 0;  // made
+    std::size_t ticks = 0;  // number of ticks that were made
 };
 
-/// How many numbers a column has in a row.
+/// Number of a column's numbers in a row.
 enum class Extent { one, two, three, four, coordinates, joints, circuits, servos, conditions };
 
 constexpr std::size_t extent_of(Extent extent, int coordinates, int joints) {
@@ -41,7 +41,7 @@ constexpr std::size_t extent_of(Extent extent, int coordinates, int joints) {
     }
 }
 
-/// A column's name, extent and i-th number; `Source...` is what a row shows.
+/// A column's name and extent, and a function that returns its i-th number; `Source...` is the data of a row.
 template <class... Source>
 struct Recorded {
     const char* name;
@@ -49,14 +49,14 @@ struct Recorded {
     double (*of)(const Source&..., int);
 };
 
-/// Append a column of zeros; not inlined, for it is called for many tables.
+/// Append a column of zeros; not inlined, because many tables call it.
 HYPERTUNA_NOINLINE inline void add_column(Record& record, const char* name, Extent extent, std::size_t rows,
                                           int coordinates, int joints) {
     const std::size_t width = extent_of(extent, coordinates, joints);
     record.columns.push_back({name, width, extent == Extent::one, std::vector<double>(rows * width)});
 }
 
-/// Append columns of zeros for a number of rows; returns the first one's place.
+/// Append columns of zeros for a number of rows; returns the place of the first one.
 template <class Table>
 std::size_t add_columns(Record& record, const Table& table, std::size_t rows, int coordinates, int joints) {
     const std::size_t first = record.columns.size();
@@ -79,12 +79,12 @@ void write_row(Record& record, std::size_t first, const Table& table, std::size_
 
 #define HYPERTUNA_LOSS(name, from, sentence) HYPERTUNA_COLUMN("loss_" #name, one, tick.losses.name),
 
-/// One of w, x, y, z.
+/// Component of a quaternion: w, x, y or z.
 inline double number(const Quaternion<double>& q, int i) {
     return i == 0 ? q.w : component(Vector<double>{q.x, q.y, q.z}, i - 1);
 }
 
-/// Columns of a twin's run: the head's motion, in the plane or in space, and all that is within the robot.
+/// Columns of a twin's run: the head's motion, in the plane or in space, and the quantities within the robot.
 template <int D, class Space>
 struct TwinColumns {
     using State = TwinState<double, D, Space>;
@@ -144,7 +144,7 @@ struct TwinColumns {
         });
     }
 
-    /// Columns for a robot with this number of coordinates, D or fewer.
+    /// Add columns for a robot with this number of coordinates, D or fewer.
     static void add(Record& record, std::size_t rows, int coordinates, int joints) {
         add_columns(record, head(), rows, coordinates, joints);
         add_columns(record, robot(), rows, coordinates, joints);
@@ -162,7 +162,7 @@ struct TwinColumns {
          const Estimate<double>& at = step.estimate;                            \
          return (void)at, (void)i, value;                                       \
      }}
-/// Columns of what the pilot makes of a tick.
+/// Columns of the pilot's results in a tick.
 inline constexpr auto pilot_columns = std::to_array<Recorded<PilotStep<double>>>({
     HYPERTUNA_COLUMN("attitude_estimated", four, number(at.q, i)),
     HYPERTUNA_COLUMN("position_estimated", two, i == 0 ? at.x : at.y),

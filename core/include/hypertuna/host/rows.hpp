@@ -1,4 +1,5 @@
-/// Settled beats as rows of numbers, for bodies of any state: gaits in, lane by lane, and what was found out.
+/// Settled beats as rows of numbers, for bodies with any state: gaits go in lane by lane, and the results of the search
+/// come out.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Set a lane of a number, or of one with derivatives that stay as they are.
+/// Set a lane of a number; derivatives, where it has some, stay as they are.
 template <class S>
 void put_lane(S& x, int k, double y) {
     if constexpr (requires { x.d; })
@@ -35,7 +36,7 @@ void load_gaits(const Model& model, const GaitBatch& gaits, int first, int end, 
     }
 }
 
-/// Rows that the lanes write side by side, from gait `first` on.
+/// Writes numbers into rows, one row per lane, from gait `first` on.
 struct LaneRows {
     double* rows;
     int width, first, end;
@@ -48,13 +49,13 @@ struct LaneRows {
     }
 };
 
-/// Columns of a row; the state at the start and the monodromy follow.
+/// Columns of a row after the quantities; the state at the start and the monodromy follow.
 inline constexpr const char* found_columns[] = {"status", "arrived", "approach_beats", "retry", "u", "v", "r"};
 inline constexpr int quantity_count = int(std::size(quantities<Real>)),
                      named_columns = quantity_count + int(std::size(found_columns));
 inline constexpr int row_width(int state) { return named_columns + state * (1 + state); }
 
-/// What quantities are made of, as far as it has derivatives.
+/// Arguments of the quantities' formulas, as far as they have derivatives.
 template <class S, class Law, class G>
 Measured<S> measured(const BeatNumbers<S>& beat, const Tank<S, Law, G>& tank, double length, double mass) {
     const S zero(base_t<S>(0.0));
@@ -77,7 +78,7 @@ Settled<Real, typename Body::State> settle_into(const Model& model, const Body& 
                                                 const SettleOptions& options, LaneRows& write) {
     using Y = typename Body::State;
     const Real nan(std::numeric_limits<double>::quiet_NaN());
-    const Y rest = filled<Y>(Real(0.0));  // joints that set in cannot give momentum
+    const Y rest = filled<Y>(Real(0.0));  // joints that begin to move cannot give momentum
     Settled<Real, Y> s;
     if (options.wait >= 0) {
         s = wait(body, rest, options.wait);
@@ -91,7 +92,7 @@ Settled<Real, typename Body::State> settle_into(const Model& model, const Body& 
         }
         s = settle(body, guess, options.max_beats);
     }
-    // Toward what is not settled no start is followed: its distance is NaN.
+    // No start is followed toward a beat that is not settled: its distance is NaN.
     const Y target = select(s.distance < Real(settle_tolerances.settled), s.start, filled<Y>(nan));
     const Approach<Real, Y> way = approach(body, target, options.approach);
     Measured<Real> m = measured(s.beat, tank, model.length, options.mass);

@@ -1,8 +1,9 @@
 /// Silhouette: a chain of links seen from above, drawn with a soft edge and fitted to the pixels of a frame.
 ///
 /// Sections are ellipses. A line of sight that leans by `k` (horizontal way per height) sees the half width
-/// sqrt(a^2 + (b k.n)^2) of a section of half width a and half height b, n the normal of its link. What a pixel shows
-/// of the body is the normal distribution of its distance to both sides, so a fin thinner than a pixel has a place too.
+/// sqrt(a^2 + (b k.n)^2) of a section of half width a and half height b, n the normal of its link. How much
+/// of a pixel the body covers is the normal distribution of its distances to both sides, so that a fin thinner than a
+/// pixel counts, too.
 /// Unknowns: x, y, heading of the nose, an angle per joint group, log of the size, log of the girth, contrast.
 #pragma once
 
@@ -13,7 +14,7 @@
 
 namespace hypertuna {
 
-/// What is known of the body.
+/// Description of the body.
 struct Silhouette {
     std::span<const double> length;   // m, of each link
     std::span<const double> share;    // (links, groups): heading of a link = that of the head + share . angles
@@ -21,7 +22,7 @@ struct Silhouette {
     std::size_t groups;
 
     std::size_t unknowns() const { return 6 + groups; }
-    std::size_t size() const { return 3 + groups; }  // place of the log of the size
+    std::size_t size() const { return 3 + groups; }  // index of the logarithm of the size
 };
 
 /// Place, lean of the line of sight and value of a pixel: x, y [m], k_x, k_y [1], gray levels.
@@ -65,12 +66,13 @@ class PosedBody {
     struct Near {
         std::size_t link;
         double along, across;  // m from the link's front end, and to the left of its axis or from its end
-        bool beyond;           // whether it is an end of the link, from which `across` is counted
+        bool beyond;           // whether `across` is the distance to an end of the link
         double inside, other;  // m: distances to the near and the far edge
-        double square, slope;  // half width seen squared [m^2], and its change along the link [m]
+        double square, slope;  // square of the half width seen
     };
 
-    /// The nearest part; none, far outside, where the axis is farther than `reach` [m].
+    /// Find the nearest part; where the axis is farther than `reach` [m] there is none, and the pixel counts as far
+    /// outside.
     Near near(const Pixel& p, double reach = HUGE_VAL) const {
         Near best{0, 0, 0, false, -HUGE_VAL, 0, 0, 0};
         double least = reach * reach;
@@ -91,7 +93,8 @@ class PosedBody {
         return best;
     }
 
-    /// What the pixel shows, and its derivatives by the unknowns; `edge` is the standard deviation of the blur [m].
+    /// Value of a pixel by the drawn body, and its derivatives with respect to the unknowns in `by`; `edge` is the
+    /// standard deviation of the blur [m].
     double shown(const Pixel& p, const Near& at, double edge, std::span<double> by) const {
         std::fill(by.begin(), by.end(), 0.0);
         if (at.inside < -FAR * edge) return 0.0;
@@ -144,7 +147,7 @@ class PosedBody {
     /// Whether a place is in the rear half of its link.
     bool rear(const Near& at) const { return at.along > 0.5 * links_[at.link].length; }
 
-    /// The largest half width that a sight of this lean may see [m].
+    /// The largest half width seen along a line of sight of this lean [m].
     double widest(double lean) const {
         double most = 0;
         for (std::size_t k = 0; k + 1 < body_.section.size(); k += 2)
@@ -153,11 +156,14 @@ class PosedBody {
     }
 
   private:
-    static constexpr double FAR = 5.0;  // blurs of an edge beyond which a pixel does not see it
+    static constexpr double FAR =
+        5.0;  // distance from an edge, in standard deviations of the blur, beyond which a pixel does not see the edge
 
     struct Link {
-        double x, y, cos, sin, length, from;  // m: front end, axis, length, way from the nose on the body as described
-        std::vector<double> move_x, move_y, turn;  // of the front end and the axis, by the unknowns
+        double x, y, cos, sin, length,
+            from;  // m: front end, axis, length; distance of the front end from the nose before scaling
+        std::vector<double> move_x, move_y,
+            turn;  // derivatives of the front end and of the heading with respect to the unknowns
     };
 
     static double normal(double t) { return 0.5 * std::erfc(-t * 0.70710678118654752); }
@@ -167,7 +173,8 @@ class PosedBody {
         return over * over;
     }
 
-    /// A column of the sections between two stations, straight on beyond the nose, and its slope by the way along.
+    /// Number of the sections between two stations, continued in a straight line beyond the nose, and its slope along
+    /// the body.
     std::pair<double, double> column(const Near& at, int which) const {
         const std::size_t stations = body_.section.size() / 2;
         const double place = (links_[at.link].from + at.along / scale_) / step_;
@@ -202,21 +209,22 @@ class PosedBody {
     std::vector<Link> links_;
 };
 
-/// How to fit: with a soft edge first, and a sharp one at last.
+/// A stage of a fit: the first one has a soft edge, the last one a sharp edge.
 struct Stage {
     double edge;  // m, standard deviation of the blur
     double band;  // m: pixels farther from the edge do not count
 };
 
 struct FitPrior {
-    std::span<const double> mean, precision;  // of the unknowns; the precision times the squared noise of a pixel
-    double loss;                              // gray levels: larger residuals count little (Cauchy)
+    std::span<const double> mean,
+        precision;  // mean and precision of the unknowns; precision is multiplied by the squared noise of a pixel
+    double loss;    // gray levels: residuals above this count little (Cauchy loss)
 };
 
 struct SilhouetteFit {
-    std::vector<double> unknowns, information;  // information: of the pixels alone, times their squared noise
-    std::vector<double> seen;                   // of each link: 1 where the pixels show all of its rear half
-    double noise, offset;                       // gray levels; m: distance of the edges from the drawn ones
+    std::vector<double> unknowns, information;  // information of the pixels alone, times their squared noise
+    std::vector<double> seen;                   // by link: 1 if the pixels show all of its rear half
+    double noise, offset;                       // gray levels; m: distance of the seen edges from the drawn ones
 };
 
 class SilhouetteProblem {
@@ -275,7 +283,7 @@ class SilhouetteProblem {
         return out;
     }
 
-    /// Levenberg and Marquardt.
+    /// Minimize the cost by the method of Levenberg and Marquardt.
     std::vector<double> minimize(std::vector<double> u, double edge, int iterations, double enough) const {
         Sums now = sums(u, edge, true);
         double damping = 1e-4;

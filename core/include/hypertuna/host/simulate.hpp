@@ -1,7 +1,7 @@
-/// Simulate a plant in a world: its servos driven alone, under a controller with a command, or under a pilot.
+/// Simulate a plant in a world: with given servo targets, under a controller with a command, or under a pilot.
 ///
-/// `simulate(plant, command, world, ...)` has one form for each. Plant and command are shared and never changed; all
-/// state lives in the call. The forms trust their input: the checks stand beside them and return sentences.
+/// `simulate(plant, command, world, ...)` has one form for each. Plant and command are shared and never changed; a call
+/// keeps all state. These functions trust their input: the checks stand beside them and return sentences.
 #pragma once
 
 #include <cstring>
@@ -18,9 +18,9 @@ struct Run {
     std::size_t ticks, every;    // control ticks, and ticks from one row of the record to the next
     double tick;                 // s
     int steps;                   // Runge-Kutta steps of a tick
-    SpatialTwist<double> twist;  // of the head at the start
-    Pose6<double> pose;          // at the start, in space; in the plane the nose starts at the origin
-    double charge;               // C taken from the battery before
+    SpatialTwist<double> twist;  // twist of the head at the start
+    Pose6<double> pose;          // pose at the start, in space; in the plane the nose starts at the origin
+    double charge;               // C taken from the battery before the start
 };
 
 /// Sensors with their errors and faults.
@@ -28,7 +28,7 @@ struct Instruments {
     Sensors<double> sensors;
     std::vector<Fault<double>> faults;
 
-    /// Sensor readings of the true ones, of the robot or also of the pilot.
+    /// Sensor readings of true values, of the robot alone or also of the pilot.
     template <class R>
     R read(SensorsState<double>& state, const R& truth, double time) const {
         const auto sensed = sense(sensors, state, truth, faults.data(), int(faults.size()), time);
@@ -37,7 +37,7 @@ struct Instruments {
     }
 };
 
-/// One tick under a command: what the robot's sensors read at a time goes through the instruments.
+/// One tick of a twin under a command; `instruments` turn the true values into sensor readings.
 template <class Body>
 TickOf<Body> command_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Command<double>& command,
                           const Instruments& instruments, SensorsState<double>& sensing, double time) {
@@ -50,7 +50,7 @@ TickOf<Body> command_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     });
 }
 
-/// A command from a time on.
+/// A command that holds from a time on.
 struct TimedCommand {
     double since;  // s
     Command<double> command;
@@ -59,7 +59,7 @@ struct TimedCommand {
 /// Commands to a controller, one after another.
 struct GaitCommand {
     Controller<double> controller;
-    std::vector<TimedCommand> commands;  // one or more, by their times
+    std::vector<TimedCommand> commands;  // one or more, in order of time
     std::vector<double> fin;             // ticks x 2: rad; empty where there are no fins
     double lost_at;                      // s from which no command arrives
 };
@@ -98,7 +98,7 @@ inline Command<double> command_at(const GaitCommand& given, double time) {
     return now;
 }
 
-/// At rest but for what a run starts with.
+/// State of a twin at the start of a run: at rest, except for what the run gives.
 template <class Body>
 TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
     TwinStateOf<Body> state = at_rest(twin);
@@ -113,15 +113,15 @@ TwinStateOf<Body> start_of(const Twin<Body>& twin, const Run& run) {
     return state;
 }
 
-/// What a row shows of a tick: the plant at its start, the rest as the tick left it.
+/// State for a row of the record: the plant at the tick's start, the rest after the tick.
 template <class State, class PlantState>
 State shown(State after, const PlantState& start) {
     after.plant = start;
     return after;
 }
 
-/// Run and record a twin; ends before a tick that leaves the plant in a state that no robot can have. Such a first tick
-/// is recorded, but not counted. go(state, k) makes tick k.
+/// Run and record a twin, until before a tick whose state would be physically impossible; if it is the first one, it is
+/// recorded, but not counted. go(state, k) makes tick k.
 template <class Body, class Go>
 Record record_run(const PlantData& plant, TwinStateOf<Body> state, const Run& run, const Go& go) {
     using Columns = TwinColumns<Body::coordinates, typename Body::Space>;
@@ -139,7 +139,7 @@ Record record_run(const PlantData& plant, TwinStateOf<Body> state, const Run& ru
 
 // --- the servos alone, in the plane
 
-/// What keeps servo targets (ticks, 2 joints) from being simulated.
+/// Return why servo targets (ticks, 2 joints) cannot be simulated; empty where they can.
 inline std::string check_targets(const PlantData& plant, const World& world, const Run& run, std::size_t ticks,
                                  std::size_t circuits) {
     if (world.sea) return "world: servo targets are simulated in the plane";
@@ -163,7 +163,7 @@ inline Record simulate(const PlantData& plant, const double* targets, const Worl
 
 // --- a controller under one command, in the plane or at sea
 
-/// What keeps a command from being simulated.
+/// Return why a command cannot be simulated; empty where it can.
 inline std::string check_command(const PlantData& plant, const GaitCommand& command, const World& world,
                                  const Instruments& instruments, const Run& run) {
     if (command.controller.joints != plant.joints) return "controller: must have as many joints as the plant";
@@ -193,24 +193,26 @@ inline Record simulate(const PlantData& plant, const GaitCommand& command, const
 
 // --- a pilot on its mission, at sea
 
-/// A servo, in the order of the pulses, that stands from a time until before another; where it is if no angle is given.
+/// A servo, by its place among the pulses, that does not move from `start` to `end`; it stays where it is if no angle
+/// is given.
 struct ServoFault {
     int servo;
     double angle;       // rad or NaN
     double start, end;  // s
 };
 
-/// A circuit whose units lose oil into the water, and draw water, through a hole, from a time until before another.
+/// A circuit with a hole, through which its units lose oil to the water and draw water, from `start` to `end`.
 struct OilLoss {
     int circuit;
     double start, end;  // s
 };
-inline constexpr double hole = 2e-10;  // m^3/(s Pa): a filled circuit has lost its pressure in some tenths of a second
+inline constexpr double hole =
+    2e-10;  // m^3/(s Pa), flow through the hole: a filled circuit loses its pressure in some tenths of a second
 
 /// A board in the pilot's place: readings and the height of its antenna above the surface [m] in, servo pulses [s] out.
 using Board = std::function<void(const PilotReadings<double>&, double antenna, double* pulse)>;
 
-/// A pilot with its mission, what fails, and a board in the pilot's place where there is one.
+/// A pilot with its mission, faults, and a board in the pilot's place where there is one.
 struct Flight {
     const Pilot<double>& pilot;
     const Mission<double>& mission;
@@ -219,20 +221,20 @@ struct Flight {
     Board board;
 };
 
-/// Everything that a flight continues from.
+/// Complete state of a flight, from which it can continue.
 template <int D>
 struct FlightState {
     TwinState<double, D, InSpace> twin;
     PilotState<double> pilot;
     SensorsState<double> sensing;
     ReceiverState<double> receiver;
-    double servo[2 * D + 2];  // rad at which a servo stuck
+    double servo[2 * D + 2];  // rad at which a faulty servo stands
     double spilled[2 * D];    // m^3 of oil that each circuit has lost
-    Vector<double> snagged;   // m: where the nose was caught
+    Vector<double> snagged;   // m: place where a line caught the nose
     std::uint64_t ticks;
 };
 
-/// What keeps a flight from being simulated, from its start or from a saved state of `size` bytes.
+/// Return why a flight cannot be simulated, from its start or from a saved state of `size` bytes; empty where it can.
 inline std::string check_flight(const PlantData& plant, const Flight& flight, const World& world,
                                 const Instruments& instruments, std::size_t size) {
     if (!world.sea) return "world: a pilot needs a sea";
@@ -248,7 +250,7 @@ inline std::string check_flight(const PlantData& plant, const Flight& flight, co
     return fits ? check_world(plant, world) : "state: must be one of this mission's";
 }
 
-/// What the receiver makes of the truth in a tick.
+/// Fix of the satellite receiver in a tick; `dry` is whether the antenna is out of the water.
 inline Reception<double> receive(const World& world, ReceiverState<double>& state, bool dry, double time, double tick,
                                  std::uint64_t seed) {
     for (const double reset : world.resets)
@@ -267,13 +269,13 @@ FlightState<D> start_flight(const Twin<Body6<double, Law, D>>& twin, const Fligh
     static_assert(std::is_trivially_copyable_v<FlightState<D>>);
     on.twin = start_of(twin, run);
     on.pilot = init(flight.pilot, flight.mission);
-    // One that begins under water was switched on at the surface.
+    // A robot that begins under water was switched on at the surface.
     if (on.twin.plant.pose.position.z < 0) keep_zero(on.pilot.estimator, depth_shown(*world.sea, 0.0));
     on.receiver = init(world.receiver, instruments.sensors.seed);
     return on;
 }
 
-/// Catch the nose where it is when a line begins to hold it.
+/// Apply the lines that hold the nose, each at the place where the nose was when the line caught it.
 template <int D>
 void snag(Sea<double>& sea, FlightState<D>& on, const Vector<double>& nose, const World& world, double time,
           double tick) {
@@ -285,7 +287,7 @@ void snag(Sea<double>& sea, FlightState<D>& on, const Vector<double>& nose, cons
     }
 }
 
-/// A plant's circuits without what they have lost.
+/// A plant's circuits without the oil that they have lost.
 inline std::vector<Circuit<double>> filled(const PlantData& plant, const double* spilled) {
     std::vector<Circuit<double>> circuits = plant.circuit;
     for (std::size_t c = 0; c < circuits.size(); ++c) circuits[c].oil_unit -= spilled[c];
@@ -310,7 +312,7 @@ void spill(Circuit<double>* circuits, const Plant& plant, const State& at, const
     }
 }
 
-/// One tick of a flight; `circuits` are the plant's where oil is lost.
+/// One tick of a flight; `circuits` are the plant's, from which oil is lost.
 template <class Law, int D>
 PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<D>& on,
                                  TwinState<double, D, InSpace>& state, const Flight& flight, const World& world,
@@ -329,9 +331,10 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
         const Reception<double> got = receive(world, on.receiver, truth.fixed, time, controller.tick, seed);
         truth.fixed = got.fixed;
         const double noise = instruments.sensors.model[channel_kind("position")].noise;
-        truth.accuracy = sqrt(noise * noise + got.told * got.told);  // not by hypot, which libraries round differently
+        truth.accuracy =
+            sqrt(noise * noise + got.told * got.told);  // not std::hypot, which libraries round differently
         for (int k = 0; k < 2; ++k) truth.fix[k] += got.error[k];
-        if (held) {  // the IMU shows gravity alone
+        if (held) {  // the IMU shows only gravity
             const Vector<double> up = gravity * rotation(start.pose.attitude).up;
             truth.robot.acceleration[0] = up.x, truth.robot.acceleration[1] = up.y, truth.robot.acceleration[2] = up.z;
         }
@@ -359,7 +362,7 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
     return out;
 }
 
-/// Fly a mission, from its start where `saved` is empty, else from the state that an earlier part left there.
+/// Fly a mission from its start where `saved` is empty, else from the saved state, which then becomes that of the end.
 inline Record simulate(const PlantData& plant, const Flight& flight, const World& world, const Instruments& instruments,
                        const Run& run, std::vector<char>& saved) {
     Record record, piloted;

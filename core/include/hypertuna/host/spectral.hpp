@@ -8,10 +8,11 @@
 
 namespace hypertuna {
 
-/// Largest modulus of the eigenvalues of a matrix: that of A^(2^k) is its 2^k-th power, and nearly its largest number.
+/// Largest modulus of a matrix' eigenvalues. That of A^(2^k) is its 2^k-th power, and nearly the largest element of
+/// A^(2^k).
 template <int N>
 double spectral_radius(Matrix<double, N> m) {
-    double power = 0;  // of 2, by which the root of A^(2^k) is larger than that of m
+    double power = 0;  // exponent of the power of 2 that was divided out of the matrix, as it acts on the result
     for (double root = 1; 1e-18 < root; root /= 2) {
         double largest = 0, sum = 0;
         for (const auto& row : m.a)

@@ -1,4 +1,4 @@
-/// The memory that the core needs to swim, and what is swum in it: beats and long motions.
+/// The memory that the core needs to swim: for beats and for long motions.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr int block_steps = 63;  // of a long motion whose shapes are tabulated at a time
+inline constexpr int block_steps = 63;  // steps of a long motion whose shapes are tabulated at a time
 
-/// A scalar without the derivatives that a shape of scalars G has not.
+/// Drop the derivatives of a scalar where the scalar G of a shape has none.
 template <class G, class S>
 G narrow(const S& x) {
     if constexpr (std::same_as<G, S>)
@@ -21,7 +21,7 @@ G narrow(const S& x) {
         return value(x);
 }
 
-/// Flags of a model's law; of a type that is any law, its place too.
+/// Flags of a model's law; for a type that can be any law, with the law's place in the list.
 template <class Law>
 unsigned flags_of(const Model& model) {
     if constexpr (requires { Law::flag_bits; })
@@ -32,7 +32,7 @@ unsigned flags_of(const Model& model) {
 
 /// A tank to swim in: all the memory that the core needs for one gait (or one set of lanes), kept between gaits.
 ///
-/// The shape is made of scalars G: numbers without derivatives where the parameters' ones leave the shape alone.
+/// The shape has scalars G: without derivatives where it does not depend on the parameters that have derivatives.
 template <class S, class Law, class G = S>
 struct Tank {
     std::vector<S> parameters;
@@ -91,12 +91,12 @@ struct Tank {
                            narrow<G>(link[i].inertia)};
         fish = {links, geometry.data(), water};
     }
-    /// The same, and tabulate the beat.
+    /// Read the parameters and tabulate the beat.
     void fill() {
         read();
         tabulate_beat(fish, joints.data(), swings.data(), narrow<G>(frequency), motion_.data(), table);
     }
-    /// The same once more, with parameters that leave the shape as it is.
+    /// Read parameters that leave the tabulated shape as it is, and tabulate only mobility and momentum.
     void refill() {
         read();
         for (int k = 0; k < table.instants; ++k) weigh(fish, k, table);
@@ -113,21 +113,21 @@ struct Tank {
     std::vector<BeatSample<S>> sample_;
 };
 
-/// Swim a joint motion from a momentum and a pose: joints_at(k) are the joints at half step k = 0 ... 2 steps, and
-/// record(k, now, motion) is called at every step. The tank holds block_steps + 1 steps or more.
+/// Swim a joint motion from a momentum and a pose. joints_at(k) is the joints' motion at half step k = 0 ... 2 steps,
+/// and record(k, now, motion) is called at every step. The tank has memory for block_steps + 1 steps or more.
 template <class S, class Law, class G, class Joints, class Record>
 void swim_joints(Tank<S, Law, G>& tank, std::size_t steps, const S& step, Motion<S> motion, const Joints& joints_at,
                  const Record& record) {
     for (std::size_t first = 0;; first += block_steps) {
-        const std::size_t here = std::min<std::size_t>(block_steps, steps - first);
-        for (std::size_t k = 0; k <= 2 * here; ++k)
+        const std::size_t block = std::min<std::size_t>(block_steps, steps - first);
+        for (std::size_t k = 0; k <= 2 * block; ++k)
             tabulate(tank.fish, joints_at(2 * first + k), static_cast<int>(k), tank.table);
-        for (std::size_t k = 0; k < here; ++k) {
+        for (std::size_t k = 0; k < block; ++k) {
             record(first + k, tank.table[2 * k], motion);
             motion = swim_step(tank.fish, tank.table, 2 * k, 1, step, motion);
         }
-        if (first + here == steps) {
-            record(steps, tank.table[2 * here], motion);
+        if (first + block == steps) {
+            record(steps, tank.table[2 * block], motion);
             return;
         }
     }

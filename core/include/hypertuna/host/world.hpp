@@ -8,16 +8,17 @@ namespace hypertuna {
 
 struct World {
     bool clamped = false;            // the head is held still, as on a bench
-    std::optional<Sea<double>> sea;  // none: the robot moves in the plane
+    std::optional<Sea<double>> sea;  // empty: the robot moves in the plane
     Weather<double> weather{{0, 0}, 1, {0, 0}, 1, 1};
     Receiver<double> receiver{};
-    std::vector<double> gaps;    // s, pairs: from and until when there are no satellites
-    std::vector<double> resets;  // s: times at which the robot loses power for an instant, and its receiver, too
-    std::vector<double> snags;   // s, s, m, triples: from and until when a line of a length holds the nose
-    double released = 0;         // s until which someone holds the robot where it starts
+    std::vector<double> gaps;    // s, pairs: start and end of times without satellites
+    std::vector<double> resets;  // s: s: times at which robot and receiver lose power for an instant power for an
+                                 // instant, and its receiver, too
+    std::vector<double> snags;   // s, s, m, triples: start, end and length of a line that holds the nose
+    double released = 0;         // s until which the robot is held at its start
 };
 
-/// A world from `clamped` (0 or 1), `gaps` (n, 2), `resets` (n), `snags` (n, 3), `released`, the sea's columns
+/// Load a world from `clamped` (0 or 1), `gaps` (n, 2), `resets` (n), `snags` (n, 3), `released`, the sea's columns
 /// `sea.NAME`, `weather.NAME` and `receiver.NAME`; each may be left out.
 inline Loaded<World> load_world(const NamedColumns& columns) {
     ColumnReader in(columns);

@@ -8,7 +8,7 @@
 
 namespace hypertuna {
 
-inline constexpr int max_hinges = 3;  // that there is code for
+inline constexpr int max_hinges = 3;  // largest number of hinges that is compiled
 
 /// Call work(std::integral_constant) with a number of hinges.
 template <class Work>
@@ -41,7 +41,7 @@ struct YieldKernel {
     void (*bends)(const Model&, const YieldBatch&, const double* state, int steps, int count, double* out);
     /// Inertia that the straight, free body opposes to hinges that turn alike, kg m^2.
     double (*reduced_inertia)(const Model&, const int* links, int hinges);
-    int (*row_width)(int hinges);  // of settle
+    int (*row_width)(int hinges);  // numbers in a row that `settle` writes
 };
 
 }  // namespace hypertuna

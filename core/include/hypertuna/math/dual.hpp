@@ -52,7 +52,7 @@ struct Dual {
     }
     friend HYPERTUNA_INLINE Dual operator-(const Dual& a) { return chain(-a.v, S(-1), a); }
 
-    // With a number that has no derivatives: a quarter of the work for N = 3.
+    // Operations with a number that has no derivatives take a quarter of the work for N = 3.
     friend HYPERTUNA_INLINE Dual operator+(Dual a, const S& b) {
         a.v += b;
         return a;
@@ -73,7 +73,7 @@ struct Dual {
     HYPERTUNA_INLINE Dual& operator+=(const Dual& a) { return *this = *this + a; }
     HYPERTUNA_INLINE Dual& operator-=(const Dual& a) { return *this = *this - a; }
 
-    // Comparisons look at the values alone.
+    // Comparisons use only the values.
     friend HYPERTUNA_INLINE auto operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
     friend HYPERTUNA_INLINE auto operator<=(const Dual& a, const Dual& b) { return a.v <= b.v; }
 };

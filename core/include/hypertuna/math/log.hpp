@@ -1,8 +1,8 @@
 /// Logarithm of a quotient from + - * / alone: without contraction to fused multiply-adds, every machine and every lane
-/// gets the same bits. Less than 2.5 units in the last place off.
+/// gets the same bits. The error is below 2.5 units in the last place.
 ///
-/// n / d = 2^k m with m in [2/3, 3/2], and log m = 2 artanh s with s = (m - 1) / (m + 1): a polynomial in s^2, minimax
-/// there, to 2e-17 of it.
+/// With n / d = 2^k m and m in [2/3, 3/2], log m = 2 artanh s of s = (m - 1) / (m + 1): a minimax polynomial in s^2 of
+/// relative error 2e-17.
 #pragma once
 
 #include <limits>
@@ -11,18 +11,21 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// A power of two, and its exponent.
+/// A power of two and its exponent.
 template <class S>
 struct Power {
     S exponent, power;
 };
 
-inline constexpr std::uint64_t log_one = 0x3ff0000000000000;       // bits of 1: an exponent of 1023
-inline constexpr std::uint64_t log_half = 0x0008000000000000;      // half an exponent
-inline constexpr std::uint64_t log_integer = 0x4330000000000000;   // bits of 2^52, which lead a whole number's
-inline constexpr double log_unbias = 4503599627370496.0 + 1023.0;  // 2^52, and the exponent of 1
+inline constexpr std::uint64_t log_one = 0x3ff0000000000000;  // bits of 1.0, whose biased exponent is 1023
+inline constexpr std::uint64_t log_half =
+    0x0008000000000000;  // half a step of the exponent, added to round to the nearest power
+inline constexpr std::uint64_t log_integer =
+    0x4330000000000000;  // bits of 2^52: added to an integer below 2^52, they make the bits of 2^52 plus the integer
+inline constexpr double log_unbias = 4503599627370496.0 + 1023.0;  // 2^52 plus the bias of the exponent
 
-/// That nearest to the quotient of two positive normal numbers, by their bits, which rise as their logarithms do.
+/// The power of two nearest to the quotient n / d of positive normal numbers, from their bits: read as integers, these
+/// rise with the logarithm.
 HYPERTUNA_INLINE Power<double> nearest_power(double n, double d) {
     const std::uint64_t bits = std::bit_cast<std::uint64_t>(n) - std::bit_cast<std::uint64_t>(d) + log_one + log_half;
     return {std::bit_cast<double>((bits >> 52) + log_integer) - log_unbias, std::bit_cast<double>(bits >> 52 << 52)};
@@ -48,8 +51,8 @@ HYPERTUNA_INLINE S log_quotient_of(const S& n, const S& d, const S& difference) 
     return select(S(0.0) < n, log, S(std::numeric_limits<double>::quiet_NaN()));
 }
 
-/// log (n / d), d positive, for a `difference` n - d that has no rounding of n and d in it: 0 where it is 0. NaN where
-/// n is not positive.
+/// log(n / d) for d > 0; NaN where n is not positive. `difference` is n - d without the rounding errors of n and d:
+/// where it is 0, so is the result.
 template <std::same_as<double> S>
 HYPERTUNA_INLINE S log_quotient(S n, S d, S difference) {
     return log_quotient_of(n, d, difference);

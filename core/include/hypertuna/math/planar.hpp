@@ -23,7 +23,7 @@ struct Planar {
     }
 };
 
-// All in body axes: x from nose to tail, y to the left of it, z out of the plane, taken at the nose.
+// All vectors are in body axes and refer to the nose: x from nose to tail, y to the left of x, z out of the plane.
 template <class S>
 using Twist = Planar<S>;  // xi = (u, v, r): velocity of the nose, m/s, and rate of turn, rad/s
 template <class S>
@@ -31,13 +31,13 @@ using Wrench = Planar<S>;  // (F_x, F_y, N): force, N, and moment about the nose
 template <class S>
 using Momentum = Planar<S>;  // P = (p_x, p_y, l): momentum, N s, and its moment about the nose, N m s
 
-/// The k-th number.
+/// The k-th component.
 template <class S>
 HYPERTUNA_INLINE S& component(Planar<S>& a, int k) {
     return k == 0 ? a.x : k == 1 ? a.y : a.z;
 }
 
-/// Same values, in a scalar that holds more (a Dual of S, say).
+/// The same vector with a wider scalar, such as a Dual of S.
 template <class S, class A>
 HYPERTUNA_INLINE Planar<S> widen(const Planar<A>& a) {
     return {S(a.x), S(a.y), S(a.z)};

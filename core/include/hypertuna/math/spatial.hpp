@@ -38,7 +38,7 @@ HYPERTUNA_INLINE Vector<S> cross(const Vector<S>& a, const Vector<S>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// What translates and what turns: a velocity and a rate, a force and a moment, a momentum and its moment.
+/// A linear and an angular vector: velocity and rate of turn, force and moment, or momentum and its moment.
 template <class S>
 struct Spatial {
     Vector<S> linear, angular;
@@ -55,11 +55,11 @@ struct Spatial {
 /// Velocity of the nose through the water, m/s, and rate of turn of the head, rad/s, in body axes.
 template <class S>
 using SpatialTwist = Spatial<S>;
-/// Force, N, and moment about the nose, N m, in body axes. Momenta, N s and N m s, are kept alike.
+/// Force, N, and moment about the nose, N m, in body axes. Momenta [N s, N m s] use the same type.
 template <class S>
 using SpatialWrench = Spatial<S>;
 
-/// w + x i + y j + z k.
+/// Quaternion w + x i + y j + z k.
 template <class S>
 struct Quaternion {
     S w, x, y, z;
@@ -75,15 +75,15 @@ struct Quaternion {
 };
 
 template <class S>
-HYPERTUNA_INLINE S square(const Quaternion<S>& q) {
+HYPERTUNA_INLINE S squared_norm(const Quaternion<S>& q) {
     return q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
 }
 template <class S>
 HYPERTUNA_INLINE Quaternion<S> normalized(const Quaternion<S>& q) {
-    return (S(1) / sqrt(square(q))) * q;
+    return (S(1) / sqrt(squared_norm(q))) * q;
 }
 
-/// Rate of an attitude under a rate of turn in body axes: q' = 1/2 q omega.
+/// Time derivative of an attitude at the rate of turn omega in body axes: q' = 1/2 q omega.
 template <class S>
 HYPERTUNA_INLINE Quaternion<S> attitude_rate(const Quaternion<S>& q, const Vector<S>& rate) {
     const S half = S(base_t<S>(0.5)), x = half * rate.x, y = half * rate.y, z = half * rate.z;
@@ -91,16 +91,18 @@ HYPERTUNA_INLINE Quaternion<S> attitude_rate(const Quaternion<S>& q, const Vecto
             q.w * z + q.x * y - q.y * x};
 }
 
-/// A rotation by its rows: the world's axes in body axes. Columns are the body's axes in the world's.
+/// Rotation matrix from body to world axes: its rows are the world's axes in body axes, its columns the body's axes in
+/// world axes.
 template <class S>
 struct Rotation {
     Vector<S> east, north, up;
 };
 
-/// The rotation of an attitude, of any length: between normalizations an integrator's is not quite one.
+/// Rotation matrix of a quaternion of any length: between two normalizations an integrated one is not quite of length
+/// 1.
 template <class S>
 HYPERTUNA_INLINE Rotation<S> rotation(const Quaternion<S>& q) {
-    const S s = S(2) / square(q), one(1);
+    const S s = S(2) / squared_norm(q), one(1);
     const S xx = s * q.x * q.x, yy = s * q.y * q.y, zz = s * q.z * q.z;
     const S xy = s * q.x * q.y, xz = s * q.x * q.z, yz = s * q.y * q.z;
     const S wx = s * q.w * q.x, wy = s * q.w * q.y, wz = s * q.w * q.z;

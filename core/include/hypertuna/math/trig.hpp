@@ -19,8 +19,8 @@ struct SinCos {
     S sin, cos;
 };
 
-/// pi/2 in three parts, the first two short enough that a multiple of them is exact; and the number
-/// whose addition rounds to the nearest integer and leaves that integer in the lowest bits.
+/// pi/2 in three parts, the first two short enough that a multiple of them is exact; and `round`, whose addition rounds
+/// to the nearest integer and leaves that integer in the lowest bits.
 template <class T>
 struct Reduction;
 template <>
@@ -66,7 +66,7 @@ HYPERTUNA_INLINE SinCos<S> sincos(const S& x) {
         c = c * z + S(a);
     c = S(1) + z * c;
 
-    // Quadrant: odd multiples of pi/2 swap the two, and each changes sign every second quadrant.
+    // Quadrant: odd multiples of pi/2 swap sine and cosine, and each changes sign every second quadrant.
     const auto odd = rounded_bit(rounded, 0);
     const auto second = rounded_bit(rounded, 1);
     const S sine = select(odd, c, s);

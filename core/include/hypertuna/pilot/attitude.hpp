@@ -2,7 +2,7 @@
 ///
 /// The gyroscope carries the frame; in that frame gravity and field pull the attitude home slowly, gravity about level
 /// axes and the field about the vertical alone, so that a disturbed field never tilts it (Mahony, Hamel and Pflimlin,
-/// IEEE TAC 53(5), 2008). What pulls slowly averages: the beat's accelerations are many times faster and cancel.
+/// IEEE TAC 53(5), 2008). A slow pull averages: the beat's accelerations are many times faster and cancel.
 #pragma once
 
 #include "hypertuna/math/spatial.hpp"
@@ -18,10 +18,10 @@ T norm(const Vector<T>& v) {
 template <class T>
 struct AttitudeModel {
     T tick;                        // s
-    T tilt_rate, heading_rate;     // 1/s: how fast gravity and field pull
+    T tilt_rate, heading_rate;     // 1/s: how fast gravity and field correct the attitude
     T drift_max;                   // rad/s: largest plausible offset of the gyroscope
     T rate_max, acceleration_max;  // rad/s, m/s^2: ranges of the sensors
-    T field_low, field_high;       // strength that a sound field has
+    T field_low, field_high;       // range of strengths of an undisturbed field
 };
 
 template <class T, class Visit>
@@ -37,12 +37,12 @@ struct AttitudeState {
     Quaternion<T> q;  // unit, body to world
     Vector<T> rate;   // rad/s in body axes, without the offset
     Vector<T> drift;  // rad/s: offset of the gyroscope
-    int age;          // ticks that gravity was averaged for
+    int age;          // ticks over which gravity has been averaged
     bool known;       // gravity and field were seen together once
-    T pulled;         // rad/s at which the field turns it against the gyroscope, a mean over a second
+    T pulled;         // rad/s at which the field turns the attitude against the gyroscope, a mean over a second
 };
 
-/// Attitude whose vertical and north are where two readings see them; none where those are parallel.
+/// Attitude from the directions of up and of the magnetic field in body axes; false where the two are parallel.
 template <class T>
 bool attitude_from(const Vector<T>& up, const Vector<T>& field, Quaternion<T>& q) {
     const T size = norm(up);
@@ -62,7 +62,7 @@ bool attitude_from(const Vector<T>& up, const Vector<T>& field, Quaternion<T>& q
     return true;
 }
 
-/// What of the readings can be used in this tick.
+/// Readings of one tick, and which of them can be used.
 template <class T>
 struct AttitudeInput {
     Vector<T> rate, acceleration, field;
@@ -70,7 +70,7 @@ struct AttitudeInput {
     T speed;  // m/s through the water, for the acceleration of turning
 };
 
-/// How gravity and field want the attitude to turn, about body axes [rad].
+/// Corrections of the attitude by gravity and field, as rotations about body axes [rad].
 template <class T>
 struct Pull {
     Vector<T> tilt, heading;
@@ -81,7 +81,7 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
     Pull<T> pull{};
     const Rotation<T> frame = rotation(state.q);
     if (in.gravity) {
-        // Less what a steady turn adds, rate x velocity: the robot swims along -x.
+        // Without the acceleration of a steady turn, rate x velocity: the robot swims along -x.
         const Vector<T> up = in.acceleration - cross(state.rate, {-in.speed, T(0), T(0)});
         const T size = norm(up);
         if (size > T(1)) pull.tilt = (T(1) / size) * cross(up, frame.up);
@@ -90,7 +90,7 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
         const T east = dot(frame.east, in.field), north = dot(frame.north, in.field);
         const T flat = sqrt(east * east + north * north);
         if (flat > T(0.05)) {
-            // Sine of the angle to north; beyond a right angle all of it.
+            // Sine of the angle to north; 1 or -1 beyond a right angle.
             pull.turn = T(0) < north ? east / flat : east < T(0) ? T(-1) : T(1);
             pull.heading = pull.turn * frame.up;
         }
@@ -98,9 +98,9 @@ Pull<T> pull_of(const AttitudeState<T>& state, const AttitudeInput<T>& in) {
     return pull;
 }
 
-inline constexpr int gap_age = 50;  // ticks that gravity counts as averaged for, after a gap of the gyroscope
+inline constexpr int gap_age = 50;  // largest `age` after a gap in the gyroscope's readings
 
-/// One tick. Until it has averaged for its own time constant gravity counts as in a mean: the start is quick.
+/// One tick of the filter. Over its first time constant gravity is weighted as in a running mean, for a quick start.
 template <class T>
 AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeState<T>& before,
                                const AttitudeInput<T>& in) {
@@ -111,14 +111,15 @@ AttitudeState<T> attitude_step(const AttitudeModel<T>& model, const AttitudeStat
     }
     if (in.gyro) {
         state.rate = in.rate - state.drift;
-    } else {  // a beat swings to and fro: no rate is the best guess, and what the gap cost is made up for quickly
+    } else {  // the head swings to and fro: zero is the best guess of its rate, and a low age corrects the gap's error
+              // quickly
         state.rate = {T(0), T(0), T(0)};
         state.age = state.age < gap_age ? state.age : gap_age;
     }
     const Pull<T> pull = pull_of(state, in);
     const T young = T(1) / (T(state.age + 1) * model.tick);
     if (in.gravity && min(model.tilt_rate, model.heading_rate) < young) ++state.age;
-    // A young attitude may be far off: then the field is right to turn it.
+    // A young attitude may be far off, so that its correction by the field says nothing about the compass.
     const T pulled = model.heading_rate < young ? T(0) : model.heading_rate * pull.turn;
     state.pulled += model.tick * (pulled - state.pulled);
     const Vector<T> push = max(model.tilt_rate, young) * pull.tilt + max(model.heading_rate, young) * pull.heading;

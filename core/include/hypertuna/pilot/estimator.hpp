@@ -1,14 +1,15 @@
-/// Estimator: attitude, depth and sink rate, and the way, which satellite fixes at the surface put right.
+/// Estimator: attitude, depth, sink rate, and position by dead reckoning, which satellite fixes at the surface correct.
 ///
-/// The depth sensor measures absolute pressure: weather and altitude shift it by meters. Its zero is what it shows at
-/// the surface, or in the air.
+/// The depth sensor measures absolute pressure: weather and altitude shift it by meters. Its zero is its reading at the
+/// surface, or in the air.
 #pragma once
 
 #include "hypertuna/pilot/way.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// What the pilot knows of where it is. Quaternion body -> world, rates in body axes, current toward.
+/// The pilot's estimate of the robot's motion: quaternion from body to world, rates in body axes, velocity of the
+/// current.
 template <class T>
 struct Estimate {
     Quaternion<T> q;
@@ -16,32 +17,33 @@ struct Estimate {
     T depth, sink;         // m, m/s down
     T x, y;                // m east and north
     T speed;               // m/s through the water, ahead
-    T factor;              // of the speed that the gait says, 1
+    T factor;              // speed through the water over that of the gait
     T current[2];          // m/s
     T position_error;      // m, standard deviation along its worst direction
     T drift_error;         // m/s, standard deviation of the velocity over ground, of its worse component
-    bool fix;              // a fix was taken in in this tick
+    bool fix;              // a fix was used in this tick
     bool attitude;         // rates and gravity can be used
     bool compass, depths;  // the field, the depth can be used
-    bool fixes_refused;    // the last fixes, one after another
+    bool fixes_refused;    // the last fixes, more than one in a row, were refused
     bool compass_off;      // the compass disagrees with the course over ground, or with the gyroscope
-    bool zeroed;           // the depth counts from a surface that the sensor was seen at
+    bool zeroed;           // the zero of the depth was measured at the surface or in the air
     Vector<T> facing;      // direction that the head faces, in world axes
-    T tilt;                // rad: roll, starboard down
+    T tilt;                // sine of the roll, starboard down
 };
 
-inline constexpr int still_max = 500;  // equal readings of depth while it swims: the sensor is stuck
+inline constexpr int still_max = 500;  // equal depth readings in a row while swimming that show a stuck sensor
 
 template <class T>
 struct Estimator {
     AttitudeModel<T> attitude;
     T depth_rate;                         // 1/s of the depth observer
     T depth_low, depth_high, depth_step;  // m: range, largest change within a tick
-    T depth_repeat, field_repeat;         // m, 1: change that a working sensor may not show; 0 where noise does
-    T glide;                              // m in which the robot slows to 1/e when it stops beating
+    T depth_repeat,
+        field_repeat;  // m, 1: change that a working sensor may not show; 0 where its noise exceeds its resolution
+    T glide;           // m in which the robot slows to 1/e when it stops beating
     WayModel<T> way;
-    T fix_depth;             // m: deeper there can be none
-    T air_low, air_high;     // m that the sensor shows in the air, of any weather and altitude
+    T fix_depth;             // m: largest depth at which there can be a fix
+    T air_low, air_high;     // m: range of the sensor's readings in the air, at any weather and altitude
     T antenna_x, antenna_z;  // m toward the tail and up, from the depth sensor
 };
 
@@ -62,15 +64,15 @@ struct EstimatorState {
     AttitudeState<T> attitude;
     Health<T> depth_health, field_health[3];
     T depth, sink;
-    bool dipped;            // a depth was seen
+    bool dipped;            // a depth has been read
     int still;              // equal readings of depth in a row while it swims
     T climbed;              // m up or down since the reading of depth changed
     T zero;                 // m that the depth sensor shows at the surface
-    bool zeroed;            // it was seen there
-    T air_max;              // m that the sensor may show at boot in the air
+    bool zeroed;            // the zero was measured at the surface
+    T air_max;              // m: largest reading at boot that counts as one in the air
     int boot, boot_usable;  // ticks and usable readings of the depth sensor since boot, until its zero is taken
     int dry;                // fixes in a row at a depth where there can be none
-    T speed;                // m/s by the gait, factor 1
+    T speed;                // m/s by the gait alone, as if `factor` were 1
     WayState<T> way;
 };
 
@@ -86,9 +88,9 @@ EstimatorState<T> init(const Estimator<T>& model, const T (&start)[2]) {
 // --- the surface
 
 inline constexpr int boot_ticks = 100, boot_readings = 25;  // the first readings after boot, and how many are averaged
-inline constexpr int dry_fixes = 5;                         // in a row: then it is the depth that was wrong
+inline constexpr int dry_fixes = 5;  // fixes in a row at a depth where there can be none that prove the depth wrong
 
-/// Move the surface by which the depth counts, if the sensor can show that in the air.
+/// Move the zero of the depth, if the sensor can show the new zero in the air.
 template <class T>
 bool shift_zero(const Estimator<T>& model, EstimatorState<T>& state, T shift) {
     const T zero = state.zero + shift;
@@ -97,7 +99,8 @@ bool shift_zero(const Estimator<T>& model, EstimatorState<T>& state, T shift) {
     return true;
 }
 
-/// Take the present reading as the surface, on arming or on command: false where it is no reading, or none of the air.
+/// Take the present reading as the surface, on arming or on command; false without a valid reading, or where it cannot
+/// be one in the air.
 template <class T>
 bool zero_depth(const Estimator<T>& model, EstimatorState<T>& state) {
     if (!state.dipped || state.depth_health.bucket > 0 || !shift_zero(model, state, state.depth)) return false;
@@ -105,23 +108,23 @@ bool zero_depth(const Estimator<T>& model, EstimatorState<T>& state) {
     return true;
 }
 
-/// Go on with a zero from before a restart.
+/// Restore the zero from before a restart.
 template <class T>
 void keep_zero(EstimatorState<T>& state, T zero) {
     state.zero = zero, state.zeroed = true, state.boot = boot_ticks;
 }
 
-inline constexpr float weather_max = 0.4f;  // m of water, 39 hPa: the weather rises by less between two swims
+inline constexpr float weather_max = 0.4f;  // m of water, 39 hPa: between two swims the air's pressure rises by less
 
-/// Begin with what the sensor showed at the surface before it was switched on: what shows much more is under water,
-/// until a fix, the ground or an ascent says otherwise.
+/// Begin with the zero from before the robot was switched off: a much larger reading means that the robot is under
+/// water, until a fix, the ground or an ascent says otherwise.
 template <class T>
 void expect_surface(const Estimator<T>& model, EstimatorState<T>& state, T zero) {
     state.zero = zero, state.air_max = min(model.air_high, zero + T(weather_max));
 }
 
-/// The first readings after boot are those of the surface, if the sensor can show them in the air of these days: one
-/// that begins under water, or answers later, has no zero yet.
+/// Average the first readings after boot as the zero, if they can be readings in the air of these days. A robot that
+/// begins under water, or whose sensor answers later, has no zero yet.
 template <class T>
 void zero_at_boot(const Estimator<T>& model, EstimatorState<T>& state, T reading, bool usable) {
     if (state.boot == boot_ticks) return;
@@ -132,13 +135,14 @@ void zero_at_boot(const Estimator<T>& model, EstimatorState<T>& state, T reading
     if (!state.zeroed || state.boot_usable == boot_readings) state.boot = boot_ticks;
 }
 
-/// A sensor is never above the surface: in the air it shows the air's pressure. What is less moves the zero.
+/// Move the zero where the depth is negative: in the air the sensor shows the air's pressure, so it is never above the
+/// surface.
 template <class T>
 void bound_depth(const Estimator<T>& model, EstimatorState<T>& state) {
     if (state.depth < T(0)) shift_zero(model, state, model.depth_rate * model.attitude.tick * state.depth);
 }
 
-/// Whether a fix is believed at this depth; after several that are not it is the depth's zero that is not.
+/// Whether a fix is believed at this depth. After several that are not, the zero of the depth is no longer believed.
 template <class T>
 bool believes_fixes(const Estimator<T>& model, EstimatorState<T>& state, bool usable) {
     state.dry = usable && state.zeroed && model.fix_depth <= state.depth ? state.dry + 1 : 0;
@@ -146,8 +150,8 @@ bool believes_fixes(const Estimator<T>& model, EstimatorState<T>& state, bool us
     return state.dry == 0;
 }
 
-/// A fix proves that the antenna is out of the water, a second ago at most. A depth that keeps it below moves the zero:
-/// at once where there is none, else slowly.
+/// Move the zero by a fix, which proves that the antenna was out of the water at most a second ago. A depth that puts
+/// the antenna under water moves the zero: at once where there is none, else slowly.
 template <class T>
 void follow_surface(const Estimator<T>& model, EstimatorState<T>& state, const Vector<T>& up) {
     const T highest = max(T(0), up.x * model.antenna_x + up.z * model.antenna_z);
@@ -157,8 +161,8 @@ void follow_surface(const Estimator<T>& model, EstimatorState<T>& state, const V
     state.zeroed = state.zeroed || moved;
 }
 
-/// Depth with its rate by a critically damped observer. A sensor that is stuck shows by equal readings: at once on the
-/// way up or down, and in some seconds of any swim where its noise exceeds its resolution.
+/// Estimate depth and sink rate by a critically damped observer. Equal readings show a stuck sensor: at once on the way
+/// up or down, and within seconds of any swim where the noise exceeds the resolution.
 template <class T>
 bool watch_depth(const Estimator<T>& model, EstimatorState<T>& state, T reading, T climb, T speed) {
     const T dt = model.attitude.tick;
@@ -199,7 +203,8 @@ bool watch_field(const Estimator<T>& model, EstimatorState<T>& state, const T (&
     return usable && model.attitude.field_low < strength && strength < model.attitude.field_high;
 }
 
-/// Attitude toward true north, of one toward magnetic north: turned about the vertical by the declination, clockwise.
+/// Attitude relative to true north from one relative to magnetic north: turned about the vertical by the declination,
+/// clockwise.
 template <class T>
 Quaternion<T> true_attitude(const Quaternion<T>& q, T declination) {
     const SinCos<T> half = sincos(T(-0.5) * declination);
@@ -207,8 +212,8 @@ Quaternion<T> true_attitude(const Quaternion<T>& q, T declination) {
             half.cos * q.z + half.sin * q.w};
 }
 
-/// One tick. `beat_speed` is the speed that the present beat keeps up, `imu` whether the controller believes the IMU,
-/// `declination` that of the magnetic field [rad, east positive].
+/// One tick of the estimator. `beat_speed` is the steady speed of the present beat [m/s], `imu` whether the controller
+/// believes the IMU, `declination` that of the magnetic field [rad, east positive].
 template <class T>
 Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const PilotReadings<T>& readings,
                      T beat_speed, bool imu, T declination) {
@@ -221,7 +226,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     in.acceleration = {robot.acceleration[0], robot.acceleration[1], robot.acceleration[2]};
     in.field = {readings.field[0], readings.field[1], readings.field[2]};
     in.gyro = in.gravity = imu;
-    for (int k = 0; k < 3; ++k) {  // false for what is no number
+    for (int k = 0; k < 3; ++k) {  // false for NaN
         in.gyro = in.gyro && abs(robot.rate[k]) <= frame.rate_max;
         in.gravity = in.gravity && abs(robot.acceleration[k]) <= frame.acceleration_max;
     }

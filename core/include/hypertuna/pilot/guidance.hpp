@@ -9,9 +9,11 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr float no_way = 0.05f, slow_way = 0.1f;  // m/s toward home: none at all; so little that it swims faster
+inline constexpr float no_way = 0.05f, slow_way = 0.1f;  // m/s made good toward home: below the first there is no way
+                                                         // home, below the second the robot swims faster
 
-/// Speed made good toward home, with the gaits as fast as they are when nothing less gets there [m/s].
+/// Speed made good toward home [m/s], at the speed for the way home, or at the fastest gait's where that makes too
+/// little way.
 template <class T>
 T way_made(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
     const Course<T> home = toward(mission.home.x - at.x, mission.home.y - at.y, {T(1), T(0)});
@@ -20,18 +22,19 @@ T way_made(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mi
     return calm < slow_way ? made_good(home, at.current, top * min(at.factor, T(1))) : calm;
 }
 
-/// Time to be home from here, the way up and a fifth more included [s].
+/// Time to get home from here [s], including the ascent and a margin of a fifth.
 template <class T>
 T time_home(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission) {
     const T dx = mission.home.x - at.x, dy = mission.home.y - at.y, away = sqrt(dx * dx + dy * dy);
     const T speed = T(0.9) * min(mission.home_speed, model.steering.table.speed[model.steering.table.gaits - 1]);
-    const T ground = max(way_made(model, at, mission), T(no_way));  // less than that is swept
+    const T ground =
+        max(way_made(model, at, mission), T(no_way));  // at a lower speed over ground the robot counts as swept away
     const T climb = max(T(0), at.depth) / (T(0.5) * speed * model.steering.climb_max);
     return T(1.2) * ((away + T(2) * at.position_error) / ground + climb) + model.overhead;
 }
 
-/// A current against which there is no way home, or any that carries a robot that cannot swim: as soon as fixes tell
-/// it.
+/// Set the reason `swept` where the current leaves no way home, or carries a robot that holds and cannot swim, as soon
+/// as fixes show the current.
 template <class T>
 void weigh_current(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at,
                    const Mission<T>& mission) {
@@ -44,7 +47,7 @@ void weigh_current(const Guidance<T>& model, GuidanceState<T>& state, const Esti
     state.reasons.set(Reason::swept, state.swept);
 }
 
-/// Battery, time and sensors.
+/// Set the reasons that follow from battery, time and sensors.
 template <class T>
 void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Onboard<T>& onboard,
            const Mission<T>& mission) {
@@ -68,7 +71,8 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     why.set(Reason::tail_lost, onboard.joint_lost);
 }
 
-/// Largest fin angle: little where one fin is left alone, because it rolls the robot; all where little is no answer.
+/// Largest fin angle: small where only one fin works, because it rolls the robot; full where small angles did not
+/// change the depth.
 template <class T>
 T single_fin_limit(const Guidance<T>& model, const Reasons& why) {
     const bool alone = why.has(Reason::port_fin_lost) || why.has(Reason::starboard_fin_lost);
@@ -76,7 +80,8 @@ T single_fin_limit(const Guidance<T>& model, const Reasons& why) {
     return alone && !why.has(Reason::no_answer) ? min(model.single_fin_max, limit) : limit;
 }
 
-/// Fins. One that does not follow rolls the robot against what the other does; two leave the depth where it is.
+/// Detect lost fins: where one does not follow its command, the other rolls the robot; where neither does, the depth
+/// does not answer.
 template <class T>
 void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
                 T wanted) {
@@ -103,20 +108,21 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
         state.unanswered = 1, state.depth_error = error, state.answered = false;
     else if (error < state.depth_error - model.response_depth)
         state.unanswered = 1, state.depth_error = error, state.answered = true;
-    else if (++state.unanswered; !state.answered)  // progress from the worst: while a beat begins, the nose dips
+    else if (++state.unanswered;
+             !state.answered)  // progress counts from the largest error: while a beat begins, the nose dips
         state.depth_error = max(state.depth_error, error);
-    // Below the limit there is no time to wait: what goes on down with its fins up is driven down.
+    // Below the depth limit there is no time to wait: a robot that sinks with its fins up is driven down.
     const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
     if (seconds(model, state.unanswered) < allowed) return;
-    // What still rises, however slowly, goes on.
+    // A robot that still rises, however slowly, goes on.
     const bool rises = error < state.depth_error - T(0.3) * model.response_depth;
     why.set(Reason::stranded, (deep || (why.has(Reason::no_answer) && !rises)) && model.surface_depth < at.depth);
     why.set(Reason::no_answer);
     state.unanswered = 0;
 }
 
-/// Whether position and current are known well enough for a dive to the next waypoint; on the way home none follows.
+/// Whether position and current are known well enough to dive to the next waypoint; on the way home no dive follows.
 template <class T>
 bool knows_to_dive(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
                    const Mission<T>& mission, T limit) {
@@ -125,7 +131,7 @@ bool knows_to_dive(const Guidance<T>& model, const GuidanceState<T>& state, cons
            at.position_error <= error_to_dive(model, at, mission, mission.waypoint[state.leg], limit);
 }
 
-/// Whether to come up for a fix, and whether to stay there for it.
+/// Decide whether to come up for a fix, and whether to stay at the surface for it.
 template <class T>
 void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
                  bool near_fence) {
@@ -136,7 +142,7 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const T age = seconds(model, state.since_fix);
     if (state.since_fix < 1 << 30) ++state.since_fix;
     if (state.retry > 0) --state.retry;
-    // Near the fence, at home and near a waypoint a place must be known better.
+    // Near the fence, at home and near a waypoint the position must be known better.
     T limit = near_fence ? model.error_near : error_limit(model, state, at, mission);
     if (state.mode == Mode::home) limit = min(model.error_near, max(mission.home_radius, model.error_fix));
     const bool vague = limit < at.position_error;
@@ -152,7 +158,7 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     const bool enough = at.fix && !vague && knows_to_dive(model, state, at, mission, limit);
     const bool none = model.fix_timeout <= T(state.waiting) * period;
     if (none) why.set(Reason::no_fix);
-    // Fixes that do not get better are used as they are.
+    // Fixes that do not get better are accepted.
     const bool vain = none || T(3) * model.fix_timeout <= T(state.surfaced) * period;
     if (vain) state.retry = int(model.retry / period);
     if (!enough && !vain) return;
@@ -160,7 +166,8 @@ void weigh_fixes(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     why.clear(Reason::uncertain), why.clear(Reason::fix_due);
 }
 
-/// Whether the mission is over: home, or up at the last waypoint of a mission that stays, and known to be there.
+/// Mode at the goal: done or ended where the robot is home, or up at the last waypoint of a mission that stays, and
+/// knows that it is there.
 template <class T>
 Mode at_goal(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
              bool back, bool up) {
@@ -170,7 +177,7 @@ Mode at_goal(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     const T dx = goal.x - at.x, dy = goal.y - at.y, radius = goal.radius;
     const bool there = dx * dx + dy * dy < radius * radius, known = knows(model, at, radius);
     why.clear(Reason::adrift), why.set(Reason::adrift, why.has(Reason::no_fix) && !known);
-    // Where the place is not known the robot keeps to where it should be, as long as it can.
+    // While the position is uncertain, the robot stays where the goal should be, as long as battery and time allow.
     const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
     if (!there || !up || state.rising || !(known || last)) return back ? Mode::home : Mode::surface;
     const bool done = known && why.has(Reason::all_reached) && !why.has(Reason::recalled);
@@ -185,12 +192,13 @@ Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     const bool up =
         at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind.depth);
     if (why.has(Reason::stranded)) return Mode::hold;
-    // Without IMU nothing steers: up, and wait there.
+    // Without an IMU the robot cannot steer: it comes up and waits there.
     if (why.has(Reason::imu_lost) && !at.attitude)
         return up || model.fix_timeout <= seconds(model, state.blind.imu) ? Mode::hold : Mode::surface;
     if (why.has(Reason::compass_lost) && !at.compass && model.compass_timeout <= seconds(model, state.blind.compass))
         return up ? Mode::hold : Mode::surface;
-    // Against a current that is too strong as long as the charge lasts: then it drifts, and tells where.
+    // The robot swims against a current that is too strong as long as the charge lasts; then it drifts and reports
+    // where it is.
     if (state.swept && state.spent) return up ? Mode::hold : Mode::surface;
     const bool all = 0 < mission.waypoints && mission.waypoints <= state.leg;
     const bool unknown = why.has(Reason::no_fix) && model.error_lost < at.position_error;
@@ -199,8 +207,8 @@ Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     return state.rising ? Mode::surface : mission.waypoints > 0 ? Mode::transit : Mode::idle;
 }
 
-/// Distance to the fence at which to turn: more the less the position is known. Where it is known, and on the way home,
-/// never so much that the target itself is out of bounds; else the robot keeps to the middle until a fix comes.
+/// Distance to the fence at which to turn: the less the position is known, the larger. Where it is known, and on the
+/// way home, the target itself stays within bounds; otherwise the robot keeps to the middle until a fix comes.
 template <class T>
 T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
     const T margin = model.fence_margin + T(2) * at.position_error;
@@ -210,10 +218,10 @@ T margin_of(const Guidance<T>& model, const GuidanceState<T>& state, const Estim
 }
 
 /// Course over ground: to the point ahead on the leg, or home; near the fence toward its inside. A fence that does not
-/// hold robot and home keeps neither the robot from home nor home from the robot.
+/// contain both the robot and home does not stop the way home.
 template <class T>
 Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission,
-                    const Inside<T>& room) {
+                    const Inside<T>& border) {
     const Course<T> present = toward(at.facing.x, at.facing.y, {T(0), T(1)});
     const Corner<T> target = target_of(state, mission);
     const bool straight_home = state.mode == Mode::home || mission.waypoints <= state.leg;
@@ -222,26 +230,26 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
         : 0 < state.held ? circle(model, at, mission.waypoint[state.leg])
                          : line_of_sight(state.from, target, at.x, at.y, model.steering.lookahead, present).course;
     const T margin = margin_of(model, state, at, mission);
-    if (margin <= room.distance) return course;
-    state.reasons.set(Reason::fence, T(0) <= room.distance);
-    const bool held = T(0) < room.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
+    if (margin <= border.distance) return course;
+    state.reasons.set(Reason::fence, T(0) <= border.distance);
+    const bool held = T(0) < border.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
     if (state.mode == Mode::home && !held) return course;
-    const T in = course.x * room.x + course.y * room.y;
-    const T push = clamp((margin - room.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
-    return toward(course.x + push * room.x, course.y + push * room.y, course);
+    const T in = course.x * border.x + course.y * border.y;
+    const T push = clamp((margin - border.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
+    return toward(course.x + push * border.x, course.y + push * border.y, course);
 }
 
-inline constexpr float fix_awaited = 3;  // s at the surface within which a fix comes
+inline constexpr float fix_awaited = 3;  // s since the last fix, after which a robot at the surface presses on upward
 
-/// Depth to steer for. At the surface, as long as no fix comes, it presses on upward: the antenna comes out of the
-/// water where the depth's zero is some cm off, and a zero that was taken under water is found out.
+/// Depth to steer for. At the surface, as long as no fix comes, the robot presses on upward: so the antenna comes out
+/// of the water even where the depth's zero is some cm off, and a zero that was taken under water is found out.
 template <class T>
 T steered_depth(const Guidance<T>& model, const GuidanceState<T>& state, T wanted) {
     const bool awaited = T(fix_awaited) < seconds(model, state.since_fix);
     return wanted == T(0) && awaited ? -model.surface_depth : wanted;
 }
 
-/// Fins for a depth that is wanted, with what is left of them.
+/// Set the fin angles for a wanted depth, with the fins that still work.
 template <class T>
 void steer_depth(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, T wanted,
                  Command<T>& command) {
@@ -264,23 +272,23 @@ T depth_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     const T limit = mission.depth_max;
     state.reasons.clear(Reason::depth_limit);
     if (limit < asked || limit < at.depth + T(0.1)) state.reasons.set(Reason::depth_limit);
-    // A way of its own length below the limit: what dives needs room to level out.
+    // Keep `surface_depth` above the limit: a robot that dives needs it to level out.
     return clamp(asked, T(0), max(T(0), limit - model.surface_depth));
 }
 
-/// One decision.
+/// One decision of guidance: the new state and the command.
 template <class T>
 Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const Estimate<T>& at,
                 const Onboard<T>& onboard, const Mission<T>& mission) {
     Guided<T> out{before, {}};
     GuidanceState<T>& state = out.state;
     const Steering<T>& steering = model.steering;
-    const Inside<T> room = inside(mission, at.x, at.y);
+    const Inside<T> border = inside(mission, at.x, at.y);
     state.reasons.clear(Reason::fence), state.reasons.clear(Reason::outside);
-    state.reasons.set(Reason::outside, room.distance < T(0));
+    state.reasons.set(Reason::outside, border.distance < T(0));
     weigh(model, state, at, onboard, mission);
     weigh_current(model, state, at, mission);
-    weigh_fixes(model, state, at, mission, room.distance < margin_of(model, state, at, mission));
+    weigh_fixes(model, state, at, mission, border.distance < margin_of(model, state, at, mission));
     if (state.mode == Mode::transit || state.mode == Mode::surface) follow_legs(model, state, at, mission);
     state.mode = mode_of(model, state, at, mission);
     ++state.ticks;
@@ -295,13 +303,13 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
         for (int j = 0; j < steering.joints; ++j) command.amplitude[j] = T(0);
         return out;
     }
-    const Course<T> course = course_of(model, state, at, mission, room);
+    const Course<T> course = course_of(model, state, at, mission, border);
     const bool home = state.mode == Mode::home;
     const int leg = state.leg < mission.waypoints ? state.leg : mission.waypoints - 1;
     T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
-    // On the way up its fins need the flow of a gait.
+    // On the way up the fins need the flow of a gait.
     if (state.mode == Mode::surface && model.surface_depth < at.depth) speed = max(speed, steering.table.speed[0]);
-    // Against a current that leaves no way over ground: faster.
+    // Swim faster against a current that leaves no speed over ground.
     if (made_good(course, at.current, speed) < T(slow_way)) speed = steering.table.speed[steering.table.gaits - 1];
     T bias = T(0);
     if (at.attitude) {
@@ -309,7 +317,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     } else {
         speed = model.blind_speed;
     }
-    // The gait's speed is as far off as the fixes said.
+    // The gait's speed is corrected by the factor that fixes showed.
     beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);
     steer_depth(model, state, at, steered_depth(model, state, depth), command);
     weigh_fins(model, state, at, mission, depth);

@@ -1,4 +1,4 @@
-/// Guidance: its constants, its state, and what it takes and gives.
+/// Types of guidance: constants, state, input and output.
 #pragma once
 
 #include "hypertuna/pilot/reasons.hpp"
@@ -9,21 +9,22 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 template <class T>
 struct Guidance {
     Steering<T> steering;
-    T surface_depth;                              // m above which the robot counts as at the surface
-    T fence_margin;                               // m
-    T error_max, error_near, error_lost;          // m: come up, good enough, home
-    T error_fix;                                  // m: position error that fixes attain
-    T depth_tolerance;                            // m from a waypoint's depth within which it is reached
-    T arrival_timeout;                            // s near or past a waypoint until the robot goes on
-    T drift_error_max;                            // m/s: error of the way per second that a dive is begun with
-    T fix_timeout, retry;                         // s at the surface without a fix; s until the next attempt
-    T sensor_timeout;                             // s without a sensor
-    T compass_timeout;                            // s home without a compass
-    T fin_tilt, fin_min, fin_after;               // sine, rad, s: roll against a fin command that tells a lost fin
-    T single_fin_max;                             // rad: largest angle of a fin that is left alone
-    T response_time, response_depth;              // s with fins at their limit, m of progress that is an answer
-    T blind_fin;                                  // rad: up without depth or IMU
-    T blind_speed;                                // m/s at which it comes up without IMU
+    T surface_depth;  // m above which the robot counts as at the surface
+    T fence_margin;   // m
+    T error_max, error_near,
+        error_lost;        // m, position errors: to come up for a fix; good enough near fence and goal; to go home
+    T error_fix;           // m: position error that fixes attain
+    T depth_tolerance;     // m from a waypoint's depth within which it is reached
+    T arrival_timeout;     // s near or past a waypoint until the robot goes on
+    T drift_error_max;     // m/s: largest growth of the position error at which a dive begins
+    T fix_timeout, retry;  // s at the surface without a fix; s until the next attempt
+    T sensor_timeout;      // s without a sensor until it counts as lost
+    T compass_timeout;     // s on the way home without a compass until the robot holds
+    T fin_tilt, fin_min, fin_after;   // sine of the roll, fin angle [rad] and time [s] from which a fin counts as lost
+    T single_fin_max;                 // rad: largest angle of a fin that is left alone
+    T response_time, response_depth;  // s to wait for the depth to answer; m of progress that count as an answer
+    T blind_fin;                      // rad: angle for the ascent without depth or IMU
+    T blind_speed;                    // m/s of the ascent without IMU
     T battery_empty, battery_span, battery_drop;  // V
     T endurance;                                  // s that a full battery lasts at full speed
     T overhead;                                   // s added to every way home
@@ -47,7 +48,7 @@ void visit_fields(Guidance<T>& m, const Visit& visit) {
     visit("endurance", 0, m.endurance), visit("overhead", 0, m.overhead);
 }
 
-/// Ticks without each of the senses.
+/// Ticks in a row without each sensor.
 struct Blind {
     int depth, imu, compass, battery;
 };
@@ -59,21 +60,22 @@ struct GuidanceState {
     SteeringState<T> steering;
     int leg;                     // current waypoint
     Corner<T> from;              // m: where the leg began
-    int reached, passed;         // waypoints before this one; all others were skipped
-    int arriving, held, sought;  // ticks near or past the waypoint, of its time to hold; fixes sought for it
-    bool resting;                // at the surface within a waypoint's radius
-    bool swept, spent;           // carried away from home now; the reserve of the charge is touched
+    int reached, passed;         // waypoints before `leg` that were reached and passed; all others were skipped
+    int arriving, held, sought;  // ticks near or past the waypoint; ticks held there; fixes sought for it
+    bool resting;                // whether the robot rests at the surface within a waypoint's radius
+    bool swept, spent;           // the current carries the robot away from home; the battery's reserve is touched
     int ticks;                   // decisions so far
     int since_fix, waiting;      // ticks since the last fix, at the surface without one
     int surfaced;                // ticks at the surface for better fixes
-    bool rising;                 // for a fix
+    bool rising;                 // coming up for a fix
     int retry;                   // ticks until rising again makes sense
     Blind blind;
-    int poor, drained, carried;   // ticks of low charge, without a reserve, of a current too strong for the way home
-    T fin_evidence;               // s: positive for the starboard fin
-    int unanswered;               // ticks with fins at their limit
-    bool answered;                // the depth has come nearer since; a held robot goes up and down with the swell
-    T depth_error, depth_wanted;  // m, when that began or it last came nearer
+    int poor, drained,
+        carried;     // ticks in a row of low charge, without a reserve, of a current too strong for the way home
+    T fin_evidence;  // s: s of roll that show a lost fin: positive for starboard, negative for port
+    int unanswered;  // ticks since the depth last answered to the fins
+    bool answered;   // the depth has come nearer since; a held robot goes up and down with the swell
+    T depth_error, depth_wanted;  // m: depth error when `unanswered` last began; depth that was wanted then
     T fin;                        // rad, last asked
 };
 
@@ -95,7 +97,7 @@ template <class T>
 GuidanceState<T> init(const Guidance<T>&, const Mission<T>& mission) {
     GuidanceState<T> state{};
     state.from = mission.start;
-    state.rising = true;  // it begins with fixes
+    state.rising = true;  // a mission begins at the surface, with fixes
     return state;
 }
 
@@ -104,7 +106,7 @@ T seconds(const Guidance<T>& model, int ticks) {
     return T(ticks) * model.steering.period;
 }
 
-/// Count ticks while something holds, and say whether it held for so long.
+/// Count ticks while a condition holds, and return whether it has held for `limit` seconds.
 template <class T>
 bool lasts(int& ticks, bool holds, T limit, T period) {
     ticks = !holds ? 0 : T(ticks) * period < limit ? ticks + 1 : ticks;

@@ -1,16 +1,16 @@
 /// Legs: when a waypoint is reached, when the robot goes on without it, and how it holds there.
 ///
-/// Three things decide. The robot believes to be within the radius; the position error, one standard deviation, is at
-/// most the radius; and the depth is the waypoint's within a tolerance. What lacks one of them is never reached: the
-/// robot surfaces for a fix or circles until the depth is right, and passes the waypoint when neither can be had.
+/// A waypoint is reached where three conditions hold. The estimated position is within the radius; the position error,
+/// one standard deviation, is at most the radius; and the depth is the waypoint's within a tolerance. The robot
+/// surfaces for a fix or circles until the depth is right, and passes the waypoint where neither helps.
 #pragma once
 
 #include "hypertuna/pilot/guidance_model.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Begin a leg from a place: after a pause, or at the ground's order. Waypoints that are left out by it are skipped;
-/// on the way back those that were passed or skipped remain so.
+/// Begin a leg from a place, after a pause or by the ground's order. Waypoints that this leaves out count as skipped;
+/// after an order back, earlier waypoints that were passed or skipped remain so.
 template <class T>
 void begin_leg(GuidanceState<T>& state, const Mission<T>& mission, int leg, const Corner<T>& from) {
     const int missed = state.leg - state.reached, to = leg < 0 ? 0 : leg < mission.waypoints ? leg : mission.waypoints;
@@ -30,13 +30,13 @@ bool knows(const Guidance<T>& model, const Estimate<T>& at, T radius) {
     return at.position_error <= max(radius, model.error_fix);
 }
 
-/// What the pilot knows of a waypoint.
+/// Where the robot is relative to a waypoint, by the estimate.
 template <class T>
 struct Arrival {
-    T away;             // m, believed
-    bool near;          // believed within the radius
-    bool past;          // believed abeam of it or beyond, as near as the position is known
-    bool deep, placed;  // at its depth; the position is known to the radius
+    T away;             // m, estimated distance
+    bool near;          // estimated to be within the radius
+    bool past;          // estimated to be abeam of the waypoint or beyond, within the position error
+    bool deep, placed;  // whether it is at its depth; whether the position is known to within the radius
 };
 
 template <class T>
@@ -51,23 +51,23 @@ Arrival<T> arrival(const Guidance<T>& model, const GuidanceState<T>& state, cons
 
 inline constexpr int fixes_sought = 3;  // per waypoint: on the way there, and there
 
-/// Position error at which the robot surfaces on its way to a waypoint: near it no more than its radius, as far as
-/// fixes attain that.
+/// Position error above which the robot surfaces on its way to a waypoint: near the waypoint this is its radius, as far
+/// as fixes are that accurate.
 template <class T>
 T error_limit(const Guidance<T>& model, const GuidanceState<T>& state, const Estimate<T>& at,
               const Mission<T>& mission) {
     if (mission.waypoints <= state.leg || fixes_sought <= state.sought) return model.error_max;
     const Waypoint<T>& next = mission.waypoint[state.leg];
     const Arrival<T> here = arrival(model, state, at, next);
-    // Up for a fix, and down again before it is there.
+    // Distance swum on the way up for a fix and down again.
     const T ways = T(2) * min(next.depth, mission.depth_max) / model.steering.climb_max;
     const bool there = here.near || here.past;
     const bool soon = state.sought == 0 ? here.away < next.radius + T(2) * at.position_error + ways : there;
     return soon || there ? min(model.error_max, max(next.radius, model.error_fix)) : model.error_max;
 }
 
-/// Position error with which a robot dives to a waypoint: what the dive adds to it leaves it within a limit, as far as
-/// fixes attain that.
+/// Position error with which a robot may dive to a waypoint: with the error that the dive adds it stays within a limit,
+/// as far as fixes are that accurate.
 template <class T>
 T error_to_dive(const Guidance<T>& model, const Estimate<T>& at, const Mission<T>& mission, const Waypoint<T>& next,
                 T limit) {
@@ -76,7 +76,7 @@ T error_to_dive(const Guidance<T>& model, const Estimate<T>& at, const Mission<T
     return limit <= loss ? limit : max(T(0.87) * model.error_fix, sqrt(limit * limit - loss * loss));
 }
 
-/// Go on to the next leg where a waypoint is reached, or passed, or out of bounds.
+/// Begin the next leg where a waypoint is reached, passed or out of bounds.
 template <class T>
 void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
     if (mission.waypoints <= state.leg) return;
@@ -87,7 +87,7 @@ void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     if (there && T(state.held) * period < next.hold) ++state.held;
     const bool reached = there && next.hold <= T(state.held) * period;
     if (there) state.sought = 0;
-    // Waiting for a fix does not count.
+    // Time spent waiting for a fix does not count.
     if ((here.near || here.past) && !there && state.mode == Mode::transit) ++state.arriving;
     const bool vain = !here.placed && !state.rising &&
                       (0 < state.retry || next.radius < model.error_fix || fixes_sought <= state.sought);
@@ -105,7 +105,7 @@ void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estima
     state.reasons.set(Reason::all_reached, ++state.leg == mission.waypoints && state.reached == mission.waypoints);
 }
 
-/// Where it goes: home, or the present waypoint.
+/// Place that the robot swims to: home, or the present waypoint.
 template <class T>
 Corner<T> target_of(const GuidanceState<T>& state, const Mission<T>& mission) {
     const int last = mission.waypoints - 1;

@@ -5,8 +5,8 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// m east and north, m down, m/s through the water, m within which it counts as reached (legs.hpp), s to
-/// stay there.
+/// A waypoint: m east and north, depth in m, speed through the water in m/s, radius in m within which it counts as
+/// reached (legs.hpp), and s to stay there.
 template <class T>
 struct Waypoint {
     T x, y, depth, speed, radius, hold;
@@ -21,7 +21,7 @@ template <class T>
 struct Mission {
     const Waypoint<T>* waypoint;
     int waypoints;
-    const Corner<T>* corner;  // of the fence, around it either way; the last is joined to the first
+    const Corner<T>* corner;  // corners of the fence in order, either way around; the last is joined to the first
     int corners;              // fewer than three: a circle
     Corner<T> center;
     T range;                // m, radius of that circle; 0 for no fence
@@ -29,15 +29,15 @@ struct Mission {
     T home_radius;          // m
     T home_speed;           // m/s through the water on the way home
     T depth_max;            // m
-    T reserve;              // part of the battery's charge to come home with
+    T reserve;              // part of the battery's charge that must be left at home
     T duration;             // s after which it should be home; 0 for no end
     T surface_every;        // s after the last fix to come up for the next; 0 for only when needed
-    bool stay;              // after the last waypoint come up there, not at home
-    bool silence_below;     // silence of the ground counts under water, too
+    bool stay;              // after the last waypoint, surface there instead of going home
+    bool silence_below;     // the ground station's silence counts under water, too
     T declination;          // rad of magnetic from true north, east positive
 };
 
-/// Call visit(name, index, field) for every number of a mission that comes once.
+/// Call visit(name, index, field) for every number of a mission except the lists of waypoints and corners.
 template <class T, class Visit>
 void visit_fields(Mission<T>& m, const Visit& visit) {
     visit("start", 0, m.start.x), visit("start", 1, m.start.y), visit("home", 0, m.home.x), visit("home", 1, m.home.y);
@@ -47,7 +47,7 @@ void visit_fields(Mission<T>& m, const Visit& visit) {
     visit("silence_below", 0, m.silence_below), visit("declination", 0, m.declination);
 }
 
-/// How far inside the fence a place is, and the direction to the inside from its nearest border.
+/// Distance of a place inside the fence, and the direction inward from the nearest border.
 template <class T>
 struct Inside {
     T distance;  // m, negative outside

@@ -22,8 +22,8 @@ struct PilotState {
     GuidanceState<T> guidance;
     Command<T> command;
     int wait;    // ticks until the next decision
-    bool fix;    // one was taken in since the last
-    bool joint;  // one was released since
+    bool fix;    // a fix was used since the last decision
+    bool joint;  // a joint was released since the last decision
 };
 
 template <class T>
@@ -46,7 +46,7 @@ PilotState<T> init(const Pilot<T>& pilot, const Mission<T>& mission) {
     return state;
 }
 
-/// Speed that the present beat keeps up: the table's for the frequency that the oscillators have now.
+/// Steady speed of the present beat [m/s]: the gait table's at the frequency that the oscillators have now.
 template <class T>
 T beat_speed_of(const Pilot<T>& pilot, const ControllerState<T>& state) {
     const GaitTable<T>& table = pilot.guidance.steering.table;
@@ -55,25 +55,25 @@ T beat_speed_of(const Pilot<T>& pilot, const ControllerState<T>& state) {
     while (k < table.gaits - 1 && table.frequency[k] < frequency) ++k;
     const T below = k > 0 ? table.frequency[k - 1] : T(0), slow = k > 0 ? table.speed[k - 1] : T(0);
     const T part = clamp((frequency - below) / (table.frequency[k] - below), T(0), T(1));
-    // What swings less, because it turns or rests, pushes less.
+    // A tail that swings less, because it turns or rests, pushes less.
     const T full = beating(table, pilot.controller.joints, table.speed[k]).amplitude[0];
     const T swing = clamp(state.amplitude[0].value / full, T(0), T(1));
     return swing * (slow + part * (table.speed[k] - slow));
 }
 
-/// Whether every channel of the IMU is in good standing.
+/// Whether no channel of the IMU is faulty.
 template <class T>
-bool imu_stands(const ControllerState<T>& state) {
+bool imu_valid(const ControllerState<T>& state) {
     bool good = true;
     for (const Health<T>& channel : state.imu) good = good && !channel.faulty;
     return good;
 }
 
-/// What a tick's readings say of where the robot is, where the magnetic field has a declination.
+/// Estimate the robot's motion from a tick's readings; `declination` is that of the magnetic field [rad].
 template <class T>
 Estimate<T> perceive(const Pilot<T>& pilot, PilotState<T>& state, const PilotReadings<T>& readings, T declination) {
     const T beat_speed = beat_speed_of(pilot, state.controller);
-    const bool imu = imu_stands(state.controller);
+    const bool imu = imu_valid(state.controller);
     const Estimate<T> at = estimate(pilot.estimator, state.estimator, readings, beat_speed, imu, declination);
     state.fix = state.fix || at.fix;
     state.command.fresh = false;
@@ -92,7 +92,7 @@ bool due(const Pilot<T>& pilot, PilotState<T>& state) {
     return now;
 }
 
-/// A decision of guidance: the command that holds until the next one.
+/// Let guidance decide on the command that holds until the next decision.
 template <class T>
 void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const Mission<T>& mission) {
     at.fix = state.fix;
@@ -103,7 +103,7 @@ void decide(const Pilot<T>& pilot, PilotState<T>& state, Estimate<T> at, const M
     state.fix = state.joint = false;
 }
 
-/// A decision without guidance: the beat of a command faces a direction and holds a depth, by the laws of a leg.
+/// Decide without guidance: the command's beat is turned to face a direction, and the fins hold a depth, as on a leg.
 template <class T>
 void steer(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Command<T>& beat,
            const Course<T>& facing, T depth) {
@@ -114,7 +114,7 @@ void steer(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, c
     steer_depth(pilot.guidance, state.guidance, at, depth, state.command);
 }
 
-/// The controller follows the command.
+/// Run the controller under the present command.
 template <class T>
 void act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, const Readings<T>& robot,
          ControllerOutput<T>& output) {
@@ -124,7 +124,7 @@ void act(const Pilot<T>& pilot, PilotState<T>& state, const Estimate<T>& at, con
     state.joint = state.joint || output.status.has(Condition::hard_stop);
 }
 
-/// One tick.
+/// One tick of the pilot: estimate, decide where a decision is due, control.
 template <class T>
 PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const PilotReadings<T>& readings,
                  const Mission<T>& mission) {
@@ -139,8 +139,8 @@ PilotStep<T> fly(const Pilot<T>& pilot, const PilotState<T>& before, const Pilot
     return next;
 }
 
-/// Call visit(name, index, field) for every number of the pilot but the controller's. How many joints and gaits there
-/// are is set before.
+/// Call visit(name, index, field) for every number of the pilot except the controller's. The numbers of joints and
+/// gaits must be set before.
 template <class T, class Visit>
 void visit_fields(Pilot<T>& m, const Visit& visit) {
     visit("every", 0, m.every);

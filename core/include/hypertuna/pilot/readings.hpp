@@ -27,7 +27,7 @@ PilotReadings<T> without_pilot(const Readings<T>& robot) {
     return readings;
 }
 
-/// What a robot has a sensor of: each joint, each circuit, or the whole robot.
+/// Where a robot has one sensor of a kind: at each joint, at each circuit, or once.
 enum class Per : std::uint8_t { joint, circuit, robot };
 
 /// What turns the signal of a sensor into counts: the microcontroller, the sensor itself, or nothing (coordinates).
@@ -39,9 +39,9 @@ enum class Reader : std::uint8_t { controller, pilot };
 /// A kind of sensor, and its member of the readings: one number or an array of them.
 template <class Member>
 struct Channel {
-    const char* name;    // in the robot's description, in Python and in the firmware's calibration
-    const char* part;    // in faults: what is in one part fails together
-    const char* column;  // in logs
+    const char* name;    // name in the robot's description, in Python and in the firmware's calibration
+    const char* part;    // name in faults; the sensors of one part fail together
+    const char* column;  // name of the column in logs
     const char* unit;
     const char* meaning;
     Per per;
@@ -49,16 +49,16 @@ struct Channel {
     Reader reader;
     Member member;
 
-    /// Channels reserved for this part, independent of the number of joints.
+    /// Number of channels reserved for this kind of sensor, independent of the number of joints.
     static constexpr int size = [] {
         using Field = std::remove_reference_t<std::invoke_result_t<Member, PilotReadings<float>&>>;
         return std::is_array_v<Field> ? int(std::extent_v<Field>) : 1;
     }();
-    /// Channels that a robot has.
+    /// Number of channels on a robot with this many joints.
     constexpr int count(int joints) const {
         return per == Per::joint ? joints : per == Per::circuit ? 2 * joints : size;
     }
-    /// Pointer to its first number.
+    /// Pointer to the first number of this kind of sensor.
     template <class R>
     constexpr auto* of(R& readings) const {
         if constexpr (size == 1)
@@ -68,8 +68,9 @@ struct Channel {
     }
 };
 
-/// Every sensor. The order is that of channel numbers, noise streams, calibration, logs and messages: add at the end,
-/// for the pilot. One for the controller stands before depth and changes the noise of every run (`stream_of`).
+/// Table of all sensors. Its order is that of channel numbers, noise streams, calibration, logs and messages: a new
+/// sensor of the pilot goes to the end. One of the controller goes before `depth`, which changes the noise of every run
+/// (`stream_of`).
 #define HYPERTUNA_MEMBER(field) [](auto& r) -> auto& { return r.field; }
 inline constexpr std::tuple channel_table{
     Channel{"bend", "bend", "bend_read", "rad", "by the bend sensor",  //
@@ -105,7 +106,7 @@ constexpr void visit_channels(const Visit& visit) {
         channel_table);
 }
 
-/// Channels of the sensors that `select` is true of.
+/// Number of channels of the sensors for which `select` is true.
 template <class Select>
 consteval int count_channels(const Select& select) {
     int count = 0;

@@ -24,7 +24,7 @@ inline constexpr NamedText mode_texts[modes] = {
 
 inline bool has_ended(Mode mode) { return mode == Mode::done || mode == Mode::ended; }
 
-/// Why the robot does what it does. The first ones end the mission and are latched.
+/// Reasons of the pilot's decisions. Those before `all_reached` end the mission and are latched.
 enum class Reason : std::uint8_t {
     low_battery,
     battery_lost,
@@ -54,7 +54,7 @@ enum class Reason : std::uint8_t {
     count
 };
 inline constexpr int reasons = int(Reason::count);
-inline constexpr int ending_reasons = int(Reason::all_reached);  // the ones before it end the mission
+inline constexpr int ending_reasons = int(Reason::all_reached);  // the reasons before `all_reached` end the mission
 
 inline constexpr NamedText reason_texts[reasons] = {
     {"low_battery", "the charge is what the way home and the reserve need"},
@@ -107,7 +107,7 @@ inline constexpr NamedText ending_texts[int(Ending::count)] = {
     {"diverged", "The run diverged: the state of the twin is no longer that of a robot"},
 };
 
-/// How a flight ends that is not flown on from this mode.
+/// How a flight has ended that stops in this mode.
 inline Ending ending_of(Mode mode, const Reasons& why) {
     if (mode == Mode::done) return Ending::done;
     if (mode == Mode::hold) return Ending::hold;

@@ -11,7 +11,8 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 inline constexpr int max_gaits = 12;
 
-/// Gaits by rising speed. Between two of them everything is linear; below the first its beat slows down.
+/// Gaits in order of speed. Between two of them all numbers are interpolated linearly; below the first the frequency
+/// falls.
 template <class T>
 struct GaitTable {
     int gaits;
@@ -47,17 +48,18 @@ struct Steering {
     int joints;
     T period;  // s between two decisions
     GaitTable<T> table;
-    T bias_max[max_joints], reach[max_joints];  // rad of each joint: for steering, and with the beat
-    T curvature;                                // 1/m of the path at the whole bias
-    T heading_rate, turn_max;                   // 1/s of the heading loop, rad/s asked for at most
-    T rate_gain, heading_integral;              // 1, 1/s
-    T speed_min;                                // m/s below which nothing can be steered
-    T lookahead, depth_lookahead;               // m
-    T climb_max, pitch_max;                     // sines: of the path that is asked for, of the pitch it ends at
-    T depth_integral;                           // 1/s
-    T climb_lead, climb_gain;                   // rad of fin per sine of the path asked for, of what is missing of it
-    T pitch_gain, pitch_damping;                // rad of fin per sine of pitch, s
-    T fin_max;                                  // rad
+    T bias_max[max_joints],
+        reach[max_joints];          // rad, largest bends of each joint: for steering; with the beat included
+    T curvature;                    // 1/m of the path at full tail bias
+    T heading_rate, turn_max;       // 1/s of the heading loop; rad/s, largest rate of turn that it asks for
+    T rate_gain, heading_integral;  // 1, 1/s
+    T speed_min;                    // m/s below which nothing can be steered
+    T lookahead, depth_lookahead;   // m
+    T climb_max, pitch_max;         // sines: largest slope of the path; pitch at which no slope is asked for
+    T depth_integral;               // 1/s
+    T climb_lead, climb_gain;       // rad of fin per sine: of the slope asked for; of the slope that is missing
+    T pitch_gain, pitch_damping;    // rad of fin per sine of pitch, s
+    T fin_max;                      // rad
 };
 
 template <class T, class Visit>
@@ -86,14 +88,14 @@ struct Heading {
     T x, y, turn, tilt;
 };
 
-/// Their means over the last whole beat.
+/// Means of direction, rate of turn and roll over the last whole beat.
 template <class T>
 struct BeatMean {
     Heading<T> sum, mean;
     int ticks;
 };
 
-/// Take in one tick; at the end of a beat, or after a second without one, the mean is computed again.
+/// Add one tick to the sums; at the end of a beat, or after `limit` ticks without one, compute the mean anew.
 template <class T>
 void update(BeatMean<T>& beat, const Estimate<T>& at, bool ended, int limit) {
     Heading<T>& sum = beat.sum;
@@ -117,17 +119,17 @@ struct Course {
     T x, y;
 };
 
-/// Direction from one place to another; the given one where they are the same.
+/// Direction of a vector; `otherwise` where the vector is zero.
 template <class T>
 Course<T> toward(T dx, T dy, const Course<T>& otherwise) {
     const T away = sqrt(dx * dx + dy * dy);
     return away > T(1e-3) ? Course<T>{dx / away, dy / away} : otherwise;
 }
 
-/// Direction to face so that the way over ground, drift included, goes along a course.
+/// Direction to face so that the path over ground follows a course despite the current.
 template <class T>
 Course<T> crab(const Course<T>& course, const T (&current)[2], T speed) {
-    const T across = course.x * current[1] - course.y * current[0];  // to the left of the course
+    const T across = course.x * current[1] - course.y * current[0];  // m/s, current to the left of the course
     const T sine = clamp(-across / speed, T(-0.9), T(0.9)), cosine = sqrt(T(1) - sine * sine);
     return {course.x * cosine - course.y * sine, course.y * cosine + course.x * sine};
 }
@@ -158,7 +160,8 @@ Leg<T> line_of_sight(const Corner<T>& from, const Corner<T>& to, T x, T y, T loo
 
 /// Part of the whole tail bias, -1 to 1, that turns the head to a direction.
 ///
-/// Turning: r' ~ -curvature U bias. The loop asks for a rate of turn w e + integral, and adds what is missing of it.
+/// Turning: r' ~ -curvature U bias. The loop asks for a rate of turn w e + integral, and adds a gain times the missing
+/// rate.
 template <class T>
 T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& wanted, T speed) {
     const Heading<T>& mean = state.beat.mean;
@@ -172,15 +175,15 @@ T bias_for(const Steering<T>& model, SteeringState<T>& state, const Course<T>& w
     const T full = model.curvature * max(speed, model.speed_min);
     const T asked = (rate + state.turn_sum + model.rate_gain * (rate - mean.turn)) / full;
     const T given = clamp(asked, T(-1), T(1));
-    // The sum grows only where the tail still answers, and only for what is left near the course.
+    // The sum changes only where the bias is not at its limit, and near the course.
     if (asked == given && abs(error) < T(0.5))
         state.turn_sum = clamp(state.turn_sum + model.period * model.heading_integral * model.heading_rate * error,
                                -model.turn_max, model.turn_max);
     return -given;
 }
 
-/// Sine of the path that leads to a depth, upward: line of sight to a point ahead there, with an integral against a
-/// trim that is off. The more the robot pitches, the less it is asked for.
+/// Sine of the path's slope that leads to a depth, upward: line of sight to a point ahead at that depth, with an
+/// integral against a wrong trim. The more the robot pitches, the less slope is asked for.
 template <class T>
 T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>& at, T depth) {
     const T error = at.depth - depth;
@@ -193,7 +196,7 @@ T climb_for(const Steering<T>& model, SteeringState<T>& state, const Estimate<T>
     return given;
 }
 
-/// Angle of both fins for the sine of a path, leading edge up: fins lift the body more than they turn it, so
+/// Angle of both fins for the sine of a path's slope, leading edge up. Fins lift the body more than they turn it, so
 /// they follow the path, and damp the pitch.
 template <class T>
 T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
@@ -203,7 +206,7 @@ T fins_for(const Steering<T>& model, const Estimate<T>& at, T climb) {
     return clamp(asked, -model.fin_max, model.fin_max);
 }
 
-/// Turn a command's beat by a part of the tail bias. What bends one way swings less.
+/// Turn a command's beat by a part of the tail bias; a joint with a bias swings less.
 template <class T>
 void turn_beat(const Steering<T>& model, Command<T>& command, T bias) {
     for (int j = 0; j < model.joints; ++j) {
@@ -212,7 +215,7 @@ void turn_beat(const Steering<T>& model, Command<T>& command, T bias) {
     }
 }
 
-/// The beat of a speed, turned by a part of the tail bias.
+/// Set a command to the beat of a speed, turned by a part of the tail bias.
 template <class T>
 void beat_into(const Steering<T>& model, Command<T>& command, T speed, T bias) {
     const Beating<T> beat = beating(model.table, model.joints, speed);

@@ -1,24 +1,25 @@
-/// Way: where the robot is by dead reckoning, and how far off that is.
+/// Way: the robot's position by dead reckoning, and its uncertainty.
 ///
-/// Under water nothing measures speed: the gait says it, and the compass says where to. So position, current, a factor
-/// on the gait's speed and the error of the compass are estimated together by a Kalman filter, x' = c + U (a f + b
-/// f_left) with the facing direction f: a fix after a dive tells the current from the error of the way, and two
-/// headings tell it from the factors. A compass that is off by an angle has a = cos, b = sin of it.
+/// Under water nothing measures the velocity: its size is the gait's, its direction the compass'. So a Kalman filter
+/// estimates position, current, a factor on the gait's speed and the error of the compass together, x' = c + U (a f + b
+/// f_left) with the facing direction f. A fix after a dive shows the current by the error of the position, and two
+/// headings tell the current from the factors. A compass that is off by an angle has a = cos, b = sin of that angle.
 #pragma once
 
 #include "hypertuna/pilot/attitude.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Where the numbers of the way's state begin: position x, y, current x, y, factors ahead and to the left.
+/// Indices of the filter's state: position x, y, current x, y, factors ahead and to the left.
 enum WayPlace { way_position = 0, way_current = 2, way_along = 4, way_across, way_states };
 
 template <class T>
 struct WayModel {
-    T position_walk, current_walk, factor_walk;  // m, m/s, 1 per root of a second: what the way is uncertain by
+    T position_walk, current_walk,
+        factor_walk;  // m, m/s, 1 per root of a second: random walks of position, current and factors
     T start_error, current_error, factor_error;  // standard deviations at the start
-    T fix_noise, fix_offset;                     // m: noise of a fix, and what many of them share
-    T fix_error_max;                             // m: a receiver that tells more has no fix
+    T fix_noise, fix_offset;                     // m: noise of a fix; error that successive fixes share
+    T fix_error_max;                             // m: largest error by the receiver with which a fix is used
 };
 
 template <class T, class Visit>
@@ -30,33 +31,34 @@ void visit_fields(WayModel<T>& m, const Visit& visit) {
     visit("fix_error_max", 0, m.fix_error_max);
 }
 
-/// Fixes that were refused since the last that was taken.
+/// Fixes that were refused since the last one that was used.
 template <class T>
 struct Doubt {
-    int fixes;       // in a row
-    bool reached;    // the robot can have come to the last of them
-    T off[2];        // m from the estimate, of the last of them
-    T since, agree;  // s since that one; for which they have been at one place
+    int fixes;       // number of fixes in a row
+    bool reached;    // the robot can have come to the place of the last one
+    T off[2];        // m: place of the last one relative to the estimate
+    T since, agree;  // s since the last one; s for which they have agreed on one place
 };
 
 template <class T>
 struct WayState {
     T at[way_states];
     T spread[way_states][way_states];  // covariance
-    T moved[2];                        // m through the water since the covariance was carried on, by gait and compass
-    int ticks;                         // since then
-    T swim[2];                         // m/s: its mean over some beats
-    T suspected;                       // variance of the factors for what looks like a current
-    T apart;                           // rad by which field and gyroscope turned apart, beyond the gyroscope's offset
-    T from[2], reach;                  // m: place of the last fix that was taken, and how far from it the robot can be
+    T moved[2];                        // m swum through the water since the last `carry`, by gait and compass
+    int ticks;                         // ticks since the last `carry`
+    T swim[2];                         // m/s: mean velocity through the water over some beats
+    T suspected;                       // variance given to the factors because of an apparent current
+    T apart;           // rad by which the field has turned relative to the gyroscope, beyond the gyroscope's offset
+    T from[2], reach;  // m: place of the last fix that was taken, and how far from it the robot can be
     Doubt<T> doubt;
     T astray;  // m swum since the attitude was lost
 };
 
-/// Squares of the deviations within which a fix is believed, all but one in 1000; and while fixes are refused.
+/// Largest squared deviation of a fix that is believed, in variances: all but one fix in 1000 keep it; and while fixes
+/// are refused.
 inline constexpr double fix_gate = 14, doubt_gate = 5;
 inline constexpr float reach_gate = 3.74f,
-                       speed_factor_max = 1.7f;  // root of the first; of the speed that the gait says
+                       speed_factor_max = 1.7f;  // root of fix_gate; largest factor on the gait's speed
 
 template <class T>
 WayState<T> init(const WayModel<T>& model, const T (&start)[2]) {
@@ -70,7 +72,7 @@ WayState<T> init(const WayModel<T>& model, const T (&start)[2]) {
     return way;
 }
 
-/// What a way through the water adds to the position: its derivatives by current and factors, for each coordinate.
+/// Derivatives of the position's coordinates with respect to current and factors, after a way through the water.
 template <class T>
 struct WaySlope {
     T of[2][way_states - way_current];
@@ -85,7 +87,7 @@ struct WaySlope {
 
 inline constexpr float swim_rate = 0.3f;  // 1/s: how fast the mean of the velocity through the water follows
 
-/// Carry position and covariance on by what was swum since the last time: P <- F P F' + Q, F = 1 but for the rows of
+/// Carry position and covariance on over the way swum since the last call: P <- F P F' + Q, F = 1 but for the rows of
 /// the position.
 template <class T>
 void carry(const WayModel<T>& model, WayState<T>& way, T tick) {
@@ -110,7 +112,8 @@ void carry(const WayModel<T>& model, WayState<T>& way, T tick) {
     way.ticks = 0;
 }
 
-/// Swim on without knowing where to: after a way of that kind the position is as uncertain as the way is long.
+/// Add to the uncertainty while the robot swims without an attitude: the position becomes as uncertain as that way is
+/// long.
 template <class T>
 void go_astray(WayState<T>& way, T swum, bool known) {
     way.astray = known ? T(0) : way.astray + abs(swum);
@@ -124,7 +127,7 @@ T factor_of(const WayState<T>& way) {
     return max(T(0.3), sqrt(way.at[way_along] * way.at[way_along] + way.at[way_across] * way.at[way_across]));
 }
 
-/// One coordinate of a fix whose noise has this variance [m^2].
+/// Kalman update by one coordinate of a fix; `noise` is its variance [m^2].
 template <class T>
 void take_fix(WayState<T>& way, int axis, T innovation, T noise) {
     const T variance = way.spread[axis][axis] + noise;
@@ -137,14 +140,14 @@ void take_fix(WayState<T>& way, int axis, T innovation, T noise) {
     const T size = factor_of(way), scale = min(T(1), T(speed_factor_max) / size);
     way.at[way_along] *= scale, way.at[way_across] *= scale;
     for (int i = 0; i < way_states; ++i) {
-        for (int k = 0; k < i; ++k)  // rounding leaves it symmetric
+        for (int k = 0; k < i; ++k)  // rounding must leave the covariance symmetric
             way.spread[i][k] = way.spread[k][i] = T(0.5) * (way.spread[i][k] + way.spread[k][i]);
         way.spread[i][i] = max(way.spread[i][i], T(1e-8));
     }
 }
 
-/// Standard deviation of the velocity over ground at a velocity through the water, of its worse component: how fast a
-/// dive loses its way.
+/// Standard deviation of the velocity over ground [m/s], of its worse component, at a velocity through the water: how
+/// fast the position error grows in a dive.
 template <class T>
 T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
     const WaySlope<T> slope(T(1), ahead_x, ahead_y);
@@ -160,14 +163,16 @@ T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
 
 // --- the compass
 
-inline constexpr float suspected_part = 0.25f;  // of the variance of the factors that would explain a whole current
-/// Tangent of the angle to the course beyond which a compass is off, 20 deg; by how many standard deviations; rad of it
-/// against the gyroscope.
+inline constexpr float suspected_part =
+    0.25f;  // part of the factors' variance that would explain the whole apparent current
+/// Limits beyond which a compass is off: tangent of its angle to the course, 20 deg; number of standard deviations of
+/// that; rad by which the field turned relative to the gyroscope.
 inline constexpr float off_slope = 0.364f, off_deviations = 3, off_turn = 0.35f;
 
-/// On one heading a compass that is off looks like a current, v over ground less U f: a current stays where it is, the
-/// other turns with the robot. So the factors become uncertain by what looks like a current, and the current with them,
-/// such that what is known of the present heading remains known. Once: what two headings told is not doubted again.
+/// Make the factors uncertain where there seems to be a current. On one heading a compass that is off looks like one, v
+/// over ground minus U f; but a current stays where it is, and the compass' error turns with the robot. The current
+/// becomes uncertain along with the factors, so that the velocity on the present heading remains known. Each amount is
+/// added once: what two headings told is not doubted again.
 template <class T>
 void suspect_compass(WayState<T>& way) {
     const T x = way.swim[0], y = way.swim[1], square = x * x + y * y;
@@ -179,7 +184,7 @@ void suspect_compass(WayState<T>& way) {
     const T more = T(suspected_part) * min(seen, T(4)) - way.suspected;
     if (!(T(0) < more)) return;
     way.suspected += more;
-    // What changes nothing of the velocity x' = c + a U f + b U f_left on this heading.
+    // Changes of current and factors that leave the velocity x' = c + a U f + b U f_left on this heading as it is.
     const T alike[2][way_states - way_current] = {{-x, -y, T(1), T(0)}, {y, -x, T(0), T(1)}};
     for (const auto& change : alike)
         for (int i = way_current; i < way_states; ++i)
@@ -187,8 +192,9 @@ void suspect_compass(WayState<T>& way) {
                 way.spread[i][k] += more * change[i - way_current] * change[k - way_current];
 }
 
-/// A field that turns the attitude faster than any offset of the gyroscope is not the Earth's alone: iron on board
-/// turns with the robot. What fixes said of the compass on another heading then no longer holds.
+/// Sum up how far the field turns relative to the gyroscope, beyond the gyroscope's largest offset. If it does, iron on
+/// board turns with the robot, so what fixes told of the compass on other headings no longer holds, and its uncertainty
+/// grows.
 template <class T>
 void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled) {
     const T turned = frame.tick * (abs(pulled) - frame.drift_max), before = way.apart;
@@ -197,7 +203,7 @@ void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled
     for (int k = way_along; k < way_states; ++k) way.spread[k][k] += (before + way.apart) * turned;
 }
 
-/// Whether the compass is off: by its deviations beyond an angle to the course, or against the gyroscope.
+/// Whether the compass is off: by more than an angle to the course, significantly, or against the gyroscope.
 template <class T>
 bool compass_is_off(const WayState<T>& way) {
     const T slope = T(off_slope), beyond = abs(way.at[way_across]) - slope * way.at[way_along];
@@ -206,7 +212,7 @@ bool compass_is_off(const WayState<T>& way) {
     return against || T(off_turn) < way.apart;
 }
 
-/// Where the robot faces by the course, of what it faces by the compass.
+/// Correct the direction that the robot faces by the compass, in place, by the error that fixes showed.
 template <class T>
 void face_by_course(const WayState<T>& way, Vector<T>& facing) {
     const T a = way.at[way_along], b = way.at[way_across], size = sqrt(a * a + b * b);
@@ -217,11 +223,11 @@ void face_by_course(const WayState<T>& way, Vector<T>& facing) {
 
 // --- fixes
 
-/// s for which refused fixes must be at one place until it is the estimate that was wrong; of which a pause between two
-/// of them is at most one. Reflected signals last some seconds.
+/// s for which refused fixes must agree on one place until the estimate counts as wrong; longest pause between two of
+/// them that counts [s]. Reflected signals last some seconds.
 inline constexpr float doubt_time = 30, doubt_pause = 1;
 
-/// Refuse a fix. The longer fixes agree within `near` [m^2], the less the estimate is believed.
+/// Record a refused fix. The longer fixes agree within `near` [m^2], the less the estimate is believed.
 template <class T>
 void refuse(Doubt<T>& doubt, const T (&off)[2], T near) {
     const T x = off[0] - doubt.off[0], y = off[1] - doubt.off[1];
@@ -232,7 +238,7 @@ void refuse(Doubt<T>& doubt, const T (&off)[2], T near) {
     doubt.since = T(0);
 }
 
-/// Begin anew at a fix whose noise has this variance: the robot was carried there, or lost its way.
+/// Begin anew at a fix with the variance `noise` [m^2]: the robot was carried there, or its estimate was wrong.
 template <class T>
 void begin_at(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T noise) {
     for (int axis = 0; axis < 2; ++axis) {
@@ -242,13 +248,13 @@ void begin_at(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T n
     }
 }
 
-/// Use a fix if it is plausible, by the accuracy [m] that the receiver tells; 0 where it tells none. It is within the
-/// deviations of the estimate, and no farther from the last one than the robot can have come. Others are refused
-/// without a trace in the filter, until they have agreed for long.
+/// Use a fix if it is plausible, and return whether it was used. A fix must agree with the estimate within the
+/// deviations, and lie no farther from the last one than the robot can have come. Others leave the filter unchanged,
+/// until they have agreed for long. `accuracy` [m] is the receiver's own; 0 where unknown.
 template <class T>
 bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T accuracy) {
     const T off[2] = {fix[0] - way.at[0], fix[1] - way.at[1]}, deviation = max(model.fix_noise, accuracy);
-    // Nor what is no number.
+    // NaN is refused as well.
     if (!(abs(off[0]) < T(1e5) && abs(off[1]) < T(1e5) && deviation <= model.fix_error_max)) return false;
     const T noise = deviation * deviation, extra = noise + model.fix_offset * model.fix_offset;
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
@@ -269,8 +275,8 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T a
     return true;
 }
 
-/// Standard deviation of the position along its worst direction, with what all fixes share and with what speaks for
-/// those that are refused: nothing where the robot cannot have come.
+/// Standard deviation of the position along its worst direction [m]. It includes the error that all fixes share, and
+/// refused fixes add to it the longer they agree on a place that the robot can have come to.
 template <class T>
 T position_error(const WayModel<T>& model, const WayState<T>& way) {
     const T mean = T(0.5) * (way.spread[0][0] + way.spread[1][1]),

@@ -1,4 +1,4 @@
-/// The body in space: the tail's links with all six degrees of freedom of the head, fins, weight and buoyancy.
+/// The body in space: the tail's links with all six degrees of freedom of the head, and fins, weight and buoyancy.
 ///
 /// Joints yaw only, so every link shares the head's z axis: of its motion (v_t, v_n, v_z, w_t, w_n, w) the part in the
 /// plane (v_t, v_n, w) is that of chain.hpp, and the part across it follows from the head's heave, roll rate and pitch
@@ -14,7 +14,8 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// A link seen from the head: its point in the plane, and how the head's motion across the plane moves it.
+/// Geometry of a link relative to the head: cosine and sine of its direction, its point in the plane, and how the
+/// head's motion across the plane moves that point.
 template <class S>
 struct LinkView {
     S c, s, x, y;
@@ -26,14 +27,15 @@ struct LinkView {
         const S p = xi.angular.x, q = xi.angular.y;
         return {xi.linear.z + p * y - q * x, c * p + s * q, c * q - s * p};
     }
-    /// Transposed: what acts across the plane on the link, as force up and moments about x and y at the nose.
+    /// Transpose of `velocity`: turns a load on the link across the plane into a force up and moments about x and y at
+    /// the nose.
     HYPERTUNA_INLINE Across<S> wrench(const Across<S>& f) const {
         return {f.z, y * f.z + c * f.t - s * f.n, s * f.t + c * f.n - x * f.z};
     }
     HYPERTUNA_INLINE Vector<S> turned(const Vector<S>& v) const { return {c * v.x + s * v.y, c * v.y - s * v.x, v.z}; }
 };
 
-/// What a link moves with, or what acts on it: in the plane and across it.
+/// Velocity, momentum or load of a link: its parts in the plane and across it.
 template <class S>
 struct LinkPair {
     Along<S> in;
@@ -51,7 +53,7 @@ HYPERTUNA_INLINE LinkPair<S> link_momentum(const LinkInertia<S>& inertia, const 
          k.pitch * v.across.n + k.along * v.in.t + k.heave_pitch * v.across.z}};
 }
 
-/// Integrals of v |v| and s v |v| over s from 0 to 1, of a velocity that goes linearly from v0 to v1.
+/// Integrals of v |v| and s v |v| over s from 0 to 1, for a velocity that goes linearly from v0 to v1.
 template <class S>
 struct Rise {
     S force, moment;
@@ -67,7 +69,7 @@ HYPERTUNA_INLINE Rise<S> rise_drag(const S& v0, const S& v1) {
     return {cubes, gain * (gain * quarter * (s1 * times_abs(v1) - s0 * times_abs(v0)) - v0 * cubes)};
 }
 
-/// Forces on link i by the water's drag, in and across the plane, all of it under water.
+/// Drag of the water on link i, in and across the plane, with the whole link under water.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, const LinkPair<S>& v) {
     const LinkSpace<S>& k = body.space[i];
@@ -76,7 +78,7 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
         water_force(body.tail.fish, i, Along<S>{v.in.t + c * v.across.n, v.in.n - c * v.across.t, v.in.w},
                     body.tail.shape[i].bending());
     LinkPair<S> f{plane, {S(0), S(0) - c * plane.n - k.drag_roll * times_abs(v.across.t), c * plane.t}};
-    // Exact along the link, of which each point rises at its own rate.
+    // The integral along the link is exact: each point rises at its own rate.
     const S front = k.middle - k.half_length, rear = k.middle + k.half_length;
     const Rise<S> rise = rise_drag(v.across.z - front * v.across.n, v.across.z - rear * v.across.n);
     f.across.z -= k.drag * rise.force;
@@ -91,11 +93,11 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
     return f;
 }
 
-/// The world as the head sees it at one instant.
+/// What the head's surroundings do to the body at one instant.
 template <class S>
 struct Outlook {
-    Vector<S> up;    // in body axes
-    Vector<S> fall;  // m/s^2 in body axes: gravity's reaction, and the acceleration of the current's frame
+    Vector<S> up;    // upward direction in body axes
+    Vector<S> fall;  // m/s^2 in body axes: g upward, plus the acceleration of the frame that moves with the current
     S z;             // m, height of the nose
     bool deep;       // no part of the robot is near the surface
 };
@@ -108,8 +110,8 @@ HYPERTUNA_INLINE Outlook<S> look_out(const Body6<S, Law, D>& body, const Pose6<S
             pose.position.z < S(0) - body.reach};
 }
 
-/// Buoyancy on a link at a height of its point, and the share of the link that is under water. Near the surface the
-/// link's two halves emerge one after the other.
+/// Buoyancy on a link whose point is at the height z, and the share of the link that is under water. Near the surface
+/// the link's two halves emerge one after the other.
 template <class S>
 struct Buoyancy {
     Across<S> across;
@@ -131,8 +133,8 @@ HYPERTUNA_INLINE Buoyancy<S> buoyancy(const LinkSpace<S>& k, const Vector<S>& up
     return {{f * up.z, S(0) - c * f * up.y, c * f * up.x - f_arm * up.z}, {f * up.x, f * up.y, f_arm * up.y}, share};
 }
 
-/// What must act on link i for it to move so while the head's twist and the coordinates' rates stay as they are: its
-/// inertial force less weight, buoyancy and drag.
+/// Load on link i that keeps the head's twist and the coordinates' rates constant: its inertial force minus weight,
+/// buoyancy and drag.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE LinkPair<S> link_load(const Body6<S, Law, D>& body, int i, const LinkView<S>& view,
                                        const SpatialTwist<S>& xi, const Outlook<S>& out) {
@@ -162,18 +164,18 @@ HYPERTUNA_INLINE LinkPair<S> link_load(const Body6<S, Law, D>& body, int i, cons
              lift.across.n + h * m * fall.x}};
 }
 
-/// The equations of motion: the tail's, and what is added by heave, roll and pitch.
+/// The equations of motion: those of the tail in the plane, and what heave, roll and pitch add.
 template <class S, int D>
 struct BodyEquations {
     TailEquations<S, D> tail;
-    Symmetric<S> across;  // of heave, roll and pitch with one another
-    Momentum<S> roll;     // of roll with the motion in the plane
-    Momentum<S> pitch;    // of pitch with it
-    S bend[D][2];         // of each coordinate with roll and pitch
-    Across<S> load;       // on heave, roll and pitch
+    Symmetric<S> across;  // mass matrix of heave, roll and pitch
+    Momentum<S> roll;     // mass matrix between roll and the motion in the plane
+    Momentum<S> pitch;    // mass matrix between pitch and the motion in the plane
+    S bend[D][2];         // mass matrix between each coordinate and roll and pitch
+    Across<S> load;       // load on heave, roll and pitch
 };
 
-/// Add a force on a point of the body, as far as the head bears it; both in head axes.
+/// Add a force f at the point `at` of the body to the head's load; both in head axes.
 template <class S, int D>
 HYPERTUNA_INLINE void push(BodyEquations<S, D>& sum, const Vector<S>& f, const Vector<S>& at) {
     const Vector<S> moment = cross(at, f);
@@ -181,7 +183,7 @@ HYPERTUNA_INLINE void push(BodyEquations<S, D>& sum, const Vector<S>& f, const V
     sum.load = {sum.load.z + f.z, sum.load.t + moment.x, sum.load.n + moment.y};
 }
 
-/// Fins, and the bottom under the nose.
+/// Add the forces of the fins, and those of bottom and snag on the nose.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE void push_head(const Body6<S, Law, D>& body, const Pose6<S>& pose, const SpatialTwist<S>& xi,
                                 const Outlook<S>& out, BodyEquations<S, D>& sum) {
@@ -202,7 +204,7 @@ HYPERTUNA_INLINE void push_head(const Body6<S, Law, D>& body, const Pose6<S>& po
     push(sum, to_body(r, snag_force(body.sea.snag, pose.position, velocity)), nose);
 }
 
-/// The bottom under the tail end.
+/// Add the force of the bottom on the tail end.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE void push_tail(const Body6<S, Law, D>& body, const SpatialTwist<S>& xi, const Outlook<S>& out,
                                 const Twist<S> (&screw)[D], BodyEquations<S, D>& sum) {
@@ -222,7 +224,7 @@ HYPERTUNA_INLINE void push_tail(const Body6<S, Law, D>& body, const SpatialTwist
     for (int d = 0; d < D; ++d) sum.tail.bend_load[d] += dot(screw[d], wrench);
 }
 
-/// Sum them up from nose to tail, as tail_equations does.
+/// Sum up the equations of motion from nose to tail, as tail_equations does.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE BodyEquations<S, D> body_equations(const Body6<S, Law, D>& body, const Pose6<S>& pose,
                                                     const SpatialTwist<S>& xi) {
@@ -238,7 +240,7 @@ HYPERTUNA_INLINE BodyEquations<S, D> body_equations(const Body6<S, Law, D>& body
         const LinkPair<S> load = link_load(body, i, view, xi, out);
         const Wrench<S> bias = at.wrench(load.in);
         const Across<S> lift = view.wrench(load.across);
-        // Momenta across the plane at unit rates of roll and pitch; further down those in it.
+        // Momenta across the plane at unit rates of roll and pitch; those in the plane follow below.
         const S c = at.c, s = at.s;
         const Across<S> up = view.wrench({k.heave, S(0), k.heave_pitch});
         const Across<S> rolling =
@@ -291,7 +293,7 @@ BodyAcceleration<S, D> body6_acceleration(const Body6<S, Law, D>& body, const Be
                                           const SpatialTwist<S>& xi, const Pose6<S>& pose, const S (&moment)[D]) {
     bend_tail(body.tail, bend);
     const BodyEquations<S, D> sum = body_equations(body, pose, xi);
-    // In the order x, y, yaw, heave, roll, pitch, then the coordinates.
+    // The rows are in the order x, y, yaw, heave, roll, pitch, then the coordinates.
     const Symmetric<S>&a = sum.tail.body, &b = sum.across;
     S matrix[6 + D][6 + D];  // the lower triangle
     const auto put = [&](int row, std::initializer_list<S> values) {
@@ -318,7 +320,7 @@ BodyAcceleration<S, D> body6_acceleration(const Body6<S, Law, D>& body, const Be
     return out;
 }
 
-/// What a plant asks of its body.
+/// The function that a plant calls to accelerate its body, and the pose with its attitude normalized.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE BodyAcceleration<S, D> body_acceleration(const Body6<S, Law, D>& body, const Bend<S, D>& bend,
                                                           const SpatialTwist<S>& xi, const Pose6<S>& pose,

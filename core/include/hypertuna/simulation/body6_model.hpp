@@ -1,4 +1,4 @@
-/// What the body in space is made of: its links beyond the plane, its pose, and how that follows a twist.
+/// Model of the body in space: its links beyond the plane, its pose, and how the pose follows a twist.
 #pragma once
 
 #include "hypertuna/simulation/fin.hpp"
@@ -8,13 +8,13 @@
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
 /// Velocity of a link across the plane: up, and rates of turn about its own axes t and n. Momenta, forces and moments
-/// are kept alike.
+/// use the same type.
 template <class S>
 struct Across {
     S z, t, n;
 };
 
-/// A link's description beyond Link: heights are above the plane of the joints.
+/// What describes a link in space in addition to Link; heights are above the plane of the joints.
 template <class S>
 struct LinkBody {
     S com_height;      // m
@@ -24,11 +24,11 @@ struct LinkBody {
     S center_height;   // m; forces of the water in the plane act at this height
     S height, width;   // m, of the section, mean over the link
     S drag_vertical;   // C_z on length x width
-    S added_vertical;  // in units of rho pi/4 width^2
+    S added_vertical;  // vertical added mass in units of rho pi/4 width^2
     S drag_roll;       // C_r on length x height
 };
 
-/// A link's description as a row of numbers, in this order: how it comes from Python.
+/// Order of a LinkBody's numbers in a row from Python.
 inline constexpr const char* link_body_columns[] = {"com_height",    "roll",           "pitch",    "volume",
                                                     "center",        "center_height",  "height",   "width",
                                                     "drag_vertical", "added_vertical", "drag_roll"};
@@ -39,19 +39,20 @@ LinkBody<S> read_link_body(const T* row) {
     return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), at(10)};
 }
 
-/// What the equations need of it.
+/// Constants of a link in the equations of motion.
 template <class S>
 struct LinkSpace {
-    S along, along_height, turn_height;  // kg m, kg m, kg m^2: v_t with w_n, v_n with w_t, w with w_t
-    S heave, heave_pitch;                // kg, kg m
-    S roll, pitch;                       // kg m^2, at the link's point in the plane
+    S along, along_height, turn_height;  // kg m, kg m, kg m^2: inertia between v_t and w_n, v_n and w_t, w and w_t
+    S heave, heave_pitch;                // kg, kg m: inertia of v_z, and between v_z and w_n
+    S roll, pitch;                       // kg m^2, inertia of w_t and w_n about the link's point in the plane
     S mass, com_height;                  // kg, m
-    S lift;                              // N of buoyancy, all under water
-    S center, center_height;             // m, of buoyancy, from the link's point
+    S lift;                              // N, buoyancy with the whole link under water
+    S center, center_height;             // m, center of buoyancy from the link's point
     S height;                            // m, of the section
-    S drag, middle, half_length;         // kg/m, m, m: vertical, over the whole link
-    S drag_roll;                         // kg m^2
-    bool flat;                           // nothing of it lies above or below the plane of the joints
+    S drag, middle,
+        half_length;  // kg/m, m, m: vertical drag of the whole link; its middle from the link's point; half its length
+    S drag_roll;      // kg m^2
+    bool flat;        // no mass or force of the link lies above or below the plane of the joints
 };
 
 template <class S>
@@ -59,7 +60,7 @@ LinkSpace<S> make_link_space(const LinkBody<S>& body, const Link<S>& link, const
                              const S& density) {
     const S half(base_t<S>(0.5)), h = body.com_height, c = body.center_height;
     const S quarter_pi(base_t<S>(pi / 4)), middle = half * link.length - link.com;
-    // What the water adds in the plane, and out of it.
+    // Added mass in the plane, and out of it.
     const S tangential = inertia.tangential - link.mass, normal = inertia.normal - link.mass;
     const S added = body.added_vertical * density * quarter_pi * body.width * body.width * link.length;
     const S thick = body.height * body.height - body.width * body.width;
@@ -91,16 +92,16 @@ struct Body6 {
     using Space = InSpace;
     static constexpr int coordinates = D;
 
-    Tail<S, Law, D> tail;       // never clamped
+    Tail<S, Law, D> tail;       // its head is never clamped
     const LinkSpace<S>* space;  // one per link
-    S wake;                     // kg/m: what of the largest vertical added mass per length the tail end leaves behind
-    S reach;                    // m: no part of the robot is farther from the nose
-    S antenna;                  // m, height of the satellite receiver's antenna above the head's point in the plane
+    S wake;     // kg/m: part of the largest vertical added mass per length that the tail end leaves behind
+    S reach;    // m: largest distance of any part of the robot from the nose
+    S antenna;  // m, height of the satellite receiver's antenna above the head's point in the plane
     Fin<S> fin;
     Sea<S> sea;
 };
 
-/// Where the nose is, how the head stands, and how its fins do.
+/// Position of the nose, attitude of the head, and angles of the fins.
 template <class S>
 struct Pose6 {
     Vector<S> position;      // m
@@ -122,7 +123,7 @@ struct HeadOf<S, InSpace> {
     using Pose = Pose6<S>;
 };
 
-/// How the pose follows a twist, which is relative to the water at the nose's depth, and the fins their targets.
+/// Rate of the pose at a twist, which is relative to the water at the nose's depth; the fins follow their targets.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE Pose6<S> pose_rate(const Body6<S, Law, D>& body, const Pose6<S>& pose, const SpatialTwist<S>& xi,
                                     const S* fin_target) {
@@ -132,7 +133,7 @@ HYPERTUNA_INLINE Pose6<S> pose_rate(const Body6<S, Law, D>& body, const Pose6<S>
             {fin_rate(body.fin, pose.fin[0], fin_target[0]), fin_rate(body.fin, pose.fin[1], fin_target[1])}};
 }
 
-/// The part of a twist in the plane: what tail.hpp knows of it.
+/// The part of a twist in the plane, for tail.hpp.
 template <class S>
 HYPERTUNA_INLINE Twist<S> in_plane(const SpatialTwist<S>& xi) {
     return {xi.linear.x, xi.linear.y, xi.angular.z};

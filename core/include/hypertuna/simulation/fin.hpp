@@ -26,11 +26,11 @@ struct Fin {
     S area;           // m^2 of one fin
     S slope;          // K_p
     S edges;          // K_v
-    S ends;           // 0.41 (1 - e^(-17/AR)): what flow around the ends takes from the wake's suction
+    S ends;           // 0.41 (1 - e^(-17/AR)): how much flow around the ends reduces the wake's suction
     S stall;          // sin^16 of the angle of stall
     S drag;           // C_D0
-    S bandwidth;      // 1/s: rate at which the servo's first-order lag closes in
-    S speed;          // rad/s: fastest that it turns
+    S bandwidth;      // 1/s: rate of the servo's first-order lag
+    S speed;          // rad/s: largest rate of the fin
 };
 
 /// x^16.
@@ -40,7 +40,7 @@ HYPERTUNA_INLINE S power_16(const S& x) {
     return x8 * x8;
 }
 
-/// A fin from what describes it; `stall` is the angle.
+/// Make a fin from its span, chord and coefficients; `stall` is the angle of stall [rad], `bandwidth` is in Hz.
 template <class S>
 Fin<S> make_fin(const Vector<S>& place, const S& span, const S& chord, const S& stall, const S& drag,
                 const S& bandwidth, const S& speed) {
@@ -59,7 +59,7 @@ Fin<S> make_fin(const Vector<S>& place, const S& span, const S& chord, const S& 
             speed};
 }
 
-/// A fin as a row of numbers, in this order: how it comes from Python.
+/// Order of a fin's numbers in a row from Python.
 inline constexpr const char* fin_columns[] = {"x",     "y",         "z",         "span", "chord",
                                               "stall", "drag_zero", "bandwidth", "speed"};
 
@@ -69,7 +69,7 @@ Fin<S> read_fin(const T* row) {
     return make_fin(Vector<S>{at(0), at(1), at(2)}, at(3), at(4), at(5), at(6), at(7), at(8));
 }
 
-/// Coefficient of the force normal to the plate, by sine and cosine of the angle of attack.
+/// Coefficient of the force normal to the plate at an angle of attack, from its sine and cosine.
 template <class S>
 HYPERTUNA_INLINE S normal_coefficient(const Fin<S>& fin, const S& sine, const S& cosine) {
     using T = base_t<S>;

@@ -1,13 +1,13 @@
 /// Losses: where the electrical power of the servos goes, share by share, from the motors to the water.
 ///
 /// At every instant the shares add up to the power of the servos. The means of `rotor` and `elastic` over a beat are
-/// next to nothing where the motion is periodic: springs give back what they take. What is left is the heat of air that
-/// travels with the oil, which the line's flow does not count (docs/hydraulics.md).
+/// nearly zero where the motion is periodic: springs give back what they take. The small remainder is heat of the air
+/// that travels with the oil, which the line's flow does not count (docs/hydraulics.md).
 #pragma once
 
 #include "hypertuna/math/scalar.hpp"
 
-/// X(name, place, sentence) of every share: where the power is lost, and in what.
+/// List of all shares, X(name, place, sentence): where the power is lost, and in what.
 #define HYPERTUNA_LOSSES(X)                                                                 \
     X(idle, "servos", "electronics of the servos, and what their motors take at rest")      \
     X(windings, "servos", "heat in the windings of the servos' motors")                     \
@@ -24,7 +24,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// W each; made of numbers S alone.
+/// Power of each share, W. All members are of type S.
 template <class S>
 struct Losses {
 #define HYPERTUNA_EACH(name, from, sentence) S name;

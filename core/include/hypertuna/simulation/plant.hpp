@@ -1,12 +1,14 @@
-/// Plant: all of the robot that obeys physics alone, from the servos' targets to the wake.
+/// Plant: all of the robot that physics alone moves, from the servos' targets to the wake.
 ///
-/// Oil pressures push on the joints by how the bend changes the units' volume (virtual work), the joints bend the tail
-/// against the water, and the bend takes oil out of the circuits in turn. Each soft joint shortens, too, without mass:
-/// what is left of its axial force works against its viscosity. The links keep their lengths (docs/twin.md).
-/// A joint without oil has a servo on its axle or on tendons that do not stretch: that of circuit 2 j, which turns
+/// Oil pressures push on the joints in proportion to how the bend changes the units' volume (virtual work), the joints
+/// bend the tail against the water, and the bend in turn takes oil out of the circuits. Each soft joint also shortens,
+/// without mass: its viscosity balances its axial force. The links keep their lengths (docs/twin.md).
+///
+/// A joint without oil has a servo on its axle or on tendons that do not stretch: the servo of circuit 2 j, which turns
 /// `gear` times as far as the joint bends and pulls `gear` times as hard; circuit 2 j + 1 rests.
-/// Coordinates of the tail: the bends of the joints, circuits 2 j (left) and 2 j + 1 (right) on joint j; a passive
-/// hinge may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
+///
+/// Coordinates of the tail are the bends of the joints, with circuits 2 j (left) and 2 j + 1 (right) on joint j;
+/// passive hinges may follow. The body is one in the plane (tail.hpp) or in space (body6.hpp).
 #pragma once
 
 #include "hypertuna/actuation/circuit.hpp"
@@ -23,12 +25,12 @@ struct Plant {
 
     Body body;
     int joints;                 // coordinates that circuits bend; the others are passive hinges
-    const Joint<S>* joint;      // joints
-    const bool* direct;         // joints: whether a servo moves it, not oil
-    const S* gear;              // joints: turns of that servo over the bend, 1 on the axle
-    const Circuit<S>* circuit;  // 2 joints
+    const Joint<S>* joint;      // one per joint
+    const bool* direct;         // joints: whether a servo moves the joint, not oil
+    const S* gear;              // joints: turns of that servo per bend, 1 on the axle
+    const Circuit<S>* circuit;  // two per joint
     const S* unit_rest;         // 2 joints: m^3 of oil in the muscles of the straight, filled joint
-    const Spring<S>* spring;    // of each hinge
+    const Spring<S>* spring;    // spring of each hinge
 };
 
 template <class S, int D, class Space = InPlane>
@@ -36,9 +38,9 @@ struct PlantState {
     typename HeadOf<S, Space>::Twist xi;
     typename HeadOf<S, Space>::Pose pose;
     Bend<S, D> bend;
-    S strain[D];  // of each joint's axis, relative to the filled joint; that of a hinge rests at zero
-    CircuitState<S> circuit[2 * D];  // those of a hinge rest at zero
-    S energy[2 * D];                 // J, electrical, that each servo has drawn
+    S strain[D];                     // strain of each joint's axis relative to the filled joint; zero for a hinge
+    CircuitState<S> circuit[2 * D];  // circuits of the joints; those of a hinge stay at zero
+    S energy[2 * D];                 // J, electrical energy that each servo has drawn
 
     template <class A>
     friend HYPERTUNA_INLINE PlantState operator*(const A& a, const PlantState& b) {
@@ -76,15 +78,15 @@ struct PlantState {
 template <class Body>
 using PlantStateOf = PlantState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
-/// What the controller asks of the servos: held from one control step to the next.
+/// Targets of the servos and their voltage, held from one control step to the next.
 template <class S, int D>
 struct ServoTargets {
     S angle[2 * D];  // rad
     S supply;        // V
-    S fin[2];        // rad, of the pectoral fins: for a body in space
+    S fin[2];        // rad, of the pectoral fins, for a body in space
 };
 
-/// What one instant shows beside the state.
+/// Quantities of one instant that follow from the state.
 template <class S, int D, class Space = InPlane>
 struct PlantOutput {
     CircuitOutput<S> circuit[2 * D];
@@ -95,8 +97,8 @@ struct PlantOutput {
 template <class Body>
 using PlantOutputOf = PlantOutput<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
-/// A joint this slow counts as at rest for the friction of its units, rad/s: sliding sets in smoothly around it, so
-/// that friction neither chatters nor forces small steps.
+/// Rate around which the units' friction sets in smoothly, rad/s: a slower joint counts as at rest. So friction neither
+/// chatters nor forces small steps.
 inline constexpr double joint_rest = 0.05;
 
 /// Share of Coulomb friction that acts at a rate: -1 to 1.
@@ -106,13 +108,14 @@ HYPERTUNA_INLINE S sliding(const S& rate) {
     return rate / sqrt(rate * rate + rest * rest);
 }
 
-/// Moment on a bend: oil and silicone, viscosity, and friction of the units that pressure holds in their braids.
+/// Moment on a joint's bend: of oil and silicone, viscosity, and friction of the units that pressure holds in their
+/// braids.
 template <class S>
 HYPERTUNA_INLINE S bend_moment(const Joint<S>& joint, const JointLoad<S>& load, const S& rate) {
     return joint_moment(load) - joint.viscosity * rate - joint_friction(load) * sliding(rate);
 }
 
-/// What a servo takes of its power.
+/// Add a servo's own losses.
 template <class S>
 HYPERTUNA_INLINE void add_servo(Losses<S>& to, const ServoPower<S>& power) {
 #define HYPERTUNA_LOSS(name) to.name += power.name;
@@ -122,8 +125,8 @@ HYPERTUNA_INLINE void add_servo(Losses<S>& to, const ServoPower<S>& power) {
 #undef HYPERTUNA_LOSS
 }
 
-/// Where the work of both sides' oil goes, from the cylinders to a bend that turns at a rate and an axis that shortens
-/// at another: what neither line nor joint takes goes into springs, of oil, air, hoses and silicone.
+/// Add the losses of both sides' oil, from the cylinders to a joint whose bend and strain change at these rates: what
+/// neither line nor joint takes goes into springs, of oil, air, hoses and silicone.
 template <class S>
 HYPERTUNA_INLINE void add_oil(Losses<S>& to, const Joint<S>& joint, const JointLoad<S>& load,
                               const CircuitOutput<S>* circuit, const S& rate, const S& strain_rate) {
@@ -134,7 +137,7 @@ HYPERTUNA_INLINE void add_oil(Losses<S>& to, const Joint<S>& joint, const JointL
     to.elastic += pumped - line - joint_moment(load) * rate - joint_thrust(load) * strain_rate;
 }
 
-/// A joint that oil bends: how its circuits and its strain change, and the moment on its bend.
+/// A joint that oil bends: set the rates of its circuits and its strain, and return the moment on its bend.
 template <class Body>
 HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                   const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
@@ -156,7 +159,7 @@ HYPERTUNA_INLINE auto bend_by_oil(const Plant<Body>& plant, const PlantStateOf<B
     return bend_moment(plant.joint[j], load, at.bend.rate[j]);
 }
 
-/// A joint with a servo: the energy that it draws, and the moment on its bend, by virtual work.
+/// A joint with a servo: set the power that the servo draws, and return the moment on the bend, by virtual work.
 template <class Body>
 HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                     const ServoTargets<typename Body::Scalar, Body::coordinates>& targets, int j,
@@ -177,7 +180,7 @@ HYPERTUNA_INLINE auto turn_by_servo(const Plant<Body>& plant, const PlantStateOf
     return gear * moment;
 }
 
-/// At rest, hinges where their springs rest.
+/// The state at rest, with the hinges where their springs rest.
 template <class S, int D, class Space>
 PlantState<S, D, Space> at_rest(int joints, const Spring<S>* spring) {
     PlantState<S, D, Space> state{};
@@ -189,7 +192,7 @@ PlantStateOf<Body> at_rest(const Plant<Body>& plant) {
     return at_rest<typename Body::Scalar, Body::coordinates, typename Body::Space>(plant.joints, plant.spring);
 }
 
-/// How the plant changes. `seen` receives the output of the instant.
+/// Time derivative of the plant's state. `seen` receives the output of the instant.
 template <class Body>
 HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const PlantStateOf<Body>& at,
                                                  const ServoTargets<typename Body::Scalar, Body::coordinates>& targets,

@@ -1,9 +1,9 @@
-/// Satellite receiver: when it has a fix, by how much that is wrong, and what the receiver tells of its error.
+/// Satellite receiver: when it has a fix, the fix' error, and the error that the receiver reports.
 ///
 /// Water stops the satellites' waves within millimeters: a receiver under water loses them, and finds them again after
 /// the antenna has dried, in a second after a wave and in up to five after a long dive. Switched on without an almanac
 /// it takes half a minute to a minute (NEO-M8 data sheet: hot start 1 s, cold start 26 s under open sky). Its first
-/// fixes are wrong by meters. Near walls, cliffs and hulls a reflected signal carries all fixes of some seconds away.
+/// fixes are off by meters. Near walls, cliffs and hulls a reflected signal shifts all fixes of some seconds.
 #pragma once
 
 #include "hypertuna/simulation/weather.hpp"
@@ -15,10 +15,10 @@ struct Receiver {
     bool cold;     // switched on without an almanac
     T jump;        // m, largest jump by reflected signals
     T jump_every;  // s, mean time between two, 0 for none
-    bool honest;   // it tells that its fixes are off
+    bool honest;   // the receiver reports the error of a jump
 };
 
-/// Receiver as a row of numbers, in this order: how it comes from Python.
+/// Order of a receiver's numbers in a row from Python.
 inline constexpr const char* receiver_columns[] = {"cold", "jump", "jump_every", "honest"};
 
 template <class T>
@@ -26,20 +26,21 @@ Receiver<T> read_receiver(const T* row) {
     return {row[0] != T(0), row[1], row[2], row[3] != T(0)};
 }
 
-inline constexpr double cold_start[2] = {30, 60};  // s, least and most
-inline constexpr double first_error = 5;           // m, of a first fix after a dive of a minute or more; cold twice
-inline constexpr double settling = 8;              // s in which that halves
+inline constexpr double cold_start[2] = {30, 60};  // s, shortest and longest time to the first fix after a cold start
+inline constexpr double first_error =
+    5;  // m, error of the first fix after a dive of a minute or more; twice that after a cold start
+inline constexpr double settling = 8;  // s in which the error of the first fix halves
 
 template <class T>
 struct ReceiverState {
     T dark;      // s without satellites, 0 with them
     T wait;      // s with satellites until the first fix
     T since;     // s since the first fix
-    T error;     // m of the first fix
-    int losses;  // of the satellites so far
+    T error;     // m, error of the first fix
+    int losses;  // number of times that the satellites were lost
 };
 
-/// Switched on: hot at the start of a run whose robot has waited for it, else as its memory is.
+/// State of a receiver that is switched on, with or without an almanac.
 template <class T>
 ReceiverState<T> switched_on(const Receiver<T>& model, std::uint64_t seed, int losses) {
     const T u = uniform_of<T>(seed, Stream::receiver, std::uint64_t(3 * losses));
@@ -51,21 +52,21 @@ ReceiverState<T> init(const Receiver<T>& model, std::uint64_t seed) {
     return model.cold ? switched_on(model, seed, 0) : ReceiverState<T>{T(0), T(0), T(1e6), T(0), 0};
 }
 
-/// s until it has a fix again after a time without satellites.
+/// Time until the receiver has a fix again after a time `dark` without satellites, s.
 template <class T>
 T reacquisition(T dark, T u) {
     return min(T(1), dark) + T(4) * u * dark / (dark + T(60));
 }
 
-/// What a receiver makes of the truth in a tick.
+/// What a receiver adds to the true position in a tick.
 template <class T>
 struct Reception {
     bool fixed;
-    T error[2];  // m, of east and north
-    T told;      // m, standard deviation that it tells beside its noise
+    T error[2];  // m east and north
+    T told;      // m, standard deviation that the receiver reports in addition to its noise
 };
 
-/// How far reflected signals carry the fixes of a time. Time is cut into pieces with one jump of 3 to 12 s each.
+/// Add the jump of a time, which reflected signals cause. Time is cut into pieces with one jump of 3 to 12 s each.
 template <class T>
 void add_jump(const Receiver<T>& model, std::uint64_t seed, T time, Reception<T>& out) {
     if (!(T(0) < model.jump_every)) return;

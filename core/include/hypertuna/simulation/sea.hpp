@@ -1,12 +1,12 @@
-/// Sea: what is around the robot, in the world's axes. Surface, bottom, current, and what sensors find their way by.
+/// Sea: the robot's surroundings, in the world's axes. Surface, bottom, current, and what sensors find their way by.
 #pragma once
 
 #include "hypertuna/math/spatial.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// A line from the nose to a fixed place; it pulls where it is taut. Of length 0 it holds the robot as a net or the
-/// ground does.
+/// A line from the nose to a fixed place, which pulls where it is taut. A line of length 0 holds the robot as a net or
+/// the ground does.
 template <class S>
 struct Snag {
     S stiffness;      // N/m; 0 for none
@@ -18,17 +18,17 @@ template <class S>
 struct Sea {
     S density;        // kg/m^3
     S current[2];     // m/s toward east and north, at the surface
-    S shear[2];       // 1/s: what the current gains per depth, down to the bottom
+    S shear[2];       // 1/s: change of the current per depth, down to the bottom
     S bottom;         // m, depth
     S stiffness;      // N/m of the bottom
-    Vector<S> field;  // of the Earth's magnetism, as a unit vector
-    S air;            // Pa, at the surface
-    S gust[2];        // m/s toward east and north: what the wind adds at the surface
-    S gust_fade;      // 1/m: part of it that is lost per depth, down to none
+    Vector<S> field;  // direction of the Earth's magnetic field, as a unit vector
+    S air;            // Pa, air pressure at the surface
+    S gust[2];        // m/s toward east and north, current that the wind adds at the surface
+    S gust_fade;      // 1/m: part of the gust's current that is lost per depth, down to none
     Snag<S> snag;     // what the robot is entangled in
 };
 
-/// A sea as a row of numbers, in this order: how it comes from Python.
+/// Order of a sea's numbers in a row from Python.
 inline constexpr const char* sea_columns[] = {"density", "current_east", "current_north", "shear_east",  "shear_north",
                                               "bottom",  "stiffness",    "field_east",    "field_north", "field_up",
                                               "air"};
@@ -39,31 +39,33 @@ Sea<S> read_sea(const T* row) {
     return {at(0), {at(1), at(2)}, {at(3), at(4)}, at(5), at(6), {at(7), at(8), at(9)}, at(10), {S(0), S(0)}, S(0), {}};
 }
 
-inline constexpr double snag_stiffness = 200;  // N/m: the robot's thrust stretches it by a centimeter
+inline constexpr double snag_stiffness = 200;  // N/m: the robot's thrust stretches the line by a centimeter
 inline constexpr double snag_damping = 20;     // N s/m
 
-/// Damping of the bottom, s/m: it pushes (1 - damping rise) times as hard on what rises from it, and never pulls.
+/// Damping of the bottom, s/m: the bottom pushes (1 - damping rise) times as hard on what rises from it, and never
+/// pulls.
 inline constexpr double bottom_damping = 4;
 
-/// Pressure that a depth sensor takes for the surface, Pa: the standard atmosphere (ISO 2533).
+/// Pressure at which a depth sensor shows zero, Pa: the standard atmosphere (ISO 2533).
 inline constexpr double standard_air = 101325;
 
-/// Depth that a sensor of absolute pressure shows at a height z, where it is calibrated at the standard atmosphere. In
-/// the air it shows the air's pressure.
+/// Depth that a sensor of absolute pressure shows at a height z, calibrated at the standard atmosphere. In the air it
+/// shows the air's pressure.
 template <class S>
 HYPERTUNA_INLINE S depth_shown(const Sea<S>& sea, const S& z) {
     const S excess = sea.air - S(base_t<S>(standard_air));
     return max(S(0), S(0) - z) + excess / (sea.density * S(base_t<S>(gravity)));
 }
 
-/// Share of a height that is below the surface, smooth: z is where its middle is, m above the surface.
+/// Share of a body of this height that is below the surface, smooth; z is the height of its middle above the surface,
+/// m.
 template <class S>
 HYPERTUNA_INLINE S submerged(const S& z, const S& height) {
     const S below = max(S(0), min(S(1), S(base_t<S>(0.5)) - z / height));
     return below * below * (S(3) - S(2) * below);
 }
 
-/// The current at a height z (below the surface negative).
+/// Velocity of the current at a height z, negative below the surface, m/s.
 template <class S>
 HYPERTUNA_INLINE Vector<S> current(const Sea<S>& sea, const S& z) {
     const S depth = max(S(0), min(sea.bottom, S(0) - z));
@@ -72,7 +74,7 @@ HYPERTUNA_INLINE Vector<S> current(const Sea<S>& sea, const S& z) {
             sea.current[1] + sea.shear[1] * depth + windy * sea.gust[1], S(0)};
 }
 
-/// Acceleration of the water's frame of what rises at a rate in it: the current changes with the depth.
+/// Acceleration of the frame that moves with the current, for a body that rises: the current changes with the depth.
 template <class S>
 HYPERTUNA_INLINE Vector<S> current_rate(const Sea<S>& sea, const S& z, const S& rise) {
     const S depth = S(0) - z, sinking = select(S(0) < depth && depth < sea.bottom, S(0) - rise, S(0));
@@ -88,7 +90,8 @@ HYPERTUNA_INLINE S bottom_force(const Sea<S>& sea, const S& z, const S& rise) {
     return sea.stiffness * dip * max(S(0), S(1) - S(base_t<S>(bottom_damping)) * rise);
 }
 
-/// Pull of a taut line on the nose at a place that moves, both in the world; its damping resists what stretches it.
+/// Pull of a taut line on the nose, N; place and velocity are those of the nose in the world. Damping resists only what
+/// stretches the line.
 template <class S>
 HYPERTUNA_INLINE Vector<S> snag_force(const Snag<S>& snag, const Vector<S>& place, const Vector<S>& velocity) {
     const Vector<S> off = place - snag.place;

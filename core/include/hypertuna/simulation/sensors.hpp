@@ -1,15 +1,15 @@
-/// Sensors: what a reading makes of the truth, and how a sensor fails.
+/// Sensors: how a reading differs from the truth, and how a sensor fails.
 ///
 /// A reading is truth + nonlinearity + offset + walk + noise, held within the sensor's range and rounded to its step.
 /// All randomness is a function of seed, channel and tick: a run repeats to the last bit, and a fault in one channel
-/// leaves the others' noise alone.
+/// does not change the others' noise.
 #pragma once
 
 #include "hypertuna/pilot/readings.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Random bits that depend on nothing but their place: two rounds of splitmix64's finisher.
+/// Random bits that depend only on seed, channel and count: two rounds of splitmix64's finisher.
 inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t channel, std::uint64_t count) {
     const auto mixed = [](std::uint64_t z) {
         z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -19,13 +19,13 @@ inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t channel, std:
     return mixed(mixed(seed + 0x9e3779b97f4a7c15u * (channel + 1)) + 0x9e3779b97f4a7c15u * (count + 1));
 }
 
-/// Uniform in [0, 1) from 24 of the bits.
+/// Uniform number in [0, 1) from 24 of the bits.
 template <class T>
 T uniform(std::uint64_t bits) {
     return T(bits >> 40) * T(1.0 / 16777216.0);
 }
 
-/// Nearly normal, mean 0 and deviation 1: the sum of four uniform 16-bit numbers, never beyond 3.5.
+/// Nearly normal number, mean 0 and standard deviation 1: the sum of four uniform 16-bit numbers, never beyond 3.5.
 template <class T>
 T normal(std::uint64_t bits) {
     T sum = T(0);
@@ -37,8 +37,8 @@ T normal(std::uint64_t bits) {
 enum class FaultKind : std::uint8_t { none, stuck, open, spike, nan, drift, shift, clogged, count };
 inline constexpr const char* fault_kinds[int(FaultKind::count)] = {"none", "stuck", "open",  "spike",
                                                                    "nan",  "drift", "shift", "clogged"};
-inline constexpr double drift_rate = 0.05;   // 1/s: part of its range that a drifting sensor goes astray
-inline constexpr double shift_height = 0.2;  // part of its range that a shifted sensor is off
+inline constexpr double drift_rate = 0.05;   // 1/s: part of its range by which a drifting sensor drifts
+inline constexpr double shift_height = 0.2;  // part of its range by which a shifted sensor is off
 
 /// A fault of the channels first..last from `start` until before `end`, in s.
 template <class T>
@@ -48,7 +48,7 @@ struct Fault {
     T start, end;
 };
 
-/// What a sensor of one kind gets wrong. All in SI units of its quantity.
+/// Errors of a kind of sensor, in SI units of its quantity.
 template <class T>
 struct SensorModel {
     T low, high;     // range
@@ -59,9 +59,9 @@ struct SensorModel {
     T nonlinearity;  // largest deviation from a line, as a fraction of the range
 };
 
-/// Places of the channels among those of a board; what a board has no room for comes after them.
+/// Order of the channels' random streams: those of the smallest board first, further ones after them.
 struct StreamPlaces {
-    int place[sensor_channels], controller, all;  // channels of a board that the controller reads, and all
+    int place[sensor_channels], controller, all;  // channels of a board: those that the controller reads, and all
 };
 inline constexpr StreamPlaces stream_places = [] {
     StreamPlaces out{};
@@ -77,8 +77,9 @@ inline constexpr StreamPlaces stream_places = [] {
     return out;
 }();
 
-/// The stream of random numbers of a channel. The pilot's follow all four of each of the controller's: how many of them
-/// there are changes no run of a robot without. Nor does the number of joints that there is room for.
+/// Stream of random numbers `what` (0 to 3) of a channel. The pilot's streams follow all four of each of the
+/// controller's channels, so that their number changes no run of a robot without a pilot. Nor does the largest number
+/// of joints.
 inline std::uint64_t stream_of(std::uint64_t what, int channel) {
     const auto& [places, controller, all] = stream_places;
     const int place = places[channel];
@@ -90,7 +91,7 @@ inline std::uint64_t stream_of(std::uint64_t what, int channel) {
 template <class T>
 struct Sensors {
     int joints;
-    T root_tick;  // root of the control tick, s^0.5
+    T root_tick;  // square root of the control tick, s^0.5
     std::uint64_t seed;
     SensorModel<T> model[channel_kinds];
     int fix_every;  // ticks between two satellite fixes
@@ -104,15 +105,16 @@ struct SensorsState {
     T walk[sensor_channels], held[sensor_channels];
 };
 
-/// Deviation from a line, odd and zero at rest and at both ends of the range: 3 sqrt(3) / 2 (z - z^3) peaks at 1.
+/// Deviation of a sensor from a line, odd and zero at rest and at both ends of the range: 3 sqrt(3) / 2 (z - z^3) peaks
+/// at 1.
 template <class T>
 T line_error(const SensorModel<T>& model, T truth) {
     const T z = clamp(truth / model.high, T(-1), T(1));
     return model.nonlinearity * (model.high - model.low) * T(2.598076211353316) * (z - z * z * z);
 }
 
-/// Round to the sensor's step; one that is finer than the number's own changes nothing. Adding and taking away a large
-/// number rounds without leaving arithmetic.
+/// Round to the sensor's step; a step finer than that of the number type changes nothing. Adding and subtracting a
+/// large number rounds by arithmetic alone.
 template <class T>
 T quantized(T step, T x) {
     const T large = Reduction<T>::round;
@@ -120,8 +122,8 @@ T quantized(T step, T x) {
     return (x / step + large - large) * step;
 }
 
-/// What a faulty sensor shows in place of `reading`; `held` is the last one before the fault, `since` its age, s.
-/// Bits of the channel decide to which side it drifts or shifts.
+/// Reading that a faulty sensor shows in place of `reading`. `held` is the last one before the fault, `since` the
+/// fault's age, s; a bit of `side` decides to which side the sensor drifts or shifts.
 template <class T>
 T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, T since, std::uint64_t side,
          std::uint64_t bits) {
@@ -140,7 +142,7 @@ T failed(const SensorModel<T>& model, FaultKind kind, T reading, T held, T since
             return clamp(reading + T(drift_rate) * since * way, model.low, model.high);
         case FaultKind::shift:
             return clamp(reading + T(shift_height) * way, model.low, model.high);
-        case FaultKind::clogged:  // what it measures no longer reaches it: its own noise goes on
+        case FaultKind::clogged:  // the quantity no longer reaches the sensor, whose own noise goes on
             return quantized(model.resolution, clamp(held + model.noise * normal<T>(bits), model.low, model.high));
         case FaultKind::nan:
             return (reading - reading) / (reading - reading);
@@ -168,7 +170,7 @@ T read_channel(const Sensors<T>& sensors, SensorsState<T>& state, const SensorMo
                                      draw(3, state.count));
 }
 
-/// The fault of a channel at a time, if any; the first in the list wins, and `none` heals.
+/// Fault of a channel at a time, or null; the first in the list wins, and the kind `none` heals.
 template <class T>
 const Fault<T>* fault_of(const Fault<T>* faults, int count, int channel, T time) {
     for (int k = 0; k < count; ++k)
@@ -183,7 +185,7 @@ struct Sensed {
     R readings;
 };
 
-/// Read the sensors of a reader at `time`, from the true values in the places of the readings.
+/// Read the sensors of a reader at `time`; `truth` has the true values in the places of the readings.
 template <class T>
 void read_channels(const Sensors<T>& sensors, SensorsState<T>& state, Reader reader, const PilotReadings<T>& truth,
                    PilotReadings<T>& readings, const Fault<T>* faults, int fault_count, T time) {
@@ -208,8 +210,8 @@ Sensed<Readings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<T>& b
     return {state, readings.robot};
 }
 
-/// The same with the sensors of the pilot. `truth.fixed` is whether the receiver has satellites: a fix comes where it
-/// has and one is due. A receiver that failed open, or shows NaN, has no fix.
+/// Read every sensor of controller and pilot once, at `time`. `truth.fixed` is whether the receiver has satellites: a
+/// fix comes where it has and one is due. A receiver that failed open, or shows NaN, has no fix.
 template <class T>
 Sensed<PilotReadings<T>, T> sense(const Sensors<T>& sensors, const SensorsState<T>& before,
                                   const PilotReadings<T>& truth, const Fault<T>* faults, int fault_count, T time) {

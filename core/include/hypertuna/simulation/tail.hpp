@@ -4,18 +4,18 @@
 /// stands at share[i] . q, so that link i moves with the twist xi + sum_d screw_id q'_d. Inverse dynamics at zero
 /// acceleration gives the bias h of
 ///     M (xi', q'') = (0, moment) - h,
-/// and M is the kinetic energy's matrix, summed up over the links.
+/// and M is the mass matrix, summed up over the links.
 #pragma once
 
 #include "hypertuna/swimming/stepping.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Where a body moves: in the plane, or in space.
+/// Tags for where a body moves: in the plane, or in space.
 struct InPlane;
 struct InSpace;
 
-/// Twist and pose of the head there.
+/// Types of the head's twist and pose in the plane or in space.
 template <class S, class Space>
 struct HeadOf;
 template <class S>
@@ -34,7 +34,8 @@ struct Tail {
     Swimmer<S, Law> fish;
     const S (*share)[D];  // part of each coordinate that the joint in front of a link takes
     bool clamped;         // head held still, as on the bench
-    const S* armature;    // kg m^2: inertia of what turns with each coordinate beside the links, a servo's rotor
+    const S*
+        armature;  // kg m^2: inertia that turns with each coordinate in addition to the links, that of a servo's rotor
     JointMotion<S>* joint;
     LinkShape<S>* shape;
     LinkAcceleration<S>* acceleration;
@@ -47,7 +48,7 @@ struct Bend {
     S rate[D];   // rad/s
 };
 
-/// What forward dynamics gives.
+/// Result of forward dynamics.
 template <class S, int D>
 struct TailAcceleration {
     Twist<S> twist;  // d(xi)/dt in body axes
@@ -60,7 +61,7 @@ template <class S, int N>
 HYPERTUNA_INLINE void solve_cholesky(S (&a)[N][N], S (&b)[N]) {
     HYPERTUNA_UNROLL
     for (int j = 0; j < N; ++j) {
-        a[j][j] = S(1) / a[j][j];  // of D, inverted
+        a[j][j] = S(1) / a[j][j];  // inverted diagonal element of D
         for (int i = j + 1; i < N; ++i) {
             const S l = a[i][j] * a[j][j];
             for (int k = i; k < N; ++k) a[k][i] -= l * a[k][j];
@@ -75,7 +76,7 @@ HYPERTUNA_INLINE void solve_cholesky(S (&a)[N][N], S (&b)[N]) {
     }
 }
 
-/// Bend the body: shape and its acceleration while the coordinates' rates stay as they are.
+/// Compute the body's shape, and the acceleration of its points while the coordinates' rates stay as they are.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE void bend_tail(const Tail<S, Law, D>& tail, const Bend<S, D>& bend) {
     for (int i = 0; i < tail.fish.links; ++i) {
@@ -86,7 +87,7 @@ HYPERTUNA_INLINE void bend_tail(const Tail<S, Law, D>& tail, const Bend<S, D>& b
         }
         tail.joint[i] = motion;
     }
-    // Joints of a group turn by the same angle: each link's direction is the last one's, turned once more.
+    // Joints of a group turn by the same angle: a link's direction is that of the link before, turned by the angle.
     S angle(0);
     SinCos<S> direction{S(0), S(1)}, turn = direction;
     shape(tail.fish.links, tail.fish.link, tail.joint, tail.shape, tail.acceleration, [&](int i) {
@@ -97,7 +98,7 @@ HYPERTUNA_INLINE void bend_tail(const Tail<S, Law, D>& tail, const Bend<S, D>& b
     });
 }
 
-/// A link's inertia as the nose sees it, J^T Lambda J: what its momentum is at a twist of the body.
+/// A link's inertia about the nose, J^T Lambda J: it turns the body's twist into the link's momentum.
 template <class S>
 HYPERTUNA_INLINE Symmetric<S> seen_from_nose(const LinkShape<S>& at, const LinkInertia<S>& inertia) {
     const Momentum<S> u = at.wrench(inertia * Along<S>{at.c, -at.s, S(0)});
@@ -114,18 +115,18 @@ HYPERTUNA_INLINE S dot(const Planar<S>& a, const Planar<S>& b) {
 /// The equations of motion M (xi', q'') = load, with the mass matrix in blocks.
 template <class S, int D>
 struct TailEquations {
-    Symmetric<S> body;     // of xi with xi
-    Momentum<S> cross[D];  // of xi with each coordinate
-    S bend[D][D];          // of the coordinates, lower triangle
-    Wrench<S> load;        // on xi
-    S bend_load[D];        // on the coordinates
+    Symmetric<S> body;     // mass matrix of the head's twist xi
+    Momentum<S> cross[D];  // mass matrix between xi and each coordinate
+    S bend[D][D];          // mass matrix of the coordinates, lower triangle
+    Wrench<S> load;        // load on the head
+    S bend_load[D];        // load on the coordinates
 };
 
-/// Sum them up from nose to tail: link i moves with xi + sum_d screw_d q'_d, so that its K = J^T Lambda J appears as K,
-/// K screw and screw . K screw.
+/// Sum up the equations from nose to tail. Link i moves with xi + sum_d screw_d q'_d, so that its K = J^T Lambda J
+/// appears as K, K screw and screw . K screw.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE TailEquations<S, D> tail_equations(const Tail<S, Law, D>& tail, const Twist<S>& xi) {
-    const Composite<S> unused{};  // link_load asks for the shape alone
+    const Composite<S> unused{};  // link_load uses only the shape
     const Instant<S> now{tail.shape, tail.acceleration, unused.inertia, unused.momentum};
     TailEquations<S, D> out{};
     Twist<S> screw[D] = {};
@@ -182,7 +183,8 @@ TailAcceleration<S, D> tail_acceleration(const Tail<S, Law, D>& tail, const Bend
     return out;
 }
 
-/// What a plant asks of its body: accelerations, how the pose follows, and a pose without an integrator's rounding.
+/// Functions that a plant calls for its body: its accelerations, the rate of its pose, and the pose without rounding
+/// errors of the integrator.
 template <class S, class Law, int D>
 HYPERTUNA_INLINE TailAcceleration<S, D> body_acceleration(const Tail<S, Law, D>& tail, const Bend<S, D>& bend,
                                                           const Twist<S>& xi, const Pose<S>&, const S (&moment)[D]) {

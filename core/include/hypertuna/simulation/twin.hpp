@@ -1,7 +1,7 @@
 /// Twin: plant, battery, sensors and the controller that closes the loop, one control tick at a time.
 ///
 /// A tick reads the sensors at its start, asks the controller, and lets the plant follow the servo targets by steps of
-/// Runge-Kutta while they hold. Nothing here knows of time beyond the tick: the same state gives the same tick.
+/// Runge-Kutta while they hold. A tick depends on its state alone, not on the time.
 #pragma once
 
 #include "hypertuna/actuation/battery.hpp"
@@ -10,28 +10,28 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// A plant on its battery: all but the controller.
+/// A plant with its battery: the twin without its controller.
 template <class Body>
 struct Machine {
     using S = typename Body::Scalar;
 
     Plant<Body> plant;
     Battery<S> battery;
-    S idle;     // W of what draws power beside the pumps' servos
-    S step;     // s, Runge-Kutta's
-    int steps;  // in a tick
+    S idle;     // W drawn in addition to the pumps' servos, by the fins for example
+    S step;     // s, step of Runge-Kutta
+    int steps;  // Runge-Kutta steps in a tick
 };
 template <class Body>
 struct Twin : Machine<Body> {
     Controller<typename Body::Scalar> controller;
 };
 
-/// Made of numbers S alone, so that lanes can be loaded from it.
+/// State of a machine. All members are of type S, so that vector lanes can be loaded from it.
 template <class S, int D, class Space = InPlane>
 struct MachineState {
     PlantState<S, D, Space> plant;
     ServoTargets<S, D> targets;
-    S taken;                   // C from the battery
+    S taken;                   // C taken from the battery
     BatteryOutput<S> battery;  // over the last tick
 };
 template <class S, int D, class Space = InPlane>
@@ -43,7 +43,7 @@ using MachineStateOf = MachineState<typename Body::Scalar, Body::coordinates, ty
 template <class Body>
 using TwinStateOf = TwinState<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
-/// What there is to read: in space also what the pilot reads.
+/// Type of the readings: in space they include the pilot's.
 template <class S, class Space>
 struct ReadingsOf {
     using Type = Readings<S>;
@@ -67,7 +67,8 @@ struct Extremes {
     S low, high;
 };
 
-/// A tick of the machine as it went: what held at its start, and what passed until its end. Of numbers S alone.
+/// One simulated tick of the machine: the output at its start, and extremes and means until its end. All members are of
+/// type S.
 template <class S, int D, class Space = InPlane>
 struct MachineTick {
     PlantOutput<S, D, Space> seen;
@@ -78,7 +79,7 @@ struct MachineTick {
 };
 template <class Body>
 using MachineTickOf = MachineTick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
-/// The same with what the sensors read and the controller made of it.
+/// One simulated tick of the twin: in addition the sensors' readings and the controller's output.
 template <class S, int D, class Space = InPlane>
 struct Tick : MachineTick<S, D, Space> {
     typename ReadingsOf<S, Space>::Type readings;
@@ -87,7 +88,7 @@ struct Tick : MachineTick<S, D, Space> {
 template <class Body>
 using TickOf = Tick<typename Body::Scalar, Body::coordinates, typename Body::Space>;
 
-/// What sensors within the robot would read if they read the truth, but for the IMU.
+/// True values of the robot's sensors, except those of the IMU.
 template <class S, int D, class Space>
 Readings<S> inner_readings(int joints, const MachineState<S, D, Space>& at, const PlantOutput<S, D, Space>& seen) {
     Readings<S> out{};
@@ -100,7 +101,8 @@ Readings<S> inner_readings(int joints, const MachineState<S, D, Space>& at, cons
     return out;
 }
 
-/// All sensors: the IMU sits at the head's center of mass, `com` behind the nose, and stands upright.
+/// True values of all sensors in the plane: the IMU sits at the head's center of mass, `com` behind the nose, and
+/// stands upright.
 template <class S, int D>
 Readings<S> true_readings(int joints, const S& com, const MachineState<S, D>& at, const PlantOutput<S, D>& seen) {
     Readings<S> out = inner_readings(joints, at, seen);
@@ -116,7 +118,7 @@ Readings<S> true_readings(const Twin<Tail<S, Law, D>>& twin, const TwinState<S, 
     return true_readings<S, D>(twin.plant.joints, twin.plant.body.fish.link[0].com, at, seen);
 }
 
-/// One tick of the machine alone: the targets hold. `tick` has what its start shows.
+/// One tick of the machine under the servo targets of its state. `tick` already has the output at the start.
 template <class Body>
 void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, MachineTickOf<Body>& tick) {
     using S = typename Body::Scalar;
@@ -151,7 +153,7 @@ void follow_targets(const Machine<Body>& machine, MachineStateOf<Body>& state, M
     state.targets.supply = state.battery.supply;
 }
 
-/// At rest: the circuits filled, the battery full.
+/// The twin's state at rest: circuits filled, battery full.
 template <class S, int D, class Space = InPlane>
 TwinState<S, D, Space> at_rest(const Controller<S>& controller, const Battery<S>& battery, const S& idle,
                                const PlantState<S, D, Space>& plant) {
@@ -179,8 +181,8 @@ void set_targets(const Controller<S>& controller, const ControllerOutput<S>& out
     for (int k = 0; k < 2; ++k) state.targets.fin[k] = angle_of(circuits + k);
 }
 
-/// One tick of the twin. `sense` turns true readings into what the sensors say, and `decide` those into the
-/// controller's output: the controller alone, or a pilot.
+/// One tick of the twin. `sense` turns true values into the sensors' readings, and `decide` turns readings into the
+/// controller's output: by the controller alone, or by a pilot.
 template <class Body, class Sense, class Decide>
 TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Sense& sense, const Decide& decide) {
     TickOf<Body> tick{};
@@ -192,7 +194,7 @@ TickOf<Body> decided_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, cons
     return tick;
 }
 
-/// The same with the controller under a command.
+/// One tick of the twin, its controller under a command and without a pilot.
 template <class Body, class Sense>
 TickOf<Body> twin_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const Command<typename Body::Scalar>& command,
                        const Sense& sense) {
@@ -213,14 +215,14 @@ TickOf<Body> driven_tick(const Twin<Body>& twin, TwinStateOf<Body>& state, const
     return tick;
 }
 
-/// Whether the head moves as one can: 100 m/s at most, and finite.
+/// Whether the head's motion is physically possible: 100 m/s at most, and finite.
 template <class S>
 bool plausible(const Twist<S>& xi, const Pose<S>& pose) {
     const S far = S(base_t<S>(100));
     return abs(xi.x) < far && abs(xi.y) < far && abs(xi.z) < far && is_finite(pose.x + pose.y);
 }
 
-/// Whether the plant's state is made of numbers that a robot can have: less than a turn, 100 m/s, and finite.
+/// Whether the plant's state is physically possible: bends below half a turn, 100 m/s at most, and finite.
 template <class S, int D, class Space>
 bool plausible(const PlantState<S, D, Space>& at) {
     const S turn = S(base_t<S>(pi));

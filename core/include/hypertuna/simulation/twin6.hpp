@@ -1,4 +1,4 @@
-/// Twin in space: what its sensors read of the world, and the pilot that steers it.
+/// Twin in space: the true values of its sensors, and the pilot that steers it.
 #pragma once
 
 #include "hypertuna/pilot/pilot.hpp"
@@ -14,8 +14,8 @@ S antenna_height(const Body6<S, Law, D>& body, const Pose6<S>& pose) {
     return pose.position.z + dot(rotation(pose.attitude).up, place);
 }
 
-/// All sensors: the IMU sits at the head's center of mass and stands upright; depth and fix are the nose's. `fixed`
-/// says whether the antenna is out of the water.
+/// True values of all sensors: the IMU sits at the head's center of mass and stands upright; depth and fix are those of
+/// the nose. `fixed` says whether the antenna is out of the water.
 template <class S, class Law, int D>
 PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinState<S, D, InSpace>& at,
                                const PlantOutput<S, D, InSpace>& seen) {
@@ -27,7 +27,7 @@ PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinSta
     const Rotation<S> r = rotation(pose.attitude);
     const S com = body.tail.fish.link[0].com;
     const Vector<S> arm{com, S(0), body.space[0].com_height};
-    // Specific force: acceleration in the world, less gravity. The water's frame accelerates where the current changes.
+    // Specific force: acceleration in the world minus gravity. The water's frame accelerates where the current changes.
     const Vector<S> nose = seen.twist_rate.linear + cross(w, v) + look_out(body, pose, at.plant.xi).fall;
     const Vector<S> force = nose + cross(seen.twist_rate.angular, arm) + cross(w, cross(w, arm));
     const Vector<S> field = to_body(r, body.sea.field);
@@ -41,18 +41,19 @@ PilotReadings<S> true_readings(const Twin<Body6<S, Law, D>>& twin, const TwinSta
     return out;
 }
 
-/// A tick as it went, and what the pilot made of it.
+/// One simulated tick of the twin, and the pilot's step in it.
 template <class S, int D>
 struct PilotTick {
     Tick<S, D, InSpace> tick;
     PilotStep<S> step;
 };
 
-/// Whether the head moves as one can: 100 m/s at most, and finite.
+/// Whether the head's motion is physically possible: 100 m/s at most, and finite.
 template <class S>
 bool plausible(const SpatialTwist<S>& xi, const Pose6<S>& pose) {
     const S far = S(base_t<S>(100)), speed = dot(xi.linear, xi.linear) + dot(xi.angular, xi.angular);
-    return speed < far * far && is_finite(pose.position.x + pose.position.y + pose.position.z + square(pose.attitude));
+    return speed < far * far &&
+           is_finite(pose.position.x + pose.position.y + pose.position.z + squared_norm(pose.attitude));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

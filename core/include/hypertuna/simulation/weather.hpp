@@ -1,7 +1,8 @@
-/// Weather: what changes the water over a run, a tide and gusts of wind.
+/// Weather: changes of the current over a run, by a tide and by gusts of wind.
 ///
 /// Water that speeds up carries a robot of its own density along, so the velocity through the water does not change
-/// with the weather. The accelerometer misses what both gain: 0.02 m/s^2 for a gust of 0.2 m/s within 10 s.
+/// with the weather. The accelerometer does not show this common acceleration: 0.02 m/s^2 for a gust of 0.2 m/s within
+/// 10 s.
 #pragma once
 
 #include "hypertuna/simulation/sea.hpp"
@@ -11,12 +12,14 @@ namespace hypertuna::inline HYPERTUNA_ARCH {
 
 template <class T>
 struct Weather {
-    T tide[2], tide_period;   // m/s toward east and north, s: a current that swings, none at the start
-    T gust[2];                // m/s of the strongest: what the wind adds at the surface
-    T gust_depth, gust_time;  // m where nothing of it is left; s from one strength to the next
+    T tide[2],
+        tide_period;  // m/s toward east and north, s: amplitude and period of a current that swings; none at the start
+    T gust[2];        // m/s: current that the strongest wind adds at the surface
+    T gust_depth,
+        gust_time;  // m: depth at which nothing of the gust is left; s from one strength of the wind to the next
 };
 
-/// Weather as a row of numbers, in this order: how it comes from Python.
+/// Order of the weather's numbers in a row from Python.
 inline constexpr const char* weather_columns[] = {"tide_east",  "tide_north", "tide_period", "gust_east",
                                                   "gust_north", "gust_depth", "gust_time"};
 
@@ -32,7 +35,7 @@ T uniform_of(std::uint64_t seed, Stream stream, std::uint64_t count) {
     return uniform<T>(random_bits(seed, std::uint64_t(stream), count));
 }
 
-/// Strength of the wind, 0 to 1: random at equal times, smooth between; weak more often than strong.
+/// Strength of the wind, 0 to 1: random at equal intervals, smooth between; weak more often than strong.
 template <class T>
 T wind(const Weather<T>& weather, std::uint64_t seed, T time) {
     const T place = time / weather.gust_time;
@@ -45,7 +48,7 @@ T wind(const Weather<T>& weather, std::uint64_t seed, T time) {
     return strength(before) + smooth * (strength(before + 1) - strength(before));
 }
 
-/// The sea at a time.
+/// The sea with the weather at a time [s].
 template <class T>
 Sea<T> sea_at(const Sea<T>& sea, const Weather<T>& weather, std::uint64_t seed, T time) {
     Sea<T> now = sea;

@@ -9,14 +9,16 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// One of the laws `Each<S>...`. It is one that sheds and beats; a law that does not gives no force.
+/// One of the laws `Each<S>...`. To its users it sheds and beats; where the law in place does not shed, that force is
+/// zero.
 template <class S, template <class> class... Each>
 struct AnyLaw {
     static constexpr bool sheds = true;
     static constexpr bool beats = true;
-    static constexpr int flag_bits = 8;  // above a law's flags stands its place in the list
+    static constexpr int flag_bits = 8;  // the bits above these hold the law's place in the list
 
-    /// Memory for the coefficients of any law and for the inertia: of a link, but all coefficients come first.
+    /// Memory per link for the coefficients of any law and for the inertia; the coefficients of all links come before
+    /// the inertias.
     struct Coefficients {
         alignas(S) std::byte law[std::max({sizeof(typename Each<S>::Coefficients)...})];
         LinkInertia<S> inertia;
@@ -60,7 +62,7 @@ struct AnyLaw {
         });
     }
 
-    /// What work(law) makes of the law in place.
+    /// Call work(law) with the law in place and return its result.
     template <std::size_t k = 0, class Any, class Work>
     static HYPERTUNA_INLINE auto visit(Any& any, const Work& work) {
         if constexpr (k + 1 < sizeof...(Each))
@@ -69,7 +71,7 @@ struct AnyLaw {
     }
 };
 
-/// Momentum after one beat, in code for the law alone: this is where the time goes.
+/// Momentum after one beat, in code compiled for the law in place: most of the time is spent here.
 template <class S, template <class> class... Each, class G, class V>
 Momentum<V> swim_beat(const Swimmer<S, AnyLaw<S, Each...>, G>& fish, const ShapeTable<S, G>& table, int stride,
                       const S& period, const Momentum<V>& P) {

@@ -7,15 +7,15 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// The numbers of a beat: each is declared here and listed in `numbers`, which whoever copies them goes through.
+/// Numbers of a beat. Each is declared here and listed in `numbers`, which code that copies them goes through.
 template <class S>
 struct BeatNumbers {
-    Pose<S> displacement;  // of the nose over the beat, in body axes at its start
+    Pose<S> displacement;  // displacement of the nose over the beat, in body axes at its start
     S power;               // W, mean of the sum of joint torque times joint rate
-    S power_positive;      // W, the same with every joint group's negative power counted as zero
+    S power_positive;      // W, mean of the same sum with every joint group's negative power counted as zero
     S loss;                // W, mean power that the water takes
     S torque_peak;         // N m, largest magnitude of any driven joint's torque
-    // Of the mean path, which a beat that turns the body by more than half a circle does not have: NaN then.
+    // The next three describe the mean path. A beat that turns the body by more than half a circle has none: NaN.
     S excursion;  // m, of the tail tip across the mean path, peak to peak
     S arc;        // m, length of the mean path: of the circle at the nose's mean distance from the center
     S radius;     // m, mean distance of the nose from the center of the turn; infinite when straight
@@ -27,7 +27,7 @@ struct BeatNumbers {
                                                    &BeatNumbers::radius,    &BeatNumbers::advance};
 };
 
-/// A beat, measured: its numbers, and the state after it.
+/// A measured beat: its numbers, and the state after it.
 template <class S, class Y = Momentum<S>>
 struct Beat : BeatNumbers<S> {
     static constexpr int count = sizeof(BeatNumbers<S>::numbers) / sizeof(S BeatNumbers<S>::*);
@@ -45,7 +45,7 @@ Beat<S, Y> select(const M& mask, const Beat<S, Y>& yes, const Beat<S, Y>& no) {
     return beat;
 }
 
-/// What a step of a beat shows.
+/// What is sampled at a step of a beat.
 template <class S>
 struct BeatSample {
     S load;          // largest magnitude of any driven joint's torque
@@ -95,10 +95,10 @@ S peak(int count, const At& at) {
     return highest;
 }
 
-/// What the path of a beat was: its radius, and the tail's excursion across it.
+/// Compute the mean path of a beat: its arc and radius, and the tail's excursion across it.
 ///
 /// Positions a beat apart sample the mean path. Where the body turns by more than half a circle from one to the next,
-/// the samples do not tell a circle from another one, traveled the other way round: the body spins, and has no path.
+/// two circles, traveled in opposite directions, fit the samples: the body spins, and has no path.
 template <class S>
 void measure_path(int steps, const BeatSample<S>* sample, BeatNumbers<S>& beat) {
     using T = base_t<S>;
@@ -150,7 +150,7 @@ HYPERTUNA_INLINE void measure_step(const Swimmer<S, Law, G>& fish, const JointSh
                          {pose.x, pose.y, S(0)}};
 }
 
-/// Make means and peaks of what the steps of a beat have left.
+/// Turn the sums and samples of a beat's steps into means and peaks.
 template <class S>
 void measure_end(int steps, const Pose<S>& displacement, const BeatSample<S>* sample, BeatNumbers<S>& beat) {
     const S mean(base_t<S>(1.0 / steps));

@@ -18,13 +18,13 @@ struct Link {
 };
 
 /// Velocity in a link's own axes: along it (nose to tail), across it, and rate of turn.
-/// The momentum, force and acceleration of a link are kept in the same way.
+/// Momentum, force and acceleration of a link use the same type.
 template <class S>
 struct Along {
     S t, n, w;
 };
 
-/// Where one link is and how the shape moves it: everything the swimming equations need of it.
+/// Geometry of one link, and how the change of shape moves it: everything the swimming equations need of a link.
 ///
 /// The link's velocity is J xi + a, with the body's twist xi = (u, v, r) and
 ///     J = [ c  s  h_t ]        a = (a_t, a_n, w)
@@ -53,7 +53,7 @@ struct LinkShape {
     HYPERTUNA_INLINE Wrench<V> wrench(const Along<V>& f) const {
         return {c * f.t - s * f.n, s * f.t + c * f.n, h_t * f.t + h_n * f.n + f.w};
     }
-    /// The same added to a sum, one multiply-add a term.
+    /// Add J^T f to a sum, one multiply-add per term.
     template <class V>
     HYPERTUNA_INLINE void add_wrench(const Along<V>& f, Wrench<V>& sum) const {
         sum = {sum.x + c * f.t - s * f.n, sum.y + s * f.t + c * f.n, sum.z + h_t * f.t + h_n * f.n + f.w};
@@ -109,13 +109,13 @@ void shape(int links, const Link<S>* link, const JointMotion<S>* joint, LinkShap
     });
 }
 
-/// How the links' joints turn relative to one another: rate of joint i from the rates of the links.
+/// Rate of joint i, rad/s: difference of the rates of its two links.
 template <class S>
 HYPERTUNA_INLINE S joint_rate(const LinkShape<S>* shape, int i) {
     return i == 0 ? S(0) : shape[i].w - shape[i - 1].w;
 }
 
-/// Position of the front joint of a link in body axes, as the arms of a force there.
+/// Position of a link's front joint in body axes, from the link's moment arms.
 template <class S>
 HYPERTUNA_INLINE Planar<S> joint_position(const LinkShape<S>& shape, const Link<S>& link) {
     const S along = shape.h_n - link.com;  // joint seen along the link, from the nose

@@ -1,5 +1,5 @@
-/// Lighthill's large-amplitude elongated-body theory (1971) with resistive drag: the water's momentum is across the
-/// body alone, and all of it that reaches the trailing edge is left in the wake. Derivation: docs/model.md.
+/// Lighthill's large-amplitude elongated-body theory (1971) with resistive drag: the momentum of the water is only
+/// across the body, and what reaches the trailing edge is left in the wake. Derivation: docs/model.md.
 #pragma once
 
 #include "hypertuna/swimming/water.hpp"
@@ -18,9 +18,9 @@ struct Elongated {
     static constexpr bool beats = false;
 
     struct Coefficients {
-        LinkInertia<S> inertia;  // with added mass
+        LinkInertia<S> inertia;  // link's inertia with added mass
         S friction, drag;        // along and across the whole link, kg/m
-        S middle, half_length;   // of the link, from its center of mass, m
+        S middle, half_length;   // middle of the link from its center of mass, and half its length, m
     };
     const Coefficients* links;
     S shedding;  // kg/m: added mass per length at the trailing edge
@@ -66,7 +66,7 @@ struct Elongated {
         return f;
     }
 
-    /// Lighthill's force at the edge; one that moves backward leaves no momentum behind.
+    /// Lighthill's force at the trailing edge; an edge that moves backward leaves no momentum behind.
     template <class V>
     HYPERTUNA_INLINE Along<V> shed(const Along<V>& v) const {
         const V across = v.n + edge * v.w;

@@ -13,14 +13,14 @@ struct JointMotion {
     S acceleration;  // rad/s^2
 };
 
-/// A joint group's share of a harmonic gait: alpha(t) = bias + amplitude sin(2 pi f t - lag).
+/// Command of a harmonic gait to a joint group: alpha(t) = bias + amplitude sin(2 pi f t - lag).
 template <class S>
 struct Harmonic {
     S amplitude;       // rad
     S lag;             // rad, behind the gait's clock
     S bias;            // rad
     S bandwidth;       // Hz: first-order lag between the command and the joint; infinite for an ideal joint
-    S phase_offset{};  // rad: how much later the joint is, at every frequency
+    S phase_offset{};  // rad: further lag of the joint, at every frequency
 };
 
 /// Which group bends a joint and by which part of the group's angle; group -1 for a rigid joint.
@@ -30,16 +30,16 @@ struct JointShare {
     S share;
 };
 
-/// The angle that a group makes of its share: alpha = bias + sine sin(p) + cosine cos(p), p = 2 pi f t.
+/// Angle of a joint group as it responds: alpha = bias + sine sin(p) + cosine cos(p), p = 2 pi f t.
 template <class S>
 struct Swing {
     S bias, sine, cosine;  // rad
 };
 
-/// Send a command through the group's first-order lag.
+/// Response of a joint group to its command through a first-order lag.
 ///
-/// It turns A sin(p) into A (sin p - x cos p) / (1 + x^2) with x = f / bandwidth: the amplitude falls to
-/// A / sqrt(1 + x^2) and comes atan(x) later. The phase offset is later still; the bias passes unchanged.
+/// The lag turns A sin(p) into A (sin p - x cos p) / (1 + x^2) with x = f / bandwidth: the amplitude falls
+/// to A / sqrt(1 + x^2), and the motion comes atan(x) later. The phase offset delays it further; the bias is unchanged.
 template <class S>
 Swing<S> response(const Harmonic<S>& group, const S& frequency) {
     const auto [s, c] = sincos(group.lag + group.phase_offset);
@@ -48,7 +48,7 @@ Swing<S> response(const Harmonic<S>& group, const S& frequency) {
     return {group.bias, in_phase * c + quadrature * s, quadrature * c - in_phase * s};
 }
 
-/// Largest rate of any group over the beat: 2 pi f times the amplitude that it makes, rad/s.
+/// Largest rate of any group over the beat, rad/s: 2 pi f times the group's amplitude after its lag.
 template <class S>
 S largest_rate(int groups, const Harmonic<S>* group, const S& frequency) {
     S amplitude(0);

@@ -1,4 +1,5 @@
-/// The water laws: the one list that kernels, bindings, Python and tests go through.
+/// List of the water laws, which kernels, bindings, Python and tests go through. A new law is added here, and its
+/// header above.
 #pragma once
 
 #include <type_traits>
@@ -39,8 +40,8 @@ void with_listed_law(int index, const Work& work) {
     });
 }
 
-/// Call work(std::type_identity<Law<S>>) for the law at this place of the list; where the code is to be small, for the
-/// type that is any law.
+/// Call work(std::type_identity<Law<S>>) for the law at this place of the list; with HYPERTUNA_SMALL, for the type that
+/// can be any law.
 template <class S, class Work>
 void with_law([[maybe_unused]] int index, const Work& work) {
 #ifdef HYPERTUNA_SMALL

@@ -10,16 +10,17 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-inline constexpr int gait_parameters(int groups) { return 1 + 3 * groups; }  // the rest is the robot's
+inline constexpr int gait_parameters(int groups) { return 1 + 3 * groups; }  // number of the gait's parameters
 
-/// The shape of the body depends on these first ones alone: gait, lags of the joints, lengths and centers of mass.
+/// Number of the first parameters, those on which the shape of the body depends: gait, lags of the joints, lengths and
+/// centers of mass.
 inline constexpr int shape_parameters(int groups, int links) { return 1 + 5 * groups + 2 * links; }
 
-/// Where columns begin in a robot's row, which lacks the gait's.
+/// Where centers of mass and the density begin in a robot's row, which lacks the gait's parameters.
 inline constexpr int com_place(int groups, int links) { return 2 * groups + links; }
 inline constexpr int density_place(int groups, int links) { return 2 * groups + 4 * links; }
 
-/// Frequency, and each group's harmonic with the lags of its joints.
+/// Read each group's harmonic with the lags of its joints, and return the frequency.
 template <class S>
 S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {
     const S frequency = *in.take(1);
@@ -32,7 +33,7 @@ S read_gait(int groups, Columns<S>& in, Harmonic<S>* out) {
     return frequency;
 }
 
-/// Density of the water, and the links.
+/// Read the links, and return the density of the water.
 template <class S>
 S read_body(int links, Columns<S>& in, Link<S>* out) {
     const S* length = in.take(links);

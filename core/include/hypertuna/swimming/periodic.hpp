@@ -3,7 +3,8 @@
 /// One beat maps the state at its start to the state at its end, P -> Phi(P). Dual numbers give the exact derivative of
 /// that map (the monodromy matrix), and Newton solves Phi(P) = P.
 ///
-/// A body (PeriodicSwimmer in settle.hpp) has a state of its own: a vector of `size` numbers, each a component(P, k).
+/// A body type (such as PeriodicSwimmer in settle.hpp) has a state of its own: a vector of `size` numbers, each a
+/// component(P, k).
 #pragma once
 
 #include <limits>
@@ -35,7 +36,7 @@ Planar<S> solve(const Matrix<S, 3>& m, const Planar<S>& b) {
             (c2 * b.x + (a[0][1] * a[2][0] - a[0][0] * a[2][1]) * b.y + (a[0][0] * a[1][1] - a[0][1] * a[1][0]) * b.z)};
 }
 
-/// The same of any size, by elimination with the largest pivot of each column.
+/// Solve A x = b of any size by elimination with the largest pivot of each column.
 template <class S, int N, class Y>
 Y solve(Matrix<S, N> m, Y b) {
     auto& a = m.a;
@@ -59,7 +60,7 @@ Y solve(Matrix<S, N> m, Y b) {
     return b;
 }
 
-/// One beat from P: where it ends, and the derivative of that by P.
+/// State at the end of one beat from P, and its derivative with respect to P.
 template <class S, class Y = Momentum<S>>
 struct BeatMap {
     Y end;
@@ -106,9 +107,9 @@ HYPERTUNA_INLINE BeatMap<S, Y> select(const M& mask, const BeatMap<S, Y>& yes, c
 /// The search for the settled beat, lane by lane.
 template <class S, class Y = Momentum<S>>
 struct Search {
-    Y P;                // where the next beat starts
+    Y P;                // state at the start of the next beat
     Y best;             // where the best beat so far started,
-    BeatMap<S, Y> map;  // and what became of it
+    BeatMap<S, Y> map;  // and its beat map
     S residual;         // change of the motion over that beat, infinite before the first
     S distance;         // size of Newton's step from it, relative to the stride
     S damping;          // part of Newton's step to take
@@ -123,8 +124,8 @@ Search<S, Y> search_from(const Y& P, const S& beats) {
 
 /// Newton's method until its step is smaller than `tolerance` of the stride; search.P has made that last step.
 ///
-/// Undamped, every step is taken whole, in u |u|: quick, and nearly always enough. Damped, a step that does not lower
-/// the residual (or leaves the numbers) is halved.
+/// Undamped, every step is taken in full, in u |u|: quick, and nearly always enough. Damped, a step that does not lower
+/// the residual, or is not finite, is halved.
 template <class Body, class S, class Y>
 HYPERTUNA_NOINLINE void newton(const Body& body, int stride_instants, base_t<S> tolerance, bool damped, int max_beats,
                                Search<S, Y>& search) {

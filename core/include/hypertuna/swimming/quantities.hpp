@@ -8,33 +8,34 @@
 
 namespace hypertuna {
 
-// Turning radii in body lengths: a larger one is no turn; one that summaries do not show.
+// Turning radii in body lengths: a body with a larger one than the first swims straight; summaries show none beyond the
+// second.
 inline constexpr double straight = 1e6, nearly_straight = 1e3;
 
-/// Where a quantity is shown: in data sets of sweeps alone, in records of JSON too, or also in summaries on screens.
+/// Where a quantity is shown: only in data sets of sweeps, also in records of JSON, or also in summaries on screens.
 enum class Shown { data, record, summary };
 /// Whether an optimization seeks large or small values, or cannot have the quantity as its objective.
 enum class Better { neither, large, small };
 
-/// What a host says of a quantity.
+/// How a host presents a quantity.
 struct QuantityAbout {
     const char *name, *unit, *label, *meaning;
     Shown shown;
     Better better;
-    bool differentiable;  // its formula may be taken of dual numbers
+    bool differentiable;  // its formula may be evaluated with dual numbers
 };
 
 }  // namespace hypertuna
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// What the formulas are made of: a beat, its gait and robot, and of values without derivatives its search.
+/// Arguments of the formulas: a beat with its gait and robot, and the results of its search, which have no derivatives.
 template <class S>
 struct Measured {
     BeatNumbers<S> beat;
     S speed, rate_peak;         // m/s; rad/s
     S frequency, length, mass;  // Hz; m and kg, of the whole body
-    S towed_power;              // W, that tows the straight body at this speed
+    S towed_power;              // W, power to tow the straight body at this speed
     S residual, distance, beats;
 };
 
@@ -99,7 +100,7 @@ inline constexpr Quantity<S> quantities[] = {
     {{"spectral_radius", "", "spectral radius",
       "largest modulus of the monodromy's multipliers: growth of a disturbance per beat", Shown::data, Better::neither,
       false},
-     nullptr},  // of the monodromy's column, by who reads it
+     nullptr},  // computed from the monodromy's column by its reader
     {{"change_per_beat", "", "change per beat", "change of the motion from beat to beat, body lengths or rad",
       Shown::data, Better::neither, false},
      [](const auto& m) { return m.residual; }},

@@ -7,17 +7,18 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Where a search that failed begins again: where it is, at its guess or at rest, and after how many beats from there.
+/// Where a failed search begins again: at its last state, at its guess or at rest; `Retry::wait` beats are swum from
+/// there first.
 enum class From { here, guess, rest };
 struct Retry {
     From from;
     int wait;
     bool damped;
 };
-inline constexpr int long_wait = 200;  // beats after which even the slow transients have chosen their way
+inline constexpr int long_wait = 200;  // beats after which even slow transients approach one settled motion
 
-/// A swimmer in its gait, as the search for its settled beat asks it: its state is the momentum. A body whose state has
-/// more coordinates is a type with these members.
+/// A swimmer with its gait, in the form that the search for a settled beat needs: its state is the momentum. A body
+/// whose state has more coordinates is another type with the same members.
 template <class S, class Law>
 struct PeriodicSwimmer {
     using Scalar = S;
@@ -41,13 +42,12 @@ struct PeriodicSwimmer {
     /// A change of the state as a change of the motion at the beat's start, and back.
     Twist<S> motion(const Momentum<S>& change) const { return table.mobility[0] * change; }
     Momentum<S> state(const Twist<S>& change) const { return inverse(table.mobility[0]) * change; }
-    /// Size of a change of the motion: velocity of the nose in body lengths a beat, turning in rad a beat, whichever is
-    /// more.
+    /// Size of a change of the motion: velocity of the nose in body lengths per beat or turning in rad per beat,
+    /// whichever is larger.
     S size(const Twist<S>& d) const { return period * max(max(abs(d.x), abs(d.y)) / length, abs(d.z)); }
-    /// What a distance is measured by: the way the body makes in a beat, in body lengths, and a little for a body at
-    /// rest.
+    /// Unit of a search's distances: the body's travel in a beat, in body lengths, plus a little for a body at rest.
     S stride(const Momentum<S>& P) const { return period * abs(surge(P)) / length + S(base_t<S>(1e-3)); }
-    /// A step from a state taken in u |u|: u -> sqrt(u^2 + 2 u du), unless that would turn the body around.
+    /// Newton's step d from a state, taken in u |u|: u -> sqrt(u^2 + 2 u du), unless that would turn the body around.
     ///
     /// Thrust hardly depends on the speed and drag grows with its square, so in u |u| their balance is a straight line,
     /// and Newton's method arrives in few steps from far away.
@@ -67,9 +67,9 @@ struct Settled {
     Y start;
     Matrix<S, Y::size> monodromy;
     S residual;  // change of the motion over the measured beat, body lengths or rad
-    S distance;  // Newton's step from it, relative to the stride: how far it is from settled
+    S distance;  // Newton's step from the start, relative to the stride: how far the start is from settled
     S beats;     // beats integrated to find it
-    S retry;     // of the body's list, that found it; 0 too where none was needed
+    S retry;     // place in the body's list of the retry that found it; 0 also where none was needed
 };
 
 template <class S, class Y, class M>
@@ -85,8 +85,8 @@ Settled<S, Y> select(const M& mask, const Settled<S, Y>& yes, const Settled<S, Y
         pick(yes.retry, no.retry)};
 }
 
-/// A brisk start for the search: above most gaits' speed, because Newton comes down on it from above in a few steps and
-/// overshoots from below. Straight ahead at 0.29 (0.1 + sum of amplitudes) body lengths a beat.
+/// A brisk start for the search: above most gaits' speed, because Newton's method arrives from above in a few steps and
+/// overshoots from below. Straight ahead at 0.29 (0.1 + sum of amplitudes) body lengths per beat.
 template <class S>
 Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Swing<S>* swings, const S& frequency,
                         const S& length) {
@@ -99,15 +99,15 @@ Momentum<S> brisk_start(const ShapeTable<S>& table, int groups, const Swing<S>* 
     return {-(inertia.xx * speed), S(0), S(0)};
 }
 
-/// Newton's last step, relative to the stride: at half the steps, at all of them, in a second try, and what counts as
-/// settled.
+/// Tolerances of Newton's last step, relative to the stride: with half the time steps, with all of them, in a retry,
+/// and for a beat that counts as settled.
 struct SettleTolerances {
     double coarse, fine, last, settled;
 };
 inline constexpr SettleTolerances settle_tolerances = {5e-2, 1e-3, 1e-5, 1e-7};
-inline constexpr int quick_beats = 12;  // that undamped Newton gets at each number of steps
+inline constexpr int quick_beats = 12;  // largest number of beats for undamped Newton with each number of time steps
 
-/// What became of a search, as BeatStatus: 0 settled (it may yet be unstable), 1 unsettled, 3 diverged.
+/// Outcome of a search as a BeatStatus: 0 settled (it may yet be unstable), 1 unsettled, 3 diverged.
 template <class S, class Y>
 S search_status(const Settled<S, Y>& found, const S& speed) {
     using T = base_t<S>;
@@ -139,15 +139,15 @@ Y filled(const S& number) {
     return state;
 }
 
-/// The settled beat by Newton's method: at half the steps first, then at all of them, proven by the beat itself. Where
-/// that fails, the search goes on and begins again as the body's list says.
+/// Find the settled beat by Newton's method: with half the time steps first, then with all of them; one more beat
+/// proves it. Where that fails, the search is retried as the body's list says.
 template <class Body, class Y, class S = typename Body::Scalar>
 Settled<S, Y> settle(const Body& body, const Y& guess, int max_beats) {
     using T = base_t<S>;
     constexpr SettleTolerances tolerance = settle_tolerances;
     Search<S, Y> search = search_from(body.swim(body.swim(guess, 2), 2), S(2));
     newton(body, 2, T(tolerance.coarse), false, quick_beats, search);
-    // What half the steps could not settle (too stiff for them) begins again with all of them.
+    // A gait that is too stiff for half the time steps begins again with all of them.
     search = search_from(select(search.distance < S(T(tolerance.coarse)), search.P, guess), search.beats);
     newton(body, 1, T(tolerance.fine), false, quick_beats, search);
     Settled<S, Y> out = prove(body, search.P, search);
@@ -169,8 +169,8 @@ Settled<S, Y> settle(const Body& body, const Y& guess, int max_beats) {
     return out;
 }
 
-/// The same by waiting: `beats` plain beats, and one more measured. Its distance from the settled beat follows from how
-/// the change per beat shrinks, as in a geometric series.
+/// Find the settled beat by waiting: swim `beats` plain beats, and measure one more. Its distance from the settled beat
+/// follows from how the change per beat shrinks, as in a geometric series.
 template <class Body, class Y, class S = typename Body::Scalar>
 Settled<S, Y> wait(const Body& body, const Y& from, int beats) {
     using T = base_t<S>;
@@ -185,7 +185,7 @@ Settled<S, Y> wait(const Body& body, const Y& from, int beats) {
     for (auto& row : search.map.monodromy.a)
         for (S& x : row) x = S(std::numeric_limits<T>::quiet_NaN());
     Settled<S, Y> out = prove(body, start, search);
-    const S rounding(T(64) * std::numeric_limits<T>::epsilon());  // no change is smaller, and then it shrinks no more
+    const S rounding(T(64) * std::numeric_limits<T>::epsilon());  // rounding: a change this small shrinks no more
     const S shrinks =
         max(S(1) - out.residual / max(before, S(T(1e-30))), select(out.residual < rounding, S(T(1e-3)), S(T(1e-6))));
     out.distance = out.residual / (shrinks * body.stride(start));
@@ -196,12 +196,12 @@ Settled<S, Y> wait(const Body& body, const Y& from, int beats) {
 template <class S, class Y = Momentum<S>>
 struct Approach {
     Y end;       // state after the last beat
-    S distance;  // of that from the settled beat, relative to the stride
-    S beats;     // swum
+    S distance;  // distance of `end` from the settled beat, relative to the stride
+    S beats;     // number of beats swum
 };
 
-/// Distance at which a motion has arrived at a settled beat: disturbances so small die out by its multipliers. A motion
-/// elsewhere that changes by less than `standing` a beat will not come.
+/// `arrived`: distance below which a motion has arrived at a settled beat, since its multipliers damp such
+/// disturbances. `standing`: change per beat below which a motion elsewhere will not arrive.
 struct ApproachTolerances {
     double arrived, standing;
 };
@@ -212,8 +212,8 @@ Approach<S, Y> select(const M& mask, const Approach<S, Y>& yes, const Approach<S
     return {select(mask, yes.end, no.end), select(mask, yes.distance, no.distance), select(mask, yes.beats, no.beats)};
 }
 
-/// Swim plain beats from rest, every `stride_instants` of the table's instants half a step, until the motion arrives at
-/// the settled beat that starts with `target`, stands elsewhere, or has had `max_beats`.
+/// Swim plain beats from rest until the motion arrives at the settled beat that starts with `target`, stands elsewhere,
+/// or has had `max_beats`. `stride_instants` of the table's instants make half a time step.
 template <class Body, class Y, class S = typename Body::Scalar>
 HYPERTUNA_NOINLINE Approach<S, Y> swim_toward(const Body& body, int stride_instants, const Y& target, int max_beats) {
     using T = base_t<S>;
@@ -223,7 +223,7 @@ HYPERTUNA_NOINLINE Approach<S, Y> swim_toward(const Body& body, int stride_insta
     way.distance = size(way.end, target);
     S change(std::numeric_limits<T>::infinity());
     for (int k = 0; k < max_beats; ++k) {
-        // A comparison with NaN is false: what diverges goes no further.
+        // A comparison with NaN is false: a lane that diverges stops.
         const auto open =
             (S(T(approach_tolerances.arrived)) <= way.distance) & (S(T(approach_tolerances.standing)) <= change);
         if (!any(open)) break;
@@ -236,8 +236,8 @@ HYPERTUNA_NOINLINE Approach<S, Y> swim_toward(const Body& body, int stride_insta
     return way;
 }
 
-/// Follow a start from rest toward a settled beat: with half the steps, and where that does not arrive, with all of
-/// them. Newton's method jumps from one basin of attraction into another; plain beats do not.
+/// Follow a start from rest toward a settled beat: with half the time steps, and where that does not arrive, with all.
+/// Newton's method jumps from one basin of attraction into another; plain beats do not.
 template <class Body, class Y, class S = typename Body::Scalar>
 Approach<S, Y> approach(const Body& body, const Y& target, int max_beats) {
     using T = base_t<S>;

@@ -27,7 +27,7 @@ struct Spring {
     HYPERTUNA_INLINE V elastic(const V& angle) const {
         return -((stiffness + cubic * angle * angle) * angle + stop_stiffness * beyond(angle));
     }
-    /// Moment of the dampers over the rate, reversed.
+    /// Damping coefficient at an angle, N m s/rad: the dampers' moment over the rate, reversed.
     template <class V>
     HYPERTUNA_INLINE V drag(const V& angle) const {
         return damping + stop_dissipation * abs(beyond(angle));

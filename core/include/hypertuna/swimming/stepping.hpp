@@ -8,7 +8,7 @@
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Instants of a moving shape, two a step. A beat repeats itself: instant `instants` is instant 0 again.
+/// Instants of a moving shape, two per time step. A beat repeats itself: instant `instants` is instant 0 again.
 template <class S, class G = S>
 struct ShapeTable {
     int links;
@@ -24,7 +24,7 @@ struct ShapeTable {
     }
 };
 
-/// Enter what the body weighs in the shape of instant k.
+/// Tabulate the body's mobility and shape momentum at instant k.
 template <class S, class Law, class G>
 HYPERTUNA_INLINE void weigh(const Swimmer<S, Law, G>& fish, int k, const ShapeTable<S, G>& table) {
     const Composite<S> body = composite(fish, table.shape + k * fish.links);
@@ -32,14 +32,14 @@ HYPERTUNA_INLINE void weigh(const Swimmer<S, Law, G>& fish, int k, const ShapeTa
     table.momentum[k] = body.momentum;
 }
 
-/// Enter the shape that the joints make at instant k, and what the body weighs in it.
+/// Tabulate the shape of the body at instant k from the joints' motion, with its mobility and shape momentum.
 template <class S, class Law, class G>
 void tabulate(const Swimmer<S, Law, G>& fish, const JointMotion<G>* joint, int k, const ShapeTable<S, G>& table) {
     shape(fish.links, fish.link, joint, table.shape + k * fish.links, table.acceleration + k * fish.links);
     weigh(fish, k, table);
 }
 
-/// Enter a whole beat of a harmonic gait. `joint` is scratch for one instant.
+/// Tabulate a whole beat of a harmonic gait. `joint` is scratch for one instant.
 template <class S, class Law, class G>
 HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law, G>& fish, const JointShare<G>* joints,
                                       const Swing<G>* swings, const G& frequency, JointMotion<G>* joint,
@@ -51,7 +51,7 @@ HYPERTUNA_NOINLINE void tabulate_beat(const Swimmer<S, Law, G>& fish, const Join
     }
 }
 
-/// Where the nose is and where the head points, in the frame of the water.
+/// Position of the nose and heading of the head's x axis, in the frame of the water.
 template <class S>
 struct Pose {
     S x, y, heading;  // m, m, rad counter-clockwise
@@ -114,7 +114,7 @@ HYPERTUNA_INLINE Momentum<V> swim_step(const Swimmer<S, Law, G>& fish, const Sha
     });
 }
 
-/// The same with the pose.
+/// Momentum and pose after one step that starts at instant k; `stride` instants make half a step.
 template <class S, class Law, class G>
 HYPERTUNA_INLINE Motion<S> swim_step(const Swimmer<S, Law, G>& fish, const ShapeTable<S, G>& table, int k, int stride,
                                      const S& step, const Motion<S>& motion) {
@@ -125,7 +125,7 @@ HYPERTUNA_INLINE Motion<S> swim_step(const Swimmer<S, Law, G>& fish, const Shape
     });
 }
 
-/// Momentum after one beat. With stride 2 every second instant is used: half the steps, a quarter of the trouble.
+/// Momentum after one beat. With stride 2 every second instant is used, for half the steps.
 template <class S, class Law, class G, class V>
 HYPERTUNA_NOINLINE Momentum<V> swim_beat(const Swimmer<S, Law, G>& fish, const ShapeTable<S, G>& table, int stride,
                                          const S& period, Momentum<V> P) {

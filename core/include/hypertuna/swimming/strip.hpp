@@ -24,10 +24,10 @@ struct Strip {
     static constexpr bool beats = true;
 
     struct Coefficients {
-        LinkInertia<S> inertia;        // with added mass
+        LinkInertia<S> inertia;        // link's inertia with added mass
         S friction, linear_friction;   // along the whole link: kg/m, kg/s
-        S drag, beating, linear_drag;  // across it, whole link: kg/m, kg/m, kg/s
-        S middle, half_length;         // of the link, from its center of mass, m
+        S drag, beating, linear_drag;  // across the whole link: kg/m, kg/m, kg/s
+        S middle, half_length;         // middle of the link from its center of mass, and half its length, m
     };
     const Coefficients* links;
     TailFin<S> fin;
@@ -53,7 +53,7 @@ struct Strip {
         const S* edge_lift = in.take(1);
         const S* edge_suction = in.take(1);
         const S half = S(base_t<S>(0.5)) * density, quarter_pi(base_t<S>(pi / 4)), twelfth(base_t<S>(1.0 / 12));
-        S added(0), ahead(0), height(0);  // of the last link, and the height of the one ahead
+        S added(0), ahead(0), height(0);  // last link: added mass per length; heights of the link ahead and its own
         for (int i = 0; i < links; ++i) {
             ahead = height;
             height = lateral_area[i] / link[i].length;
@@ -80,9 +80,9 @@ struct Strip {
         const EdgePlate<S> plate{min(*edge_added_mass * density * quarter_pi * chord * chord * *edge_height, all),
                                  chord, shed, *edge_lift, *edge_suction};
         const EdgeStrip<S> strip{added, shed, min(step * step, S(1)), *edge_suction};
-        // A longer fin spans several links, of which the last one ends it.
-        const S room = S(base_t<S>(1.0001)) * tail.length - chord;
-        const auto is_plate = zero < min(min(*edge_height, *edge_aspect), room);
+        // A fin that is longer than the last link spans several links, of which the last one ends it.
+        const S length_left = S(base_t<S>(1.0001)) * tail.length - chord;
+        const auto is_plate = zero < min(min(*edge_height, *edge_aspect), length_left);
         LinkInertia<S>& inertia = out[last].inertia;
         inertia =
             select(is_plate, plate.inertia(tail, inertia.tangential - tail.mass, all, added_inertia[last]), inertia);
@@ -92,11 +92,11 @@ struct Strip {
     // By reference: a copy takes longer than the product that it enters.
     HYPERTUNA_INLINE const LinkInertia<S>& inertia(int i) const { return links[i].inertia; }
 
-    /// `bend` is what the change of shape alone makes of v.
+    /// Drag on link i at the velocity v; `bend` is the part of v that the change of shape makes.
     template <class G, class V>
     HYPERTUNA_INLINE Along<V> drag(int i, const Along<V>& v, const Along<G>& bend) const {
         const Coefficients& k = links[i];
-        // Share of the square of the speed across at the link's middle that beating makes.
+        // Beating's share of the squared normal speed at the link's middle.
         const V beat = V(bend.n) + k.middle * V(bend.w), rest = v.n + k.middle * v.w - beat, square = beat * beat;
         const V across = k.drag + k.beating * (square / (square + rest * rest + V(S(base_t<S>(1e-24)))));
         Along<V> f = {-(k.friction * times_abs(v.t) + k.linear_friction * v.t), V(S(0)), V(S(0))};

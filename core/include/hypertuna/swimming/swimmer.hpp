@@ -3,7 +3,7 @@
 /// Its state is the momentum P of body and entrained water in body axes, taken at the nose. With the composite
 /// inertia M and the momentum b that the change of shape brings along, P = M xi + b, and Kirchhoff's equations say
 ///     dp/dt + r x p = F,    dl/dt + (u, v) x p = N.
-/// A shape is made of scalars G, which are plain numbers where the rest, S, has derivatives that leave the shape alone.
+/// A shape has scalars G: plain numbers where S has derivatives on which the shape does not depend.
 /// This form needs no acceleration of the joints and no derivative of M: those cancel.
 #pragma once
 
@@ -63,8 +63,8 @@ HYPERTUNA_INLINE Along<V> tail_velocity(const Link<G>& last, const Along<V>& v) 
     return {v.t, v.n + (last.length - last.com) * v.w, v.w};
 }
 
-/// Force of the water on link i at its velocity, of which the change of shape makes `bend`: drag, and at the tail what
-/// the wake takes along.
+/// Force of the water on link i at its velocity v, of which `bend` is the part that the change of shape makes: drag,
+/// and at the tail the force of the wake that the edge sheds.
 template <class S, class Law, class G, class V>
 HYPERTUNA_INLINE Along<V> water_force(const Swimmer<S, Law, G>& fish, int i, const Along<V>& v, const Along<G>& bend) {
     Along<V> f;
@@ -102,8 +102,8 @@ HYPERTUNA_INLINE Momentum<V> momentum_rate(const Swimmer<S, Law, G>& fish, const
     return {f.x + xi.z * P.y, f.y - xi.z * P.x, f.z - (xi.x * P.y - xi.y * P.x)};
 }
 
-/// d/dt of a link's velocity J xi + a, in the link's turning axes, while the twist stays as it is: what turning of head
-/// and link adds.
+/// Time derivative of a link's velocity J xi + a in the link's turning axes, with the twist constant: what the turning
+/// of head and link adds.
 template <class G, class V>
 HYPERTUNA_INLINE Along<V> velocity_rate(const LinkShape<G>& at, const LinkAcceleration<G>& g, const Twist<V>& xi) {
     const V head_t = at.c * xi.x + at.s * xi.y, head_n = at.c * xi.y - at.s * xi.x;
@@ -111,9 +111,8 @@ HYPERTUNA_INLINE Along<V> velocity_rate(const LinkShape<G>& at, const LinkAccele
             (at.a_t - at.w * at.h_t) * xi.z - at.w * head_t + g.n - at.w * at.a_t, V(G(g.w))};
 }
 
-/// What must act on link i, beyond the water's drag, for it to move so while the twist stays as it is: its inertial
-/// force with added mass (Lambda dv/dt and the momentum turning with the link) less the force of the water, as a wrench
-/// at the nose.
+/// Load on link i that keeps the twist constant: its inertial force with added mass (Lambda dv/dt and the momentum
+/// turning with the link) minus the force of the water, as a wrench at the nose.
 template <class S, class Law, class G, class V>
 HYPERTUNA_INLINE Wrench<V> link_load(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, int i,
                                      const Twist<V>& xi) {
@@ -148,7 +147,7 @@ void joint_torques(const Swimmer<S, Law, G>& fish, const Instant<S, G>& now, con
         load = load + link_load(fish, now, i, xi);
         torque[i] = moment(i, load);
     }
-    // Nothing but the water acts on the whole: the body accelerates, and each link with it.
+    // Only the water acts on the whole body: it accelerates, and each link with it.
     const Twist<V> xi_rate = now.mobility * (zero - load);
     load = zero;
     for (int i = fish.links - 1; i >= 0; --i) {

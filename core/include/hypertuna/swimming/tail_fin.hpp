@@ -1,21 +1,21 @@
-/// The force of the water on a tail fin beside the change of the momentum that it carries: Kirchhoff's equations know
-/// no edges. Derivation: docs/model.md, "Strip: the force on a fin".
+/// Force of the water on a tail fin, in addition to the change of the momentum that the fin carries: Kirchhoff's
+/// equations know no edges. Derivation: docs/model.md, "Strip: the force on a fin".
 #pragma once
 
 #include "hypertuna/swimming/water.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// What the wake takes at the edge that trails, and what keeps a plate free of forces along itself but suction. Moving
-/// backward, the fin's two edges change roles.
+/// Force of the wake at the trailing edge, and the terms that leave suction as the only force along a plate. Where the
+/// fin moves backward, its two edges change roles.
 template <class S>
 struct TailFin {
-    S middle{};               // of the fin, from the link's center of mass, m
-    S sense{}, act{};         // behind the middle: where the speed makes the lift, and where the lift acts, m
+    S middle{};               // middle of the fin from the link's center of mass, m
+    S sense{}, act{};         // m behind the middle: where the speed determines the lift, and where the lift acts
     S lift{}, fading{};       // force per speed along and speed across, kg/m; the second times |v_t| / |v|
     S carried{}, turning{};   // added mass that turns with the fin, and that whose moment fades with the lift, kg
-    S suction{}, attached{};  // at the leading edge, kg/m; the second fades with the lift
-    S leading{};              // where the speed makes suction, ahead of the middle, m
+    S suction{}, attached{};  // suction at the leading edge, kg/m; attached added mass, which fades with the lift
+    S leading{};              // m ahead of the middle: where the speed determines the suction
 
     template <class V>
     HYPERTUNA_INLINE Along<V> force(const Along<V>& v) const {
@@ -29,10 +29,10 @@ struct TailFin {
     }
 };
 
-/// A fin as the end of a strip: all of the last link, of one added mass per length.
+/// A fin that is the whole last link, with one added mass per length.
 template <class S>
 struct EdgeStrip {
-    S added, shed;  // kg/m: of the link, and what the trailing edge sheds at small incidence
+    S added, shed;  // kg/m, added mass: of the link, and that shed by the trailing edge at small incidence
     S ahead;        // added mass of the link ahead over the edge's: there the fin has no leading edge
     S suction;      // fraction that acts at the leading edge
 
@@ -64,9 +64,10 @@ struct EdgePlate {
 
     TailFin<S> fin(const Link<S>& link) const {
         const S quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
-        const S carried = min(mass, chord * lift);  // as much as a slender plate's, for its lift
+        const S carried = min(mass, chord * lift);  // added mass of a slender plate with this lift
         const S share = carried / max(chord * lift, tiny);
-        const S kept = min(suction * (S(1) - S(base_t<S>(0.5)) * slope), S(4) * share);  // or the wake gives energy
+        const S kept =
+            min(suction * (S(1) - S(base_t<S>(0.5)) * slope), S(4) * share);  // more would let the wake give energy
         return {.middle = middle(link),
                 .sense = quarter * chord,
                 .act = abs(share - quarter) * chord,
@@ -76,8 +77,8 @@ struct EdgePlate {
                 .attached = S(2) * kept * lift};
     }
 
-    /// Inertia of a link with an added mass `all` [kg] across, of which the plate has its part and what lies ahead of
-    /// the plate the rest; `rotary` scales the added moments of inertia.
+    /// Inertia of a link with an added mass `all` [kg] across: the plate has its own part, what lies ahead of the plate
+    /// the rest; `rotary` scales the added moments of inertia.
     LinkInertia<S> inertia(const Link<S>& link, const S& tangential, const S& all, const S& rotary) const {
         const S rest = all - mass, ahead = link.length - chord, front = S(base_t<S>(0.5)) * ahead - link.com;
         const S rear = middle(link), twelfth(base_t<S>(1.0 / 12)), plate(base_t<S>(1.0 / 32));
@@ -87,7 +88,7 @@ struct EdgePlate {
     }
 };
 
-/// One of two, each number for itself.
+/// Choose between two fins or inertias by a mask, lane by lane.
 template <class M, class S>
 TailFin<S> select(const M& mask, const TailFin<S>& yes, const TailFin<S>& no) {
     return {select(mask, yes.middle, no.middle),     select(mask, yes.sense, no.sense),

@@ -1,12 +1,13 @@
-/// Water: what it adds to a link's inertia and the drag that it exerts.
+/// Water: the inertia that it adds to a link, and the drag that it exerts.
 ///
 /// A water law is a type Law<S> in a file of its own beside this one, listed in laws.hpp:
 ///     name, columns, flags               its table [water.NAME] in a robot file, and the order of its coefficients
 ///     read(links, in, link, density, flags, out)   the law from one row of coefficients, its memory `out`
 ///     LinkInertia<S> inertia(i)          inertia of link i with its added mass
 ///     Along<V> drag(i, Along<V> v)       force along and across link i and moment about its center of mass
-///     beats                              whether drag takes a third argument: what of v the change of shape makes
-///     sheds, Along<V> shed(Along<V> v)   the same of what the last link leaves in the wake
+///     beats                              whether drag takes a third argument: the part of v that the change of shape
+///     makes sheds, Along<V> shed(Along<V> v)   whether the last link sheds a wake, and the force of that wake on the
+///     link
 /// Velocities are relative to the water. A uniform current only carries the frame along (physics is the same
 /// in every inertial frame), so it appears where positions are reported and nowhere here.
 #pragma once
@@ -68,7 +69,7 @@ HYPERTUNA_INLINE Along<V> wake_force(const K& k, const Along<V>& v) {
     return {S(base_t<S>(-0.5)) * k * v.n * v.n, k * v.t * v.n, V(S(0))};
 }
 
-/// The same times v_t / |v|: the force fades as the edge stops advancing.
+/// Lighthill's force times v_t / |v|: the force fades as the edge stops advancing.
 template <class S, class V>
 HYPERTUNA_INLINE Along<V> faded_wake_force(const S& added_mass, const Along<V>& v) {
     const V advance = max(-v.t, V(S(0)));

@@ -1,5 +1,5 @@
-/// A stand-in for the Arduino API of a Teensy 4.1: as much of it as board teensy41 calls, with what its core and chips
-/// do to a program: rings that overflow, waits that take time, timers that count, a watchdog that bites.
+/// A stand-in for the Arduino API of a Teensy 4.1, as far as board teensy41 calls it, with the effects of its core and
+/// chips: rings that overflow, waits that take time, timers that count, a watchdog that resets.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@ inline constexpr int INPUT_PULLUP = 2, OUTPUT_OPENDRAIN = 4, LOW = 0, HIGH = 1;
 
 namespace stand_in {
 
-inline std::uint64_t now_us = 0;            // time, which goes on by itself whenever it is looked at
-inline std::uint32_t lost_us = 0;           // of it, that micros() missed while interrupts were off
+inline std::uint64_t now_us = 0;            // time, which advances whenever it is read
+inline std::uint32_t lost_us = 0;           // time that micros() missed while interrupts were off
 inline std::map<int, int> analog, digital;  // by pin
 inline std::uint8_t flash[11 * 4096];
 inline std::uint32_t erase_us = 45'000;
 
-/// The watchdog is fed by two words in turn. It bites when it was not for too long, and the test counts that.
+/// The watchdog is fed by two words in turn. It resets if it was not fed for too long; the test counts these resets.
 struct Watchdog {
     bool on = false, half = false;
     std::uint32_t timeout_us = 0, bites = 0;

@@ -1,5 +1,5 @@
-/// An SD card with SdFat's interface: busy for as long as the test says after a sector was written, and who does not
-/// ask before the next one waits. Files are contiguous.
+/// An SD card with SdFat's interface: after a sector was written it is busy for as long as the test says, and the next
+/// write waits unless the caller asks first. Files are contiguous.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct Disk {
     bool missing = false, failing = false;
     std::uint8_t fat = 32;
     std::map<std::string, std::pair<std::uint32_t, std::uint64_t>> files;  // first sector, bytes
-    std::map<std::uint32_t, std::vector<std::uint8_t>> sectors;            // those that were written
+    std::map<std::uint32_t, std::vector<std::uint8_t>> sectors;            // sectors that were written
     std::uint32_t free = 100, waits = 0, writes = 0, busy_us = 300, slow_every = 0, slow_us = 0;
     std::uint64_t ready_us = 0;
 

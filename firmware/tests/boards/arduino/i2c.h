@@ -1,4 +1,4 @@
-/// An I2C bus with an MS5837 that shows the example of its data sheet. A transfer on a bus that is held low waits 17
+/// An I2C bus with an MS5837 that sends the example of its data sheet. A transfer on a bus that is held low waits 17
 /// ms.
 #pragma once
 
@@ -9,9 +9,9 @@ struct Bus {
     bool held = false;       // the sensor holds the data line low, until it is given nine clock pulses
     bool broken = false;     // a short circuit: nothing helps
     bool clockless = false;  // the sensor stops the clock in the middle of the next transfer
-    bool hangs = false;      // it does so in every transfer, and lets go of the lines afterwards
-    bool blind = false;      // the lines cannot be read while they belong to the bus
-    bool taken = false;      // they do not
+    bool hangs = false;      // the sensor stops the clock in every transfer, and releases the lines afterwards
+    bool blind = false;      // the lines cannot be read while the bus drives them
+    bool taken = false;      // the lines are general pins, not the bus's
     int pulses = 0, transfers = 0;
     std::uint16_t memory[7] = {0x2000, 34982, 36352, 20328, 22354, 26646, 26146};
     std::uint32_t pressure = 4958179, temperature = 6815414;

@@ -1,4 +1,4 @@
-/// Pulse-width modulation by timers, as the core sets them: pins that have it, and those that share a timer.
+/// Pulse-width modulation by timers as the Teensy's core sets them: which pins have it, and which share a timer.
 #pragma once
 
 namespace stand_in {
@@ -6,7 +6,7 @@ namespace stand_in {
 struct Pwm {
     std::uint32_t bits = 8;
     std::map<int, std::pair<std::uint32_t, std::uint32_t>>
-        timer;                          // by its number: prescaler's power, counts of a period
+        timer;                          // by the timer's number: power of its prescaler, counts of a period
     std::map<int, std::uint32_t> high;  // by pin: counts of a pulse
 
     /// Number of a pin's timer; -1 for a pin without.

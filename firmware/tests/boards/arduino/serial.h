@@ -1,14 +1,14 @@
-/// Serial ports: bytes come at the rate of the device into a ring of 64 bytes and what memory it was given, by an
-/// interrupt. What finds no room is lost; while interrupts are off, all but four bytes; at another rate, all.
+/// Serial ports: an interrupt puts bytes at the device's rate into a ring of 64 bytes plus the memory that the port was
+/// given. Bytes without space are lost; while interrupts are off, all but four; at another rate, all.
 #pragma once
 
 struct HardwareSerialIMXRT {
-    std::deque<std::pair<std::uint64_t, std::uint8_t>> line;  // on their way: time of arrival, byte
+    std::deque<std::pair<std::uint64_t, std::uint8_t>> line;  // bytes on their way: time of arrival, byte
     std::deque<std::uint8_t> ring;
     std::vector<std::uint8_t> out;
-    std::vector<std::uint32_t> rates;  // of every begin()
+    std::vector<std::uint32_t> rates;  // rates of every begin()
     std::size_t room = 64, room_out = 40;
-    std::uint32_t lost = 0, device = 0;  // bytes; rate of the device, 0 for that of the port
+    std::uint32_t lost = 0, device = 0;  // lost bytes; rate of the device, 0 for the rate of the port
 
     void begin(std::uint32_t baud) { rates.push_back(baud); }
     void flush() {}
@@ -34,7 +34,7 @@ struct HardwareSerialIMXRT {
         return count;
     }
 
-    /// Put bytes onto the line, after those that are on it. A port hears nothing before it has a rate.
+    /// Put bytes onto the line, behind those already there. A port receives nothing before it has a rate.
     void come(const std::uint8_t* bytes, std::size_t count) {
         if (rates.empty() || (device != 0 && device != rates.back())) return;
         std::uint64_t at = std::max(stand_in::now_us, line.empty() ? 0 : line.back().first);
@@ -53,7 +53,7 @@ inline HardwareSerialIMXRT Serial1, Serial2, Serial3, Serial4, Serial5, Serial6,
 
 namespace stand_in {
 
-/// Work with interrupts off: micros() misses all but the last millisecond, and rings most bytes.
+/// Work with interrupts off: micros() misses all of that time but the last millisecond, and rings lose most bytes.
 inline void without_interrupts(std::uint32_t us) {
     HardwareSerialIMXRT* const ports[] = {&Serial1, &Serial2, &Serial3, &Serial4,
                                           &Serial5, &Serial6, &Serial7, &Serial8};
