@@ -333,6 +333,7 @@ static void bind_yielding(nb::module_& m) {
     m.attr("STABLE_STEPS") = stable_steps;
     m.attr("ACCURATE_STEPS") = accurate_steps;
     m.attr("BENT") = bent;
+    m.attr("COMPRESSED") = compressed;
     m.attr("MAX_HINGES") = max_hinges;
     m.attr("YIELD_LINKS") = max_hung;
 }

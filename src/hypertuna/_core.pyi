@@ -107,6 +107,8 @@ ACCURATE_STEPS: float = 20.0
 
 BENT: float = 0.5
 
+COMPRESSED: float = 0.1
+
 MAX_HINGES: int = 3
 
 YIELD_LINKS: int = 32

@@ -27,7 +27,7 @@ from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.gait import Gait, lags
 from hypertuna.swimming.model import core_model
 from hypertuna.swimming.swim import settled_speed
-from hypertuna.swimming.yielding import SPRING, key_of, spring_of, steepest
+from hypertuna.swimming.yielding import SPRING, dampers, key_of, spring_of, steepest
 
 STEP = 1 / 3000  # s: integration step; half of it changes results by less than 0.1 % (docs/twin.md)
 MAX_RATE_STEP = 2.2  # largest product of rate and step that is used; Runge-Kutta is unstable beyond 2.7
@@ -145,7 +145,9 @@ def _fastest(
         parts = steepest(hinge)
         steep = key_of(max(parts, key=lambda part: parts[part]))
         rates[f"{place}.{steep}", "a softer hinge, or none"] = math.sqrt(sum(parts.values()) * free)
-        rates[f"{place}.damping_n_m_s_per_rad", "less damping"] = hinge.damping * free
+        damping = dampers(hinge)
+        damper = key_of(max(damping, key=lambda part: damping[part]))
+        rates[f"{place}.{damper}", "less damping"] = sum(damping.values()) * free
     stiffest = max(rates, key=lambda name: rates[name])
     return float(rates[stiffest]), stiffest
 

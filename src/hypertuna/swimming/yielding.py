@@ -95,7 +95,7 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     """
     inverse = np.linalg.inv(reduced_inertia(robot, model))
     stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
-    damping = np.array([hinge.damping for hinge in robot.hinges])
+    damping = np.array([sum(dampers(hinge).values()) for hinge in robot.hinges])
     count = len(stiffness)
     system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse * stiffness, -inverse * damping]])
     rates, modes = np.linalg.eig(system)
@@ -108,8 +108,8 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     if (needed > limit).any():
         d = int(np.abs(modes[count:, fastest]).argmax())
         damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
-        parts, key = steepest(robot.hinges[d]), robot.hinge_keys[d]
-        name = "damping" if damped else max(parts, key=lambda part: parts[part])
+        parts, key = (dampers if damped else steepest)(robot.hinges[d]), robot.hinge_keys[d]
+        name = max(parts, key=lambda part: parts[part])
         word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
         rule = f"must let {limit} steps of a beat at {np.min(frequency):g} Hz follow it"
         fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
@@ -131,6 +131,11 @@ def steepest(hinge: Hinge) -> dict[str, float]:
         "cubic": 3 * hinge.cubic * bent**2,
         "stop_stiffness": hinge.stop_stiffness or 0.0,
     }
+
+
+def dampers(hinge: Hinge) -> dict[str, float]:
+    """Return the damping [N m s/rad] of each part of a hinge where the part is strongest, by name."""
+    return {"damping": hinge.damping, "stop_dissipation": hinge.stop_dissipation * _core.COMPRESSED}
 
 
 def softness(robot: Robot, frequency: float) -> float:

@@ -14,6 +14,7 @@ inline constexpr int most_spring_steps = 1024;  // of a beat, that a stiff sprin
 inline constexpr double stable_steps = 2.3;     // for each radian of a spring's fastest motion: RK4's limit
 inline constexpr double accurate_steps = 20.0;  // for each 1/e of its fastest decay: powers then balance to 1.3e-3
 inline constexpr double bent = 0.5;             // rad from rest, up to which steps follow a spring without stops
+inline constexpr double compressed = 0.1;       // rad beyond a stop, up to which steps follow its dissipation
 
 /// Inertia that the free, straight body opposes to its hinges, row by row, kg m^2.
 inline std::vector<double> hinge_inertia(const YieldKernel& kernel, const Model& model, const int* links, int hinges) {
@@ -87,7 +88,7 @@ inline SpringRates spring_rates(const YieldKernel& kernel, const Model& model, c
         const bool stopped = 0 < spring.stop_stiffness;
         const double far = stopped ? spring.stop + std::abs(spring.rest) : bent;
         stiffness.push_back(spring.stiffness + 3 * spring.cubic * far * far + spring.stop_stiffness);
-        damping.push_back(spring.damping);
+        damping.push_back(spring.damping + spring.stop_dissipation * compressed);
         stops |= stopped;
     }
     SpringRates rates{};
