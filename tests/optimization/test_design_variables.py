@@ -227,6 +227,49 @@ def test_the_drag_of_beating_follows_the_chord_in_a_fin_s_part_of_its_link() -> 
         assert found.drag_beating[last] == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize("links", [7, 9, 13])
+def test_a_fin_over_several_links_is_that_of_a_new_robot(links: int) -> None:
+    """Its area and added mass are those of one made with this fin, and it swims so; no link changes its length."""
+    sizes: Any = {"links": links, "length": 0.3, "mass": 0.4}
+    robot = parse(tomllib.loads(first_robot("x", **sizes)))
+    strip, gait = robot.water.strip, ht.named_gait(robot, "cruise")
+    assert strip is not None
+    span, chord = strip.edge_height, strip.edge_height / strip.edge_aspect
+    assert chord > robot.links.length[-1]
+
+    def sums(fish: Robot) -> tuple[float, float]:
+        """Lateral area [m^2], and added mass across over rho pi/4 [m^3]."""
+        water, parts = fish.water.strip, fish.links
+        assert water is not None
+        across = zip(water.added_mass_normal, parts.lateral_area, parts.length, strict=True)
+        return sum(parts.lateral_area), sum(c * area**2 / length for c, area, length in across)
+
+    for higher, longer in ((1.0, 0.6), (1.0, 0.8), (1.0, 1.2), (0.8, 1.0), (1.2, 1.1)):
+        design = [variable(robot, f"fin.{kind}", 0.6, 1.2) for kind in ("span", "chord")]
+        found = designed(robot, design, (higher, longer))
+        made = parse(tomllib.loads(first_robot("x", **sizes, fin_span=higher * span, fin_chord=longer * chord)))
+        assert found.links.length == robot.links.length
+        assert sums(found) == pytest.approx(sums(made), rel=0.05)
+        assert ht.swim(found, gait).speed == pytest.approx(ht.swim(made, gait).speed, rel=0.06)
+    same = designed(robot, design, (1.0 + 1e-9, 1.0))
+    assert same.links.lateral_area == pytest.approx(robot.links.lateral_area, rel=1e-8)
+    assert same.water.strip is not None
+    assert same.water.strip.added_mass_normal == pytest.approx(strip.added_mass_normal, rel=1e-8)
+    assert same.water.strip.drag_beating == pytest.approx(strip.drag_beating, rel=1e-8)
+
+
+def test_a_fin_that_would_reach_the_head_is_refused() -> None:
+    robot = parse(tomllib.loads(first_robot("x", links=13, length=0.3, mass=0.4)))
+    with pytest.raises(InputError, match="the fin must end behind the head"):
+        variable(robot, "fin.chord", 1.0, 6.0)
+
+
+def test_none_of_a_value_is_a_value_of_a_design() -> None:
+    """An undamped hinge is described by 0, which no usual range holds."""
+    robot = springy()
+    assert variable(robot, "hinge.damping", 0.0, 0.001).low == 0.0
+
+
 @pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 1.0])
 def test_how_the_numbers_follow_is_known_to_ten_digits(tuna: Robot, part: float) -> None:
     """Powers of one half to two, inside the range and at its ends, against their derivatives on paper."""

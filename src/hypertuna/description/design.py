@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypertuna.description.changes import NAMES
-from hypertuna.description.drag import beating_of_chord
-from hypertuna.description.following import followers, given, table_of
+from hypertuna.description.fin import shape_fin
+from hypertuna.description.following import scale
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.base import Key, Part
-from hypertuna.description.schema.water import helmbold, plate_mass
 from hypertuna.description.validation import written
 from hypertuna.errors import InputError, did_you_mean, shown
 
@@ -69,7 +68,8 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     if name not in by_alias:
         lists = [alias for alias in by_alias if alias.startswith(f"{name}[")]
         rule = "is a list of values" if lists else "must be a number in the robot's file"
-        names = [*by_alias, *(f"fin.{kind}" for kind in FIN)]
+        names = [alias for alias, leaf in by_alias.items() if isinstance(leaf.value, float)]
+        names += [f"fin.{kind}" for kind in FIN]
         fix = f"choose one with its index: {lists[0]}" if lists else did_you_mean(name, names)
         raise InputError(rule, key="design", value="" if lists else shown(name), file=robot.file or None, fix=fix)
     leaf = by_alias[name]
@@ -81,9 +81,10 @@ def variable(robot: Robot, name: str, low: float, high: float) -> Variable:
         raise InputError("must be a whole number, which nothing has a derivative by", key=leaf.name, fix=fix)
     _check_ends(leaf.name, low, high)
     unit, usual = (leaf.about.unit, leaf.about.usual) if leaf.about else ("", None)
-    if usual is not None and not usual[0] <= low <= high <= usual[1]:
+    if usual is not None and not all(end == 0 or usual[0] <= end <= usual[1] for end in (low, high)):
         rule = f"must stay within what is usual, {usual[0]:g} to {usual[1]:g} {unit}".rstrip()
-        raise InputError(rule, key=f"design {leaf.name}", value=f"{low:g}:{high:g}", fix="check the unit")
+        key, value = f"design {leaf.name}", f"{low:g}:{high:g}"
+        raise InputError(rule, key=key, value=value, file=robot.file or None, fix="check the unit")
     return _checked(robot, Variable(leaf.name, leaf.label, unit, leaf.value, low, high, leaf.place))
 
 
@@ -122,7 +123,7 @@ def designed(robot: Robot, design: Sequence[Variable], values: Sequence[float], 
         for k in (0, 1)
     )
     if (span, chord) != (1.0, 1.0):
-        _shape_fin(document, full, span, chord)
+        shape_fin(document, full, span, chord)
     if made_by:
         sources = document.setdefault("sources", {})
         for key in [*_changes(old_document, document)]:
@@ -147,9 +148,10 @@ def _checked(robot: Robot, varied: Variable) -> Variable:
         try:
             designed(robot, (varied,), (end,))
         except InputError as error:
-            rule = f"must keep the robot's file valid, but at {end:g} {error.key or ''} {error.rule}"
-            value, fix = f"{varied.low:g}:{varied.high:g}", error.fix or "narrow the range"
-            raise InputError(rule, key=f"design {varied.name}", value=value, fix=fix) from None
+            rule = f"must keep the robot's file valid (at {end:g} {error.key or ''} {error.rule})"
+            key, value = f"design {varied.name}", f"{varied.low:g}:{varied.high:g}"
+            fix = error.fix or "narrow the range"
+            raise InputError(rule, key=key, value=value, file=robot.file or None, fix=fix) from None
     return varied
 
 
@@ -197,17 +199,10 @@ def _follow(document: dict[str, Any], varied: Variable, value: float) -> None:
     kind = FOLLOWED.get(varied.label.partition("[")[0])
     if kind is None:
         return
-    _scale(document, kind, int(varied.place[-1]), value / varied.value)
+    scale(document, kind, int(varied.place[-1]), value / varied.value)
     total = f"{kind}_{'m' if kind == 'length' else 'kg'}"
     if total in document.get("body", {}):
         document["body"][total] += value - varied.value
-
-
-def _scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
-    """Multiply the values that follow a link's length, mass or height by powers of a factor."""
-    for key, power in given(document, followers(kind, link, alias=True)).items():
-        table, last = table_of(document, key)
-        table[last] *= factor**power
 
 
 def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
@@ -223,9 +218,6 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
         yield key
 
 
-# --- the caudal fin
-
-
 def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
     """Return a factor on a size of the caudal fin as a variable between two values."""
     kind = name.removeprefix("fin.")
@@ -237,57 +229,3 @@ def _fin_variable(robot: Robot, name: str, low: float, high: float) -> Variable:
         fix = "give factors on the fin as described: 0.5:1.5"
         raise InputError("must be greater than 0", key=f"design {name}", value=f"{low:g}:{high:g}", fix=fix)
     return Variable(name, name, WHOLE_FIN, 1.0, low, high, ())
-
-
-def _shape_fin(document: dict[str, Any], whole: Mapping[str, Any], span: float, chord: float) -> None:
-    """Multiply span and chord of the caudal fin, with its area, added mass, lift and drag of beating.
-
-    A fin of its own (``edge_height_m``, ``edge_aspect``) is exchanged within the last link, and the rest of the link
-    stays. Else the fin is all of the last link, the chord its length.
-    """
-    last = len(whole["links"]["length_m"]) - 1
-    strip = document["water"].get("strip", {})
-    mass_ratio = span**2 * chord  # added mass, over that before
-    if strip.get("edge_height_m") and whole["water"]["strip"]["edge_aspect"]:
-        mass_ratio = _exchange_plate(document, whole, last, span, chord)
-    else:
-        _scale(document, "height", last, span)
-        _scale(document, "length", last, chord)
-        if "length_m" in document.get("body", {}):
-            old_length = document["links"]["length_m"][last] / chord
-            document["body"]["length_m"] += old_length * (chord - 1)
-        if any(beating := strip.get("drag_beating", ())):
-            beating[last] = beating_of_chord(beating[last], chord)
-    if "lumped" in document["water"]:
-        document["water"]["lumped"]["added_mass"][last] *= mass_ratio
-
-
-def _exchange_plate(document: dict[str, Any], whole: Mapping[str, Any], last: int, span: float, chord: float) -> float:
-    """Exchange the plate at the end of the last link; return the ratio of its new to its old added mass."""
-    strip, links, defaults = document["water"]["strip"], document["links"], whole["water"]["strip"]
-    length, area = links["length_m"][last], links["lateral_area_m2"][last]
-    height, aspect = strip["edge_height_m"], strip.get("edge_aspect", defaults["edge_aspect"])
-    new_height, new_aspect = height * span, aspect * span / chord
-    if new_height / new_aspect > length and not height / aspect > length:
-        rule, value = f"must fit its link, {length:g} m long", f"a chord of {new_height / new_aspect:.4g} m"
-        raise InputError(rule, key="the fin", value=value, fix="take a smaller chord, or a longer last link")
-    new_area = area + new_height**2 / new_aspect - height**2 / aspect
-    if new_area <= 0:
-        rule = "must leave its link an area"
-        raise InputError(rule, key="the fin", value=f"{new_area:.3g} m^2", fix="take a larger fin")
-    links["lateral_area_m2"][last] = new_area
-    for table, key in (("links", "wetted_area_m2"), ("spatial", "height_m")):
-        if key in document.get(table, {}):
-            document[table][key][last] *= new_area / area
-    kappa = defaults["edge_added_mass"]
-    new_kappa = kappa * plate_mass(new_aspect) / plate_mass(aspect)
-    mass = kappa * (height / aspect) ** 2 * height  # over rho pi/4, as the new one
-    new_mass = new_kappa * (new_height / new_aspect) ** 2 * new_height
-    normal = strip.setdefault("added_mass_normal", list(defaults["added_mass_normal"]))
-    normal[last] = max(normal[last] * area**2 / length + new_mass - mass, 0.0) * length / new_area**2
-    if any(beating := strip.get("drag_beating", ())):  # the mean of the link, of which the fin is a part
-        part, new_part = height**2 / aspect / area, new_height**2 / new_aspect / new_area
-        beating[last] = new_part * beating_of_chord(beating[last] / part, chord)
-    lift = min(defaults["edge_lift"] * helmbold(new_aspect) / helmbold(aspect), 1.0)
-    strip |= {"edge_height_m": new_height, "edge_aspect": new_aspect, "edge_added_mass": new_kappa, "edge_lift": lift}
-    return new_mass / mass if mass else 1.0

@@ -45,3 +45,10 @@ def table_of(document: Any, key: str) -> tuple[Any, Any]:
     for part in path:
         document = document[part]
     return document, last
+
+
+def scale(document: dict[str, Any], kind: str, link: int, factor: float) -> None:
+    """Multiply the values that follow a link's length, mass or height by powers of a factor."""
+    for key, power in given(document, followers(kind, link, alias=True)).items():
+        table, last = table_of(document, key)
+        table[last] *= factor**power
