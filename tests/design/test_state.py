@@ -197,7 +197,7 @@ def test_runs_of_every_kind_are_written_and_told(run: Run, tmp_path: Path, monke
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     speeds = iter((0.3, 0.2, 0.15, 0.12))
-    values = {"drag_n": "0.06", "speed_m_s": "0.1", "thrust_n": "0.02"}
+    values = {"drag_n": "0.06", "speed_m_s": "0.1", "thrust_n": "1"}
     for name in names:
         rows = list(csv.DictReader(Path(name).read_text().splitlines()))
         for k, row in enumerate(rows):

@@ -1,5 +1,7 @@
 """The commands `hypertuna design ask` and `hypertuna design tell`: which run the tank makes next."""
 
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +14,7 @@ from hypertuna.cli import parsing
 from hypertuna.cli.emit import emit
 from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gait_row
 from hypertuna.cli.search import bounds_of
+from hypertuna.cli.streams import note
 from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.design.criterion import WISHES
@@ -27,6 +30,9 @@ from hypertuna.trials.numbers import TurnRun
 from hypertuna.trials.steady import COLUMNS as STEADY_COLUMNS
 from hypertuna.trials.steady import MEASURED, SteadyRun
 from hypertuna.trials.tables import read_runs
+from hypertuna.trials.trials import check_no_track
+
+COMMA = re.compile(r"\d+,\d+")  # a number with a decimal comma, or two numbers
 
 State = Annotated[str, opt.text("--state", "File that stores the design; created by the first ask.", "FILE")]
 Day = Annotated[
@@ -156,8 +162,9 @@ def tell_command(
         check_one_source(results or None, value)
         last = tank.results[-1].day if tank.results else ""
         when = last if day is None else day
-        told = _read_values(value or [], tank) if not results else _read_files(results, tank.unknowns.robot)
-        tank.tell(told, when)
+        told = _of_values(value or [], tank) if not results else _of_files(results, tank.unknowns.robot)
+        for sentence in tank.tell(told, when):
+            note(sentence)
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
@@ -165,6 +172,7 @@ def _read_files(files: Sequence[str], robot: Robot) -> list[Told]:
     """Return the trials of CSV files: of one file in the order of its rows, of several sorted by run name."""
     trials = list[Told]()
     for file in files:
+        check_no_track(file)
         trials += read_runs(file, robot)
     return trials if len(files) == 1 else sorted(trials, key=lambda run: run.name)
 
@@ -178,6 +186,14 @@ def _read_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
             rule, fix = "must be a track", "give a CSV file with time_s and speed_m_s: `design ask -o` begins one"
             raise InputError(rule, key=key, value=text, fix=fix)
         names = list(MEASURED) if names[0] == "speed" else names
+        low, high = (value * math.exp(side * width) for value, width in [choice.expected[names[0]]] for side in (-1, 1))
+        per_si = QUANTITIES[names[0]].per_si
+        if COMMA.fullmatch(text) and not (len(names) > 1 and low <= float(text.split(",")[0]) / per_si <= high):
+            rule, fix = (
+                "must have decimal points",
+                f"write {text.replace(',', '.')}, or {text.replace(',', '.0,')} for two",
+            )
+            raise InputError(rule, key=key, value=text, fix=fix)
         values = parsing.numbers(text, key, " or ".join(QUANTITIES[name].unit for name in names))
         if len(values) > len(names):
             rule, fix = f"must have at most {len(names)} of {', '.join(names)}", f"give {','.join(names).upper()}"

@@ -54,7 +54,7 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
             f"The check of {check.run} was {check.off:.1f} standard deviations from its prediction: the "
             "model misses something there. Repeat the run, and measure more gaits like it."
         )
-    for sentence in (_repeats(posterior.results), _drift(posterior)):
+    for sentence in (_missed(steps), _repeats(posterior.results), _drift(posterior)):
         warnings += [sentence] if sentence else []
     if posterior.day:
         warnings.append(f"Days differ by {100 * posterior.day:.1f} %: begin each day with a repeat.")
@@ -71,6 +71,20 @@ def warnings_of(posterior: Posterior, steps: Sequence[Step], next_runs: Sequence
             f"remain {remaining}{more}."
         )
     return warnings
+
+
+def _missed(steps: Sequence[Step]) -> str:
+    """Return a warning if runs other than checks were far from their predictions, else an empty text."""
+    off = [step for k, step in enumerate(steps) if step.off > MISSED and (k + 1) % CHECK]
+    if not off:
+        return ""
+    farthest = max(off, key=lambda step: step.off)
+    name = farthest.results[0].name or str(farthest.run)
+    more = f", the farthest of {len(off)} such runs" if len(off) > 1 else ""
+    return (
+        f"The result of {name} was {farthest.off:.1f} standard deviations from its prediction{more}: check gait and "
+        "unit. The last lines of the state's file may be deleted, to tell them anew."
+    )
 
 
 def _repeats(results: Sequence[Measurement]) -> str:

@@ -1,6 +1,7 @@
 """Design of tank runs, kept in a file: it names the next runs, takes results and survives an interruption."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse, robot_of
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
+from hypertuna.design.doubts import check_gaits, check_new, check_size, renamed
 from hypertuna.design.kinds import RUN_KINDS
 from hypertuna.design.posterior import Posterior, infer
 from hypertuna.design.prediction import Row, predict
@@ -37,10 +39,13 @@ from hypertuna.errors import InputError
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.state import TankState
 from hypertuna.ranges import Range, check_name
+from hypertuna.trials.plausibility import implausible_runs
+from hypertuna.trials.steady import SteadyRun
 
-TARGETS = 30  # number of gaits whose prediction the design narrows
-WIDTH = Range(min=0.001, max=1, unit="1")  # allowed half widths that end a design
-RUNS = Range(min=1, max=24)  # allowed number of runs asked for at once
+ASKED = re.compile(r"run-(\d+)")  # names of the runs that a design asks for
+TARGETS = 30  # gaits whose prediction is to be narrowed
+WIDTH = Range(min=0.001, max=1, unit="1")
+RUNS = Range(min=1, max=24)
 NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
 NARROWED = 0.95  # a coefficient is listed if a run narrows its standard deviation below this part
 LEAST = 1.1  # a coefficient is known if its standard deviation is at most this times what all runs would leave
@@ -133,7 +138,13 @@ class TankDesign(TankState):
         if robot is not None:
             equipment = {"tow": tow, "hold": hold, "glide": glide}
             wishes = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
-            options = {"robot": robot_of(robot).document()} | wishes | equipment
+            given = robot_of(robot)
+            options = {"robot": given.document()} | wishes | has
+            if path is not None and Path(path).exists():
+                begun = self._options_of(path)["robot"].get("name")
+                if begun != given.name:
+                    fix = "leave out --robot, or give another state"
+                    raise InputError("is a design of another robot", file=str(path), value=str(begun), fix=fix)
         self.steps: list[Step] = []
         super().__init__(path, options)
 
@@ -220,31 +231,58 @@ class TankDesign(TankState):
             robot, self.want, self.width, width, tuple(choices), steps, unknowns, sd, never, stop, tuple(warnings)
         )
 
-    def tell(self, trials: Sequence[Told], day: str = "") -> None:
-        """Take the results of runs, in the order in which the runs were made; results of one run follow each other.
+    def tell(self, trials: Sequence[Told], day: str = "") -> list[str]:
+        """Take the results of runs, in the order in which they were made; those of one run follow each other.
 
         Parameters
         ----------
         trials : sequence of SteadyRun, TurnRun, PowerRun, Tow, HeldThrust, Glide or Measurement
             At least one. If one of them is refused, none is kept.
         day : str
-            Name of the day; the runs of a day share an offset.
+            Name of the day, whose runs share an offset.
+
+        Returns
+        -------
+        list of str
+            Sentences on runs that have the name of one that is asked for, and another gait.
         """
         results = [result for trial in trials for result in measurements(trial, day)]
         if not results:
             raise InputError("must have at least one result", key="tell", value="none", fix="give the measured values")
+        notes = self._check(trials, results)
         infer(self.unknowns, [*self.results, *results])
+        check_size(results, infer(self.unknowns, []))
+        steps, posterior = list[Step](), self.posterior
         for _, group in groupby(results, key=lambda result: (result.run, result.name)):
-            step, posterior = self._made(tuple(group))
+            step, posterior = self._made(tuple(group), posterior)
+            steps.append(step)
+        for step in steps:
             self._journal.append(_record_of(step))
             self.steps.append(step)
-            self.posterior = posterior
+        self.posterior = posterior
+        return notes
 
-    def _made(self, results: tuple[Measurement, ...]) -> tuple[Step, Posterior]:
-        """Return the step of one run with its results, and the posterior after the run."""
-        mean, sd = self.posterior.predict([Row(result.run, result.quantity) for result in results])
-        spread = np.hypot(sd, [math.hypot(result.noise, self.posterior.day) for result in results])
-        after = infer(self.unknowns, [*self.results, *results])
+    def _check(self, trials: Sequence[Told], results: Sequence[Measurement]) -> list[str]:
+        """Refuse results that are told already or in another unit; return sentences on names of other runs.
+
+        Gaits that are asked for have no doubts.
+        """
+        robot = self.unknowns.robot
+        check_new(results, self.results)
+        check_gaits(results, robot)
+        steady = [trial for trial in trials if isinstance(trial, SteadyRun)]
+        own = [trial for trial in steady if TankRun("steady", trial.gait) not in self.candidates]
+        for error in implausible_runs(own, robot)[0]:
+            raise error
+        last = max((int(match[1]) for one in results if (match := ASKED.fullmatch(one.name))), default=0)
+        count = last - len(self.steps)
+        return renamed(results, [(one.name, one.run) for one in self.ask(count).choices] if count in RUNS else [])
+
+    def _made(self, results: tuple[Measurement, ...], before: Posterior) -> tuple[Step, Posterior]:
+        """Return the step of a run after those of a posterior, and the posterior after it."""
+        mean, sd = before.predict([Row(result.run, result.quantity) for result in results])
+        spread = np.hypot(sd, [math.hypot(result.noise, before.day) for result in results])
+        after = infer(self.unknowns, [*before.results, *results])
         predicted = tuple(zip(mean.tolist(), spread.tolist(), strict=True))
         sds = tuple(after.coefficients[1].tolist())
         return Step(results, predicted, half_width(after, self.targets), sds, after.size), after

@@ -10,11 +10,13 @@ from hypertuna.ranges import Range
 from hypertuna.trials.points import Points
 
 RATE = Range(min=5, max=2000, unit="Hz")
-RATE_TOLERANCE = 0.01  # relative difference up to which two frame rates agree
-MAX_MISFIT = 0.5  # frames: largest difference of a time from that of its frame number
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # of time [s]
-SMALL_STEP = 5  # a column of whole numbers that grow by less may hold frame numbers
-LATE_START = 1e5  # s: a clock that begins later, such as Unix time, is set to 0 at the first frame
+SAME = 0.01  # relative difference of two rates that are the same
+HALF = 0.5  # frames: a time that lies farther from that of its frame's number
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
+COUNTERS = (60, 100, 256, 1000, 1024, 3600, 4096, 10000, 32768, 65536, 86400, 2**32)  # at which some start over
+SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
+FAR = 1e5  # s: a clock that begins later counts from the first frame
 
 
 def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:
@@ -27,8 +29,8 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
     for key, value in (("--frame-rate", frame_rate), ("the frame rate", points.rate)):
         if value is not None:
             RATE.check(value, key, "give frames per second", file=None if value is frame_rate else file)
-    if rate and points.rate and abs(rate / points.rate - 1) > RATE_TOLERANCE:
-        rule, fix = f"must be {points.rate:g} Hz, as the file says", "leave it out, or correct the file"
+    if rate and points.rate and abs(rate / points.rate - 1) > SAME:
+        rule, fix = f"must be {points.rate:g} Hz, as the file says", "leave it out, or correct the rate in the file"
         raise InputError(rule, file=file, key="--frame-rate", value=f"{rate:g}", fix=fix)
     frame = points.frame
     if frame is not None:
@@ -39,7 +41,7 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
         frame = frame - frame[0] if points.time is not None else frame
     if points.time is not None:
         _check(points, points.time, points.time_name, "give the time in s")
-        unit, note = _unit(points, rate if frame is None else None)
+        unit, note = _unit(points, frame, rate)
         notes += note
         start = float(points.time[0])
         time = unit * (points.time - (start if abs(unit * start) > LATE_START else 0.0))
@@ -65,31 +67,60 @@ def _check(points: Points, values: Array, name: str, fix: str) -> None:
         key = f"{points.where[k]}, {name}"
         raise InputError("must be a finite number", file=points.file, key=key, value="missing", fix=fix)
     for k in np.flatnonzero(~(np.diff(values) > 0))[:1] + 1:
-        key, fix = f"{points.where[k]}, {name}", "sort the frames by time, without repeats"
-        rule = f"must be later than the previous frame, at {values[k - 1]:g}"
-        raise InputError(rule, file=points.file, key=key, value=f"{values[k]:g}", fix=fix)
+        key = f"{points.where[k]}, {name}"
+        rule = f"must be later than the previous frame, at {values[k - 1]:.12g}"
+        value, fix = f"{values[k]:.12g}", _fix_of_order(values)
+        raise InputError(rule, file=points.file, key=key, value=value, fix=fix)
 
 
-def _unit(points: Points, rate: float | None) -> tuple[float, list[str]]:
-    """Return the seconds per unit of the time column, from its name or as the unit that gives a plausible frame rate.
+def _fix_of_order(values: Array) -> str:
+    """Return what to do about times or frame numbers that do not increase, by their pattern."""
+    step = np.diff(values)
+    falls = np.flatnonzero(step < 0)
+    if len(falls) == len(step):
+        return "they run backward: write the last row first"
+    if not len(falls):
+        return "several animals, or rounded times? give one animal, or frames with --frame-rate and without the times"
+    usual = float(np.median(step[step > 0])) if (step > 0).any() else 0.0
+    if len(falls) > 1 + len(step) / 10 or (step[falls] > -5 * usual).any():
+        return "sort the frames by time, without repeats"
+    for top in COUNTERS:
+        if all(top - 2 * usual <= values[f] <= top and values[f + 1] <= 2 * usual for f in falls):
+            return f"it is a counter that starts over at {top}: add {top} to what follows"
+    return "it starts over there: give each run in a file of its own"
 
-    Also return notes for the user if the unit was guessed.
+
+def _unit(points: Points, frame: Array | None, rate: float | None) -> tuple[float, list[str]]:
+    """Return the unit [s] of the time column, by its name or by a possible frame rate, and sentences on a guess.
+
+    Several units may give a possible rate: then the frame rate decides, which the user or the file states.
     """
     assert points.time is not None
     if points.time_unit is not None or len(points.time) < 2:
         return points.time_unit or 1.0, []
-    step = float(np.median(np.diff(points.time)))
-    candidates = [name for name, unit in UNITS.items() if 1 / (step * unit) in RATE]
-    if candidates == ["s"] or not candidates:
-        return 1.0, []  # if no unit gives a possible rate, `_check_rate` raises the error
-    name, whole_steps = candidates[0], step == round(step) and step < SMALL_STEP
-    agrees = rate is not None and abs(1 / (step * UNITS[name]) / rate - 1) < RATE_TOLERANCE
-    if whole_steps and not agrees:
-        key, rule = f"column {points.time_name}", "must say its unit in its name"
-        fix = f"it grows by {step:g}: call it frame if it counts frames, or time_{name}"
+    step = float(np.median(np.diff(points.time) / (np.diff(frame) if frame is not None else 1.0)))
+    candidates = {name: unit for name, unit in (UNITS | TICKS).items() if 1 / (step * unit) in RATE}
+    if rate is not None:
+        candidates = {name: unit for name, unit in candidates.items() if abs(1 / (step * unit) / rate - 1) < SAME}
+    key = f"column {points.time_name}"
+    if rate is not None and not candidates:
+        rule = f"must grow by {1 / rate:.4g} s, as the frame rate of {rate:g} Hz says, in some unit"
+        fix = "write its unit into its name, such as time_s, or leave out --frame-rate"
+        raise InputError(rule, file=points.file, key=key, value=f"in steps of {step:g}", fix=fix)
+    if rate is None and step == round(step) and step < SMALL_STEP and list(candidates) != ["s"] and candidates:
+        fix = f"it grows by {step:g}: call it frame if it counts frames, or time_ms"
+        raise InputError("must say its unit in its name", file=points.file, key=key, fix=fix)
+    if len(candidates) > 1:
+        rates = ", ".join(f"{1 / (step * unit):.4g} Hz in {name}" for name, unit in candidates.items())
+        rule, fix = "must say its unit in its name", f"call it time_s, time_ms or so, or give --frame-rate: {rates}"
         raise InputError(rule, file=points.file, key=key, fix=fix)
-    fps = 1 / (step * UNITS[name])
-    return UNITS[name], [f"column {points.time_name} is taken in {name}, which gives {fps:.4g} frames per second"]
+    if list(candidates) in ([], ["s"]):
+        return 1.0, []  # no unit gives a possible rate: the check of the rate says so
+    ((name, unit),) = candidates.items()
+    fps, span = 1 / (step * unit), unit * float(np.ptp(points.time))
+    return unit, [
+        f"column {points.time_name} is taken in {name}, which gives {fps:.4g} frames per second, {span:.3g} s in all"
+    ]
 
 
 def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:
@@ -105,8 +136,10 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
         rounded = 3 * _resolution(points) / interval if frame is None else 0.0
         if abs(ratio * max(stride, 1) - 1) > RATE_TOLERANCE + rounded:
             rule = f"must be {1 / interval:.4g} Hz, as the column {points.time_name} says"
-            fix = "leave it out, or correct the column"
-            raise InputError(rule, file=points.file, key="--frame-rate", value=f"{rate:g}", fix=fix)
+            of_file = points.rate is not None
+            fix = "correct the rate in the file, or its times" if of_file else "leave it out, or correct the column"
+            key = "the file's frame rate" if of_file else "--frame-rate"
+            raise InputError(rule, file=points.file, key=key, value=f"{rate:g}", fix=fix)
         if stride > 1:
             return [f"one frame of {stride} is there, by the column {points.time_name}"]
     if frame is None:

@@ -68,9 +68,11 @@ FRAME = re.compile(
     r"|(?:image|img|picture|file)s?(?:name|no|nr|num|number|idx|index|path|file)?|slice|fno"
 )
 TIME = re.compile(
-    rf"(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch)?"
-    rf"(?:(?:timestamp|time|elapsed|t)(?P<unit>{'|'.join(SECONDS)})?|(?P<bare>{'|'.join(SECONDS)}))"
+    rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps)?"
+    rf"(?:(?:timestamp|dateandtime|datetime|timeofday|timecode|time|pts(?:time)?|utc|clock|elapsed|t)"
+    rf"(?P<unit>{'|'.join(SECONDS)}|hhmmss[a-z]*)?|(?P<bare>{'|'.join(SECONDS)}))"
 )
+INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
 
 
 def plain(name: str) -> str:
@@ -78,10 +80,15 @@ def plain(name: str) -> str:
     return re.sub(r"[\W_]", "", name.lower())
 
 
+def seconds_per_unit(match: re.Match[str]) -> float | None:
+    """Return the unit [s] in the name of a column of time that `TIME` matched; None where it has none."""
+    return SECONDS.get(match["unit"] or match["bare"] or "")
+
+
 def time_and_frame(head: list[str]) -> tuple[int | None, float | None, int | None]:
     """Return the time column's index, its unit [s] and the frame column's index; None for any not in the names."""
     matches = [(k, match) for k, name in enumerate(head) if (match := TIME.fullmatch(plain(name)))]
-    units = {k: SECONDS.get(match["unit"] or match["bare"] or "") for k, match in matches}
+    units = {k: seconds_per_unit(match) for k, match in matches}
     time = next((k for k in units if units[k] is not None), next(iter(units), None))
     frame = next((k for k, name in enumerate(head) if FRAME.fullmatch(plain(name))), None)
     return time, None if time is None else units[time], frame

@@ -6,7 +6,8 @@ import numpy as np
 
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import Text, of_columns, time_and_frame
+from hypertuna.trials.form import Text, of_columns
+from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid
 from hypertuna.trials.points import Points, choose_individual
 
@@ -55,14 +56,12 @@ def _motive(grid: Grid, individual: str | None) -> Points:
         raise InputError(
             "must be a known unit", file=grid.file, key="Length Units", value=shown(unit), fix="export in m"
         )
-    time, second, frame = time_and_frame(head)
+    clock, _ = clock_columns(samples, range(2, width), head)  # Frame and Time come first
     return of_columns(
         "Motive",
         samples,
         columns,
-        time=None if time is None else samples.numbers(time),
-        time_unit=second,
-        frame=None if frame is None else samples.frames(frame),
+        **clock,
         rate=rate,
         length_unit=MOTIVE_UNITS.get(unit),
         y_down=False,
@@ -104,15 +103,14 @@ def _qualisys(grid: Grid, individual: str | None) -> Points:
     trimmed = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
     samples = trimmed.below(first_row, head)
     columns = {name: {a: before + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
-    time, second, frame = time_and_frame(head[:before])
+    clock, _ = clock_columns(samples, range(before, width))
+    clock["time_unit"] = clock.get("time_unit") or 1.0
     rate = parse_float((stated.get("FREQUENCY") or [""])[0])
     points = of_columns(
         "Qualisys",
         samples,
         columns,
-        time=None if time is None else samples.numbers(time),
-        time_unit=second or 1.0,
-        frame=None if frame is None else samples.frames(frame),
+        **clock,
         rate=rate if rate > 0 else None,
         length_unit=1e-3,
         y_down=False,
@@ -139,17 +137,16 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
             columns.setdefault(f"pt{match['point']}", {})[match["axis"]] = k
     samples = grid.below(1, head)
     samples.check_once([k for axes in columns.values() for k in axes.values()])
-    time, second, frame = time_and_frame([head[k] if k not in matches else "" for k in range(len(head))])
+    clock, notes = clock_columns(samples, list(matches))
+    taken = (clock.get("time_name"), clock.get("frame_name"))
     planar = not any("z" in axes for axes in columns.values())
     return of_columns(
         "DLTdv",
         samples,
         columns,
-        time=None if time is None else samples.numbers(time, limit=False),
-        time_unit=second,
-        frame=None if frame is None else samples.frames(frame),
-        ignored=tuple(name for k, name in enumerate(head) if name and k not in (*matches, time, frame)),
-        notes=("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * planar,
+        **clock,
+        ignored=tuple(name for k, name in enumerate(head) if name and k not in matches and name not in taken),
+        notes=notes + ("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * planar,
     )
 
 

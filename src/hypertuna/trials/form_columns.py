@@ -1,7 +1,6 @@
 """Text forms with plain columns: a row per frame (nose_x, nose_y, ...; Anipose), or per frame and marker."""
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import FIX, Text, of_columns, one_point, plain, time_and_frame
+from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
@@ -22,8 +22,6 @@ NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNOREC
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
-INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # name of an index column, as pandas writes it
-MIN_CLOCK_ROWS = 3  # rows from which on a column of growing numbers may be a clock
 
 
 def _is_long(grid: Grid) -> bool:
@@ -36,7 +34,8 @@ def _long(grid: Grid, individual: str | None) -> Points:
     head = grid.rows[0][1]
     names = [plain(name) for name in head]
     samples = grid.below(1, head)
-    time, second, frame = time_and_frame(head)
+    named = [k for k, name in enumerate(names) if name in ("x", "y", "z", *WEIGHTS) or MARKER.fullmatch(name)]
+    time, _, frame = time_and_frame(head)
     if time is None and frame is None:
         fix = "add a column frame or time_s"
         raise InputError("must say the frame of each row", file=grid.file, key="a row for each marker", fix=fix)
@@ -46,8 +45,8 @@ def _long(grid: Grid, individual: str | None) -> Points:
     marker = next(k for k, name in enumerate(names) if MARKER.fullmatch(name))
     label = samples.text(marker)
     markers = list(dict.fromkeys(label))
-    clock = samples.frames(frame) if frame is not None else samples.numbers(time or 0, limit=False)
-    instants, row = np.unique(clock, return_inverse=True)
+    clock, _ = clock_columns(samples, named)
+    instants, row = np.unique(clock["frame"] if frame is not None else clock["time"], return_inverse=True)
     if not np.isfinite(instants).all():
         raise InputError("must say the frame of each row", file=grid.file, key=head[frame or time or 0], fix="fill it")
     if len(markers) * len(instants) > CELLS:
@@ -71,11 +70,10 @@ def _long(grid: Grid, individual: str | None) -> Points:
     if len(markers) < 2:
         raise InputError("must have at least two markers", file=grid.file, value=f"{len(markers)}", fix=FIX)
     _, line = np.unique(row, return_index=True)
+    clock = {key: value[line] if isinstance(value, np.ndarray) else value for key, value in clock.items()}
     return Points(
         "rows of frames and markers", grid.file, tuple(markers), place, weight, samples.only(line.tolist()).where,
-        time=None if time is None else samples.numbers(time, limit=False)[line], time_unit=second,
-        frame=instants if frame is not None else None,
-        time_name=head[time or 0], frame_name=head[frame or 0],
+        **clock,
     )  # fmt: skip
 
 
@@ -101,37 +99,22 @@ def _plain(grid: Grid, individual: str | None) -> Points:
         fix = f"remove the lines above line {names}, if that has the names"
         raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
     samples = grid.below(1, head)
-    time, second, frame = time_and_frame(head)
+    time, _, frame = time_and_frame(head)
     markers, unit, ignored = _columns(samples, {time, frame})
     used = [k for axes in markers.values() for k in axes.values()]
     samples.check_once([k for k, name in enumerate(head) if name])
     anipose = ANIPOSE & set(grid.cells(0)) and any("z" in axes for axes in markers.values())
-    taken = [k for k in (*used, time, frame) if k is not None]
-    notes: tuple[str, ...] = ()
-    index = _index(samples, taken, clock=len(taken) > len(used))
-    if frame is None:
-        frame = index
-    elif index is not None:
-        step, frame_step = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
-        if (step * frame_step[0] != frame_step * step[0]).any():
-            notes = (
-                f"{head[frame]} and the first column, without a name, disagree: the frames are those of the former",
-            )
-    points = of_columns(
+    clock, notes = clock_columns(samples, used)
+    return of_columns(
         "Anipose" if anipose else "plain columns",
         samples,
         {name: {a: k for a, k in axes.items() if a != "other"} for name, axes in markers.items()},
         words=True,
-        time=None if time is None else samples.numbers(time, limit=False),
-        time_unit=second,
-        frame=None if frame is None else samples.frames(frame),
         length_unit=unit,
         notes=notes,
         ignored=() if anipose else tuple(ignored),
-        time_name=head[time or 0],
-        frame_name=head[frame or 0] or "the first column",
+        **clock,
     )
-    return points
 
 
 def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
@@ -161,31 +144,6 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
         value, fix = ", ".join(sorted(unit or "none" for unit in units)), "write all coordinates in one unit"
         raise InputError("must have one unit", file=samples.file, key="names of columns", value=value, fix=fix)
     return found, LENGTHS.get(next(iter(units), "")), ignored
-
-
-def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
-    """Return the nameless column of frame numbers: one of growing whole numbers, or None.
-
-    clock: whether there is a column of time or frames; then an index that only counts the rows is ignored. Otherwise, a
-    growing column of unknown name is an error, since it may be a clock.
-    """
-    candidates, skipping = [], []  # columns that may be an index; those of them that skip numbers
-    for k in (k for k in range(len(samples.head)) if k not in used):
-        values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
-        step = np.diff(values)
-        if len(values) < MIN_CLOCK_ROWS or not (np.isfinite(values).all() and (step > 0).all()):
-            continue
-        if nameless and (values == np.round(values)).all():
-            candidates.append(k)
-            skipping += [k] * bool((step != 1).any())
-        elif not clock:
-            key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
-            rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
-            raise InputError(rule, file=samples.file, key=key, fix=fix)
-    if len(skipping) > 1:
-        rule, fix = "must have one index", "call the column of frames frame, and drop the others"
-        raise InputError(rule, file=samples.file, value=f"{len(skipping)} columns without a name that count", fix=fix)
-    return next(iter(skipping if clock else [*skipping, *candidates]), None)
 
 
 TEXTS = (

@@ -2,13 +2,14 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.matlab import read_matlab
-from hypertuna.trials.form import one_point
+from hypertuna.trials.form import FRAME, TIME, one_point, plain, time_and_frame
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows, choose_individual
 
@@ -25,8 +26,9 @@ PAIRS = (
     "xyz",
     "markers",
     "midline",
-)  # names of variables with columns x1, y1, x2, y2, ...
-TIMES, RATES = ("t", "time", "times", "time_s", "t_s"), ("fps", "framerate", "frame_rate", "fs", "rate")
+)  # names of x1, y1, x2, y2, ... in columns
+RATES = ("fps", "framerate", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate")
+LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
 
@@ -48,14 +50,17 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
         raise InputError(rule, file=file, value=value, fix=FIX)
     name = choose_individual(file, list(candidates), individual, what="variable")
     place = candidates[name]
+    if name not in arrays or arrays[name].ndim == 3:  # two variables, or a block
+        place = _by_frames(file, arrays, name, place)
     if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
         place = np.where(
             (place == 0).all(axis=-1, keepdims=True), np.nan, place
         )  # DLTdv writes 0 for points that were not set
         form = "DLTdv"
     count, end = len(place), END.search(name.split(" ")[0])
-    time = next((one.ravel() for key, one in arrays.items() if _last(key) in TIMES and one.size == count), None)
-    rate = next((float(one.ravel()[0]) for key, one in arrays.items() if _last(key) in RATES and one.size == 1), None)
+    clock = _clock(file, arrays, count)
+    if form == "DLTdv" and not clock.keys() & {"time", "frame"}:
+        clock["frame"] = np.arange(float(count))  # its rows are the frames of the film
     return Points(
         form,
         file,
@@ -63,12 +68,46 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
         seen(place),
         np.full(place.shape[:2], np.nan),
         Rows("row", np.arange(1.0, count + 1)),
-        time=time,
-        rate=rate if rate is None or 0 < rate < np.inf else None,
         length_unit=UNITS[end[1]] if end else None,
-        frame=None if time is not None else np.arange(float(count)),
         notes=(f"the points are those of {name}: {count} frames of {place.shape[1]} points",),
+        **clock,
     )
+
+
+def _vectors(arrays: dict[str, Array]) -> dict[str, Array]:
+    """Return the columns of time and frames by variable's name."""
+    found = {}
+    for key, one in arrays.items():
+        name = plain(_last(key))
+        if 1 < one.size == max(one.shape) and name not in PAIRS and (TIME.fullmatch(name) or FRAME.fullmatch(name)):
+            found[key] = one.ravel()
+    return found
+
+
+def _clock(file: str, arrays: dict[str, Array], count: int) -> dict[str, Any]:
+    """Return times, frame numbers and rate as fields of `Points`; those of another length or that differ are refused.
+
+    count: frames of the points.
+    """
+    vectors = _vectors(arrays)
+    for key in (key for key, one in vectors.items() if one.size != count):
+        rule, fix = f"must have a value for each of the {count} frames", "save those of the points, and no others"
+        raise InputError(rule, file=file, key=key, value=f"of {vectors[key].size}", fix=fix)
+    names = list(vectors)
+    time, second, frame = time_and_frame([_last(key) for key in names])
+    clock: dict[str, Any] = {}
+    if time is not None:
+        clock |= {"time": vectors[names[time]], "time_unit": second, "time_name": names[time]}
+        if _last(names[time]) == "t":
+            clock["time_unit"] = 1.0
+    if frame is not None:
+        clock |= {"frame": vectors[names[frame]], "frame_name": names[frame]}
+    rates = {key: float(one.ravel()[0]) for key, one in arrays.items() if plain(_last(key)) in RATES and one.size == 1}
+    rates = {key: rate for key, rate in rates.items() if 0 < rate < np.inf}
+    if len(set(rates.values())) > 1:
+        value, fix = ", ".join(f"{key} {rate:g}" for key, rate in rates.items()), "keep that of the film, called fps"
+        raise InputError("must have one frame rate", file=file, value=value, fix=fix)
+    return clock | ({"rate": next(iter(rates.values()))} if rates else {})
 
 
 def _last(name: str) -> str:
@@ -86,32 +125,36 @@ def _other(name: str, axis: str = "y") -> str:
     return f"{before}{dot}{match['before']}{new_axis}{match['after']}"
 
 
-def _by_frames(arrays: dict[str, Array], place: Array) -> Array:
-    """Return places as (frames, points, 2): the frames' axis is as long as the times, or else the longer one."""
-    rows, columns = (
-        any(_last(key) in TIMES and one.size == size for key, one in arrays.items()) for size in place.shape[:2]
-    )
-    transposed = place.shape[1] > place.shape[0] if rows == columns else columns
-    return place.transpose(1, 0, 2) if transposed else place
+def _by_frames(file: str, arrays: dict[str, Array], name: str, place: Array) -> Array:
+    """Return places (frames, points, 2): frames are along the side as long as the times, else along the longer side."""
+    lengths = {one.size for one in _vectors(arrays).values()}
+    rows, columns = (size in lengths for size in place.shape[:2])
+    if not rows and not columns:
+        if max(place.shape[:2]) < LONGER * min(place.shape[:2]):
+            rule, value = "must say which side is of frames", "{} by {}".format(*place.shape[:2])
+            fix = "save t in s, or frame, with a value for each frame"
+            raise InputError(rule, file=file, key=name, value=value, fix=fix)
+        columns = place.shape[1] > place.shape[0]
+    return place.transpose(1, 0, 2) if columns and not rows else place
 
 
 def _pairs(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return places (frames, points, 2 or 3) by variable's name, from x and y (and z) variables of equal shape."""
+    """Return places (frames, points, 2 or 3), or transposed ones, from x and y (and z) variables of equal shape."""
     pairs = {}
     for name, x in arrays.items():
         parts = [x, *(arrays[key] for axis in "yz" if (key := _other(name, axis)) in arrays)]
         if len(parts) > 1 and x.ndim == 2 and min(x.shape) > 1 and all(part.shape == x.shape for part in parts):
-            pairs[f"{name} and {_other(name)}"] = _by_frames(arrays, np.stack(parts, axis=-1))
+            pairs[f"{name} and {_other(name)}"] = np.stack(parts, axis=-1)
     return pairs
 
 
 def _blocks(arrays: dict[str, Array]) -> dict[str, Array]:
-    """Return places (frames, points, 2 or 3) by variable's name, from 3-D arrays or columns x1, y1, x2, y2, ..."""
+    """Return places (frames, points, 2 or 3), or transposed ones, of single variables of 3 sides or of columns."""
     blocks = {}
     for name, array in arrays.items():
         sides = [k for k, size in enumerate(array.shape) if size in (2, 3)]
         if array.ndim == 3 and len(sides) == 1 and array.size:
-            blocks[name] = _by_frames(arrays, np.moveaxis(array, sides[0], -1))
+            blocks[name] = np.moveaxis(array, sides[0], -1)
         last_part, count = _last(name), 3 if _last(name).startswith("xyz") else 2
         if array.ndim == 2 and last_part in PAIRS and array.shape[1] >= 2 * count and array.shape[1] % count == 0:
             blocks[name] = array.reshape(len(array), -1, count)

@@ -79,7 +79,8 @@ def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place:
     """Return places (frames, points, 2) as points, with the archive's frame numbers, times and rate."""
     count = place.shape[:1]
     frame = _numbers(file, arrays, frames, count) if frames in arrays else None
-    time = _numbers(file, arrays, "time", count) if "time" in arrays else None
+    clock = next((name for name in ("time", "timestamp") if name in arrays), None)
+    time = _numbers(file, arrays, clock, count) if clock else None
     stated = arrays.get("frame_rate")
     rate = float(stated) if stated is not None and stated.size == 1 and stated.dtype.kind in "iuf" else 0.0
     return Points(
@@ -90,7 +91,8 @@ def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place:
         np.full(place.shape[:2], np.nan),
         Rows("row", np.arange(1.0, len(place) + 1)),
         time=None if time is None else np.where(np.isfinite(time), time, np.nan),
-        time_unit=1.0,
+        time_unit=1.0 if clock == "time" else None,
+        time_name=clock or "time",
         frame=None if frame is None else np.where(np.isfinite(frame), frame, np.nan),
         rate=rate if 0 < rate < np.inf else None,
     )

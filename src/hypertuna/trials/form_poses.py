@@ -6,6 +6,7 @@ import numpy as np
 
 from hypertuna.errors import InputError
 from hypertuna.trials.form import Text, of_columns, one_point
+from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 
@@ -121,17 +122,10 @@ def _trex(grid: Grid, individual: str | None) -> Points:
     if not columns:
         raise one_point("TRex", grid.file, "add poseX, poseY or midlines to output_fields")
     samples.check_once([k for axes in columns.values() for k in axes.values()])
-    lower = [name.lower() for name in head]
-    time, frame = (lower.index(name) if name in lower else None for name in ("time", "frame"))
-    return of_columns(
-        "TRex",
-        samples,
-        columns,
-        infinite=True,
-        time=None if time is None else samples.numbers(time, limit=False),
-        time_unit=1.0,
-        frame=None if frame is None else samples.frames(frame),
-    )
+    clock, notes = clock_columns(samples, [k for axes in columns.values() for k in axes.values()])
+    if clock.get("time_name", "").lower() == "time":
+        clock["time_unit"] = 1.0  # of TRex's own column
+    return of_columns("TRex", samples, columns, infinite=True, notes=notes, **clock)
 
 
 def _is_idtracker(grid: Grid) -> bool:

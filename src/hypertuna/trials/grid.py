@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,11 @@ WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # vi
 MARKS, FIRST_LINES = (";", "\t", ","), 30  # separators of cells; number of lines searched for them
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # frame number at the end of an image's name
+
+
+DATED = re.compile(r"(19|20)\d\d[-_]?\d\d[-_]?\d\d[-_T. ]\d\d[-_h.]?\d\d[-_m.]?\d\d[-_s.]\d", re.ASCII)
+CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
+TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,21 @@ class Samples:
                     CELL.check(value, f"line {line}, {self.head[column]}", fix, file=self.file)
                 raise self._error(line, column, "must be a number", shown(text), fix)
 
+    def times(self, column: int) -> tuple[Array, bool]:
+        """Return the times of a column, NaN for missing ones, and whether they are text: dates or clock times, in s."""
+        if not any(":" in text for text in self.text(column)):
+            return self.numbers(column, limit=False), False
+        values = []
+        for line, row in self.rows:
+            value = math.nan if row[column].lower() in MISSING else clock_time(row[column])
+            if value is None or math.isinf(value):
+                rule, fix = "must be a time, such as 2026-05-04T12:30:15.250 or 12:30:15.250", "write seconds"
+                if value is not None:
+                    fix = "a time code counts frames: write the number of each frame into a column frame"
+                raise self._error(line, column, rule, shown(row[column]), fix)
+            values.append(value)
+        return np.array(values), True
+
     def frames(self, column: int) -> Array:
         """Return the frame numbers of a column of numbers, or of image names with the number at the end."""
         values = []
@@ -105,7 +126,22 @@ class Samples:
                 fix = "give the number of each frame, or the name of its image with the number at its end"
                 raise self._error(line, column, "must be the number of a frame", shown(row[column]), fix)
             values.append(value)
+        self._check_names(column, values)
         return np.array(values, dtype=float)
+
+    def _check_names(self, column: int, values: list[float]) -> None:
+        """Check that names of images end with the number of the frame, and not with a camera's or a clock's."""
+        texts = self.text(column)
+        if len(texts) < 3 or not math.isnan(parse_float(texts[0])) or texts[0].lower() in MISSING:
+            return
+        fix = "give a column frame, or the times in time_s"
+        if len(set(values)) == 1 and len(set(texts)) > 1:
+            rule = "must end with the number of the frame"
+            raise InputError(rule, file=self.file, key=self.head[column], value=f"{values[0]:g} in all", fix=fix)
+        if DATED.search(texts[0]) and np.median(np.diff(values)) != 1:
+            rule, value = "must end with the number of the frame", f"{shown(texts[1])}"
+            fix = f"these are names with a time of day: {fix}"
+            raise InputError(rule, file=self.file, key=self.head[column], value=value, fix=fix)
 
     def _error(self, line: int, column: int, rule: str, value: str, fix: str) -> InputError:
         return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
@@ -117,6 +153,19 @@ class Samples:
             if (count := names.count(name)) > 1:
                 rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"
                 raise InputError(rule, file=self.file, key=f"column {name}", value=value, fix=fix)
+
+
+def clock_time(text: str) -> float | None:
+    """Return the seconds of a clock's time or of a date with it (ISO 8601); infinite for a time code, None if none."""
+    if match := CLOCK.fullmatch(text):
+        return 3600 * int(match[1] or 0) + 60 * int(match[2]) + float(match[3].replace(",", "."))
+    if ":" not in text or TIMECODE.fullmatch(text):
+        return math.inf if TIMECODE.fullmatch(text) else None
+    try:
+        moment = datetime.fromisoformat(text.replace(",", "."))
+        return moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
+    except (ValueError, OverflowError):
+        return None
 
 
 def frame_number(text: str) -> float | None:

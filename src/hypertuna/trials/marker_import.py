@@ -23,12 +23,10 @@ from hypertuna.trials.marker_run import Frames, MarkerRun
 from hypertuna.trials.markers import Markers, read_markers
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
 
-ROUNDS, MAX_SHIFT = (
-    10,
-    0.1,
-)  # of learning places from a run; they end when places move by less than this fraction of the noise
-SIZE_RATIO = 30.0  # ratio of the markers' span to the robot's length, above or below which their unit is wrong
-PLACE_FRAMES = 100  # about the number of frames from which places are learned
+ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last step
+ANOTHER = 30.0  # times the robot's length, or a part of it: markers of another unit
+LATE = 100.0  # s, from which on 7 digits are no time
+LEARNED = 100  # frames from which places are taken
 
 
 @dataclass(frozen=True)
@@ -222,7 +220,9 @@ def _recording(name: str, groups: Sequence[str], joints: str, poses: str) -> dic
 
 def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> None:
     """Write a CSV file of a comment, a line of names and rows of numbers."""
-    lines = [f"# {comment}", ",".join(heads), *(",".join(f"{x:.7g}" for x in row) for row in rows.tolist())]
+    lines = [f"# {comment}", ",".join(heads)]
+    for time, *row in rows.tolist():
+        lines.append(",".join([f"{time:.7g}" if time < LATE else f"{time:.6f}", *(f"{x:.7g}" for x in row)]))
     write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 

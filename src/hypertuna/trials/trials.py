@@ -114,13 +114,13 @@ def _read(path: Path, robot: Robot) -> Trials:
         try:
             return Trials(read_runs(path, robot))
         except InputError:
-            _check_no_track(path)
+            check_no_track(path)
             raise
     if suffix == ".toml":
         return Trials(read_manifest(path, robot))
     if suffix == ".mcap":
         return Trials(steady_runs(path, robot))
-    _check_no_track(path)
+    check_no_track(path)
     rule = "must be a CSV file of steady runs, a TOML manifest, a .mcap log or a folder"
     fixes = {
         "save the table as CSV, with commas between the cells": (".xlsx", ".xls", ".ods", ".numbers"),
@@ -130,10 +130,10 @@ def _read(path: Path, robot: Robot) -> Trials:
     raise InputError(rule, file=str(path), fix=fix)
 
 
-def _check_no_track(path: Path) -> None:
-    """Raise an error for a file of tracked points, with the command that makes a manifest of it."""
+def check_no_track(path: str | Path) -> None:
+    """Refuse a file of tracked points with the command that makes a manifest of it."""
     if form := form_name(path):
-        fix = f"`hypertuna trials import markers {path} --robot ROBOT -o {path.stem}.toml` makes a manifest of it"
+        fix = f"`hypertuna trials import markers {path} --robot ROBOT -o {Path(path).stem}.toml` makes a manifest of it"
         raise InputError(f"holds tracked points, in the form of {form}", file=str(path), fix=fix)
 
 

@@ -1,0 +1,97 @@
+"""Results that a design refuses before it keeps them: told already, beyond the robot, or in another unit."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from hypertuna.description.robot import Robot
+from hypertuna.design.kinds import RUN_KINDS
+from hypertuna.design.posterior import Posterior
+from hypertuna.design.prediction import Row
+from hypertuna.design.runs import QUANTITIES, Measurement, TankRun
+from hypertuna.errors import InputError
+from hypertuna.swimming.gait import Gait
+from hypertuna.trials.plausibility import FAR
+
+MUCH = 2.0  # times a bound of the robot's gaits: the power of a beat goes as the cube of both, so eight times the power
+SURELY = 6.0  # standard deviations: no noise, for a quantity that is also more than FAR times another
+SAME_GAIT = 0.1  # of the frequency, and rad: the same gait, as it is rounded or set by hand
+UNITS: dict[str, dict[str, float]] = {  # that are given by mistake, in each displayed unit
+    "m/s": {"cm/s": 100, "mm/s": 1000},
+    "deg/s": {"rad/s": math.pi / 180},
+    "N": {"gf": 1000 / 9.81, "mN": 1000},
+    "W": {"mW": 1000},
+}
+
+
+def check_gaits(results: Iterable[Measurement], robot: Robot) -> None:
+    """Refuse gaits far beyond the bounds of the robot's gaits, which it cannot have made."""
+    if (bounds := robot.gait_bounds) is None:
+        return
+    for result in results:
+        if (gait := result.run.gait) is None:
+            continue
+        pairs = [(f"frequency of {result.name}", gait.frequency, bounds.frequency[1], "Hz")]
+        for group, angle, ends in zip(robot.joints, gait.amplitude, bounds.amplitude, strict=True):
+            name = f"amplitude of {group.name} of {result.name}"
+            pairs.append((name, math.degrees(angle), math.degrees(ends[1]), "deg"))
+        for key, value, high, unit in pairs:
+            if 0 < MUCH * high < value:
+                rule = f"must not be beyond {MUCH:g} times the robot's bound, {high:.4g} {unit}"
+                fix = "correct the unit, or the robot's gait_bounds"
+                raise InputError(rule, key=key, value=f"{value:.4g} {unit}", fix=fix)
+
+
+def check_new(results: Sequence[Measurement], told: Sequence[Measurement]) -> None:
+    """Refuse results that were told before: they would count twice."""
+    for k, result in enumerate(results):
+        for old in (*told, *results[:k]) if result.name else ():
+            same = (old.name, old.run, old.quantity) == (result.name, result.run, result.quantity)
+            if same and (old.value == result.value or old.day == result.day):
+                rule, fix = f"is told already, as {_shown(old)}", "leave it out; a repeat has a name of its own"
+                raise InputError(rule, key=f"the {result.quantity} of {result.name}", fix=fix)
+
+
+def renamed(results: Iterable[Measurement], asked: Iterable[tuple[str, TankRun]]) -> list[str]:
+    """Return sentences on runs that have the name of one that is asked for, and another gait."""
+    runs, notes = dict(asked), dict[str, None]()
+    for result in results:
+        gait, run = result.run.gait, runs.get(result.name)
+        if run is not None and run.gait is not None and gait is not None and not _same_gait(run.gait, gait):
+            notes[f"{result.name} is taken with its own gait, {result.run}; the one now asked for is {run}."] = None
+    return [*notes]
+
+
+def _same_gait(one: Gait, other: Gait) -> bool:
+    """Whether two gaits are the same as commanded; only differences of phases matter."""
+    turns = [[phase - gait.phase[0] for phase in gait.phase] + [*gait.amplitude, *gait.bias] for gait in (one, other)]
+    off = np.abs((np.subtract(turns[0], turns[1]) + math.pi) % (2 * math.pi) - math.pi)
+    return abs(one.frequency - other.frequency) <= SAME_GAIT * one.frequency and bool(off.max() <= SAME_GAIT)
+
+
+def check_size(results: Sequence[Measurement], prior: Posterior) -> None:
+    """Refuse results so far from their prediction before all runs that the unit, not the robot, must be another."""
+    predicted = zip(*prior.predict([Row(result.run, result.quantity) for result in results]), strict=True)
+    for result, (mean, known) in zip(results, predicted, strict=True):
+        sd = math.hypot(known, result.noise)
+        ratio = result.value / math.exp(mean)
+        size = max(ratio, 1 / ratio)
+        if size <= FAR or abs(math.log(ratio)) <= SURELY * sd:
+            continue
+        unit = QUANTITIES[result.quantity].unit
+        rule = f"is {float(f'{ratio:.2g}'):g} times what is expected, more than coefficients are wrong by"
+        off = {other: abs(math.log(ratio / factor)) for other, factor in UNITS.get(unit, {}).items()}
+        likely = min(off, key=lambda other: off[other], default="")
+        guess = f", is it in {likely}?" if likely and off[likely] < 2 * sd else "."
+        what = "time_s in s and speed_m_s in m/s" if RUN_KINDS[result.run.kind].series else f"it in {unit}"
+        fix = f"give {what}{guess} If it is right, correct the robot, and begin a new design"
+        raise InputError(
+            rule, key=f"the {result.quantity} of {result.name or result.run}", value=_shown(result), fix=fix
+        )
+
+
+def _shown(result: Measurement) -> str:
+    """Return the value of a result with its displayed unit."""
+    quantity = QUANTITIES[result.quantity]
+    return f"{quantity.per_si * result.value:.4g} {quantity.unit}"

@@ -1,0 +1,97 @@
+"""Columns of time and frames in forms of text: one reader for all, that refuses a clock of which nothing is known."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hypertuna.errors import InputError, shown
+from hypertuna.io.tables import parse_float
+from hypertuna.trials.form import INDEX, TIME, plain, seconds_per_unit, time_and_frame
+from hypertuna.trials.grid import Samples, clock_time
+
+GROWING = 3  # rows from which on a column of growing numbers may be a clock
+MOST = 0.9  # part of the cells of a column that makes it a clock
+SAME_SPAN = 0.05  # relative difference of two clocks that agree
+
+
+def clock_columns(
+    samples: Samples, used: Sequence[int], head: Sequence[str] = ()
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the columns of time and frames as fields of `Points`, and sentences on them.
+
+    used: columns of coordinates, likelihoods, names; head: names of columns, where not those of the samples.
+    """
+    names = ["" if k in used else name for k, name in enumerate(head or samples.head)]
+    time, second, frame = time_and_frame(names)
+    fields: dict[str, Any] = {}
+    if time is not None:
+        values, of_text = samples.times(time)
+        fields |= {"time": values, "time_unit": 1.0 if of_text else second, "time_name": names[time]}
+        _check_others(samples, names, fields)
+    taken = [*used, *(k for k in (time, frame) if k is not None)]
+    index, notes = _index(samples, taken, clock=len(taken) > len(used)), ()
+    if frame is None:
+        frame = index
+    elif index is not None:
+        step, frame_step = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
+        if (step * frame_step[0] != frame_step * step[0]).any():
+            sentence = "and the first column, without a name, disagree: the frames are those of the former"
+            return _with_frame(samples, names, frame, fields), (f"{names[frame]} {sentence}",)
+    return _with_frame(samples, names, frame, fields), notes
+
+
+def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: dict[str, Any]) -> dict[str, Any]:
+    """Return fields of `Points` with those of a column of frames."""
+    if frame is None:
+        return fields
+    return fields | {"frame": samples.frames(frame), "frame_name": names[frame] or "the first column"}
+
+
+def _check_others(samples: Samples, names: list[str], fields: dict[str, Any]) -> None:
+    """Check that other columns of time, whose names say their units, span as long as the one that is read."""
+    for k, name in enumerate(names):
+        unit = seconds_per_unit(match) if (match := TIME.fullmatch(plain(name))) else None
+        if unit is None or fields["time_unit"] is None or name == fields["time_name"] or not samples.rows:
+            continue
+        span = float(np.ptp(samples.times(k)[0])) * unit
+        read = float(np.ptp(fields["time"])) * fields["time_unit"]
+        if abs(span - read) > SAME_SPAN * max(span, read):
+            rule, value = "must agree", f"{read:.4g} s long and {span:.4g} s"
+            fix = "keep the clock that is right, such as that of the camera and not that of the film"
+            key = f"the columns {fields['time_name']} and {name}"
+            raise InputError(rule, file=samples.file, key=key, value=value, fix=fix)
+
+
+def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
+    """Return the column of frame numbers without a name of its own: one whose whole numbers grow, or None.
+
+    Beside a clock, an index that only counts the rows says nothing. Without one, a column that looks like a clock and
+    has no known name is refused: nobody should have to guess.
+    """
+    candidates, skipping = [], []  # columns that may be an index, and those of them that do not only count the rows
+    for k in (k for k in range(len(samples.head)) if k not in used and len(samples.rows) >= GROWING):
+        texts = samples.text(k)
+        values, nameless = np.array([parse_float(text) for text in texts]), INDEX.fullmatch(samples.head[k])
+        whole, step = np.isfinite(values).all(), np.diff(values[np.isfinite(values)])
+        if nameless and whole and (values == np.round(values)).all() and (step > 0).all():
+            candidates.append(k)
+            skipping += [k] * bool((step != 1).any())
+        elif not clock and (rule := _looks_like_a_clock(texts, values, step)):
+            key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
+            raise InputError(rule, file=samples.file, key=key, value=shown(texts[-1]), fix=CALL)
+    if len(skipping) > 1:
+        rule, fix = "must have one index", "call the column of frames frame, and drop the others"
+        raise InputError(rule, file=samples.file, value=f"{len(skipping)} columns without a name that count", fix=fix)
+    return next(iter(skipping if clock else [*skipping, *candidates]), None)
+
+
+CALL = "call it frame, or time_s, or drop it"
+
+
+def _looks_like_a_clock(texts: list[str], values: Any, step: Any) -> str:
+    """Return what a column of no known name looks like, of cells, their numbers, and steps between these; or ""."""
+    if len(step) + 1 >= MOST * len(values) and (step >= 0).all() and (step > 0).any():
+        return "grows from row to row, but nothing says what it counts"
+    times = sum(clock_time(text) is not None for text in texts)
+    return "looks like a clock, but its name is not known" if times >= MOST * len(texts) and len(set(texts)) > 1 else ""
