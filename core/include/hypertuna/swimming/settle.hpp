@@ -243,8 +243,8 @@ Approach<S, Y> approach(const Body& body, const Y& target, int max_beats) {
     using T = base_t<S>;
     const Approach<S, Y> coarse = swim_toward(body, 2, target, max_beats);
     const auto arrived = coarse.distance < S(T(approach_tolerances.arrived));
-    const Y left = select(arrived, filled<Y>(S(std::numeric_limits<T>::quiet_NaN())), target);
-    return select(arrived, coarse, swim_toward(body, 1, left, max_beats));
+    const Y remaining = select(arrived, filled<Y>(S(std::numeric_limits<T>::quiet_NaN())), target);
+    return select(arrived, coarse, swim_toward(body, 1, remaining, max_beats));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
