@@ -4,7 +4,7 @@ import type { Calculator } from "./questions.ts";
 import { type Swimmer, sameRobot } from "./robot.ts";
 import type { ImageLoader } from "./robots.ts";
 
-const QUIET = 250; // ms after the last turn of a knob; then the start from rest is computed
+const START_DELAY = 250; // ms after the last turn of a knob; then the start from rest is computed
 
 /** Receives a beat: quantities before the path; gradient and start from rest only of the last gait. */
 export interface Listener {
@@ -44,7 +44,7 @@ export class Beats {
       this.running = false;
       document.documentElement.dataset.busy = "0";
     }
-    this.quiet = window.setTimeout(() => void this.follow(), QUIET);
+    this.quiet = window.setTimeout(() => void this.follow(), START_DELAY);
   }
 
   private async compute(now: Swimmer): Promise<void> {

@@ -13,9 +13,9 @@ export interface Station extends Point {
   part: number;
 }
 
-const STATIONS = 64;
-const FLAT = 0.6; // width over height of a link whose width the description leaves out
-const BLADE = 0.006; // half thickness of the caudal fin, body lengths
+const STATION_COUNT = 64;
+const WIDTH_RATIO = 0.6; // width over height of a link whose width the description leaves out
+const FIN_HALF = 0.006; // half thickness of the caudal fin, body lengths
 
 /** Thickness of a streamlined body over its length: a NACA four-digit section with a closed end. */
 function section(part: number): number {
@@ -67,7 +67,7 @@ export class Shape {
     this.length = this.fronts.at(-1) ?? 0;
     this.middles = this.links.map((length, k) => (this.fronts[k] ?? 0) + length / 2);
     this.fin = robot.tail.edge_height === null ? 1 : 1 - (0.85 * (this.links.at(-1) ?? 0)) / this.length;
-    this.parts = Array.from({ length: STATIONS + 1 }, (_, k) => (1 - Math.cos((Math.PI * k) / STATIONS)) / 2);
+    this.parts = Array.from({ length: STATION_COUNT + 1 }, (_, k) => (1 - Math.cos((Math.PI * k) / STATION_COUNT)) / 2);
     this.halves = this.parts.map((part) => this.half(part, this.fullness(robot)));
   }
 
@@ -94,7 +94,7 @@ export class Shape {
   /** Ratio of each link's width to that of the streamlined section, so that the drawn body is as wide. */
   private fullness(robot: Robot): number[] {
     const ratios = robot.links.map((link, k) => {
-      const width = link.width ?? FLAT * (link.height ?? this.length / 6);
+      const width = link.width ?? WIDTH_RATIO * (link.height ?? this.length / 6);
       const places = [0.1, 0.3, 0.5, 0.7, 0.9].map((t) => ((this.fronts[k] ?? 0) + t * link.length) / this.length);
       return width / 2 / (places.reduce((sum, place) => sum + this.section(place), 0) / places.length);
     });
@@ -119,7 +119,7 @@ export class Shape {
 
   /** Half thickness of the caudal fin [m], sharp at its trailing edge. */
   private blade(part: number): number {
-    return this.fin < 1 ? BLADE * this.length * (1 - part) ** 0.5 * 1.6 : 0;
+    return this.fin < 1 ? FIN_HALF * this.length * (1 - part) ** 0.5 * 1.6 : 0;
   }
 }
 

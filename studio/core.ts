@@ -1,7 +1,7 @@
 // Calls the C interface, hosts/hypertuna.h, of the core in WebAssembly.
 import { CORE, type Functions, START } from "./interface.ts";
 
-const STEPS = CORE.beat_steps;
+const BEAT_STEPS = CORE.beat_steps;
 /** Numbers in a row of a path before its bends: time, x, y and heading. */
 export const POSE = 4;
 
@@ -156,8 +156,8 @@ export class CoreRobot {
 
   /** One settled beat: rows of time, x, y and heading of the nose, and the bend in front of each link. */
   path(model: number, gait: Float64Array): Float64Array {
-    return this.with(gait, (STEPS + 1) * (POSE + this.links), (from, to) =>
-      this.wasm.ht_path(this.place, model, from, STEPS, to),
+    return this.with(gait, (BEAT_STEPS + 1) * (POSE + this.links), (from, to) =>
+      this.wasm.ht_path(this.place, model, from, BEAT_STEPS, to),
     );
   }
 

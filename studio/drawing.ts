@@ -5,15 +5,15 @@ import type { BodyKnob, Robot } from "./robot.ts";
 
 const SVG = "http://www.w3.org/2000/svg";
 const GAP = 20; // px around the views
-const BESIDE = 720; // px: from this width on, the two views stand side by side
-const TITLE = 20; // px above a view
+const SIDE_BY_SIDE_WIDTH = 720; // px: from this width on, the two views stand side by side
+const TITLE_HEIGHT = 20; // px above a view
 const HANDLE_RADIUS = 7; // px, radius of a handle
 const OUTLINE_POINTS = 60; // points of an outline
 const MASS_DRAG = 120; // px: a drag of this length multiplies a mass by e
 const KEY_STEP = 0.01; // change of a factor by an arrow key
 const HANDLE_DISTANCE = 46; // px from the body to the handles of the lengths
 const NOWHERE = { left: 0, top: 0 };
-const LARGEST = 0.075; // radius of the heaviest link's circle, body lengths
+const MAX_MASS_RADIUS = 0.075; // radius of the heaviest link's circle, body lengths
 
 interface Handle {
   knob: BodyKnob;
@@ -124,7 +124,7 @@ export class Drawing {
     const { robot, svg } = this;
     const width = svg.clientWidth;
     if (robot === null || width === 0) return;
-    const beside = width >= BESIDE;
+    const beside = width >= SIDE_BY_SIDE_WIDTH;
     const viewWidth = beside ? width / 2 : width;
     const size = (viewWidth - 2 * GAP) / (1.06 * Math.max(robot.length, robot.described?.length ?? 0));
     const body = Math.max(...robot.links.map(({ height }) => height ?? 0));
@@ -136,10 +136,10 @@ export class Drawing {
       (size * Math.max(...robot.links.map(({ width }) => width ?? 0))) / 2 + HANDLE_DISTANCE,
     );
     const half = beside ? Math.max(high, wide) : high;
-    const side = { left: GAP, top: TITLE + GAP + half };
+    const side = { left: GAP, top: TITLE_HEIGHT + GAP + half };
     const above = {
       left: GAP + (beside ? viewWidth : 0),
-      top: beside ? side.top : side.top + low + GAP + TITLE + wide,
+      top: beside ? side.top : side.top + low + GAP + TITLE_HEIGHT + wide,
     };
     this.scale = { size, side, above, height: Math.max(side.top + low, above.top + under) + GAP };
     this.draw();
@@ -175,10 +175,10 @@ export class Drawing {
       return halves.map(([axis, half]) => line(this.at(axis, x, half), this.at(axis, x, -half), "joint"));
     });
     return [
-      text("from the side", [GAP, TITLE]),
+      text("from the side", [GAP, TITLE_HEIGHT]),
       text("from above; circles are masses", [
         above.left,
-        Math.max(TITLE, above.top - (size * this.wide(robot)) / 2 - 10),
+        Math.max(TITLE_HEIGHT, above.top - (size * this.wide(robot)) / 2 - 10),
       ]),
       on(side, "flank", profile(robot, joints)),
       ...(robot.tail.edge_height === null ? [] : [on(side, "tail", tailFin(robot, shape))]),
@@ -194,7 +194,7 @@ export class Drawing {
   }
 
   private wide(robot: Robot): number {
-    return Math.max(2 * LARGEST * robot.length, ...robot.links.map(({ width }) => width ?? 0), reach(robot));
+    return Math.max(2 * MAX_MASS_RADIUS * robot.length, ...robot.links.map(({ width }) => width ?? 0), reach(robot));
   }
 
   private masses(robot: Robot, joints: number[]): SVGElement[] {
@@ -211,7 +211,7 @@ export class Drawing {
   /** Radius of a mass's circle [px]; the circle's area is proportional to the mass. */
   private radius(robot: Robot, mass: number): number {
     const { links, length } = robot.described ?? robot;
-    return this.scale.size * LARGEST * length * Math.sqrt(mass / Math.max(...links.map((link) => link.mass)));
+    return this.scale.size * MAX_MASS_RADIUS * length * Math.sqrt(mass / Math.max(...links.map((link) => link.mass)));
   }
 
   /** Move the handles to their values; returns the lines that connect them to the body. */

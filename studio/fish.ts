@@ -14,7 +14,7 @@ const FIN_HALF = 0.004; // half thickness of an upright fin seen from above, bod
 const SPECK_SPACING = 0.17; // distance between specks in the water, body lengths
 const PICTURE_WIDTH = 2.7; // width of the picture, body lengths
 const PHONE_WIDTH = 2.0; // width of the picture on a phone, body lengths
-const PHONE = 560; // px: a page narrower than this is a phone's
+const PHONE_LIMIT = 560; // px: a page narrower than this is a phone's
 
 export interface Shown {
   tempo: number; // 1: real time, 0: stands still
@@ -148,7 +148,7 @@ export class Stage {
   // --- drawing
 
   private get scale(): number {
-    const wide = this.wide < PHONE ? PHONE_WIDTH : PICTURE_WIDTH;
+    const wide = this.wide < PHONE_LIMIT ? PHONE_WIDTH : PICTURE_WIDTH;
     return this.canvas.width / (wide * (this.shape?.length ?? 1));
   }
 

@@ -2,17 +2,17 @@
 import { drawBand, drawBars, usable } from "./band.ts";
 import { Chart } from "./chart.ts";
 import { button, element, inFrame } from "./dom.ts";
-import { Box, type Found, type Goal, STEPS, search, type Watch } from "./optimize.ts";
+import { Box, type Found, type Goal, MAX_STEPS, search, type Watch } from "./optimize.ts";
 import { digits, gaitText, type Quantities } from "./quantities.ts";
 import { Latest } from "./questions.ts";
 import { gaitOf, type NamedGait, rowOf } from "./robot.ts";
 import { type Spread, spreadWords } from "./samples.ts";
 import type { Page, Subject, View } from "./subject.ts";
 
-const STARTS = 6; // starts of a search: the knobs' gait, and points spread over the limits
-const SPEEDS = 14; // speeds of the front at which the least cost is sought
-const PACE = 120; // ms between two steps of a search that is shown on the fish
-const SAME = 1e-3; // results count as the same below this relative difference
+const START_COUNT = 6; // starts of a search: the knobs' gait, and points spread over the limits
+const SPEED_COUNT = 14; // speeds of the front at which the least cost is sought
+const STEP_PAUSE = 120; // ms between two steps of a search that is shown on the fish
+const TOLERANCE = 1e-3; // results count as the same below this relative difference
 
 export class FrontView implements View {
   private readonly chart: Chart;
@@ -150,7 +150,7 @@ export class FrontView implements View {
     const begun = this.row;
     this.trace = [];
     this.made = new Set([String(begun)]);
-    const starts = [box.point(this.row), ...box.spread(STARTS - 1)];
+    const starts = [box.point(this.row), ...box.spread(START_COUNT - 1)];
     const ends: Found[] = [];
     for (const [k, start] of starts.entries()) {
       const watched = ends.length === 0 ? this.watched(goal, run) : this.counted(run, k);
@@ -173,10 +173,10 @@ export class FrontView implements View {
       return;
     }
     const least = score(best, goal);
-    const same = ends.filter((end) => score(end, goal) <= least + SAME * Math.abs(least)).length;
+    const same = ends.filter((end) => score(end, goal) <= least + TOLERANCE * Math.abs(least)).length;
     const { speed, cost_of_transport: cost } = best.computed.values;
     const cut = ends.filter((end) => end.cut === true).length;
-    const short = cut === 0 ? "" : ` (${cut} ${cut === 1 ? "was" : "were"} cut off after ${STEPS} steps)`;
+    const short = cut === 0 ? "" : ` (${cut} ${cut === 1 ? "was" : "were"} cut off after ${MAX_STEPS} steps)`;
     this.stop(
       `All ${count} gradient searches have ended, ${same} of them at the best value${short}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m), ${gaitText(gaitOf(best.row))}.`,
     );
@@ -194,14 +194,14 @@ export class FrontView implements View {
       this.status.textContent = `Searching ${aim}, step ${step}: ${digits(speed)} m/s at ${digits(cost)} J/(kg m).`;
       this.made?.add(String(row));
       this.page.go(row);
-      await new Promise((resolve) => setTimeout(resolve, PACE));
+      await new Promise((resolve) => setTimeout(resolve, STEP_PAUSE));
       return run === this.run;
     };
   }
 
   private counted(run: number, k: number): Watch {
     return async () => {
-      if (run === this.run) this.status.textContent = `Searching from other starts: ${k + 1} of ${STARTS}.`;
+      if (run === this.run) this.status.textContent = `Searching from other starts: ${k + 1} of ${START_COUNT}.`;
       return run === this.run;
     };
   }
@@ -230,9 +230,9 @@ export class FrontView implements View {
     }
     this.front = [best];
     let last: Found = best;
-    for (let k = SPEEDS - 1; k >= 1; k--) {
-      this.status.textContent = `Least cost at each speed: ${SPEEDS - k} of ${SPEEDS - 1}.`;
-      const goal: Goal = { quantity: "cost_of_transport", speed: (top * k) / SPEEDS };
+    for (let k = SPEED_COUNT - 1; k >= 1; k--) {
+      this.status.textContent = `Least cost at each speed: ${SPEED_COUNT - k} of ${SPEED_COUNT - 1}.`;
+      const goal: Goal = { quantity: "cost_of_transport", speed: (top * k) / SPEED_COUNT };
       const end = await search(subject, goal, box.point(last.row), go);
       if (run !== this.run) return;
       if (end === null || !reaches(end, goal)) continue;

@@ -1,7 +1,7 @@
 // Reads and writes a robot's image: columns of numbers in the layout of hosts/image.hpp.
 import { IMAGE } from "./interface.ts";
 
-const ENTRY = 12; // bytes of a column's entry: rows, width and length of its name
+const ENTRY_SIZE = 12; // bytes of a column's entry: rows, width and length of its name
 
 export interface Column {
   name: string;
@@ -18,10 +18,10 @@ export function columnsOf(image: Uint8Array): Column[] {
   const view = new DataView(image.buffer, image.byteOffset, image.byteLength);
   const size = (place: number): number => view.getUint32(place, true);
   const [count, names, text] = [size(IMAGE.columns), size(IMAGE.names), size(IMAGE.text)];
-  let name = IMAGE.size + ENTRY * count;
+  let name = IMAGE.size + ENTRY_SIZE * count;
   let first = Math.ceil((name + names + text) / 8) * 8;
   return Array.from({ length: count }, (_, k) => {
-    const entry = IMAGE.size + ENTRY * k;
+    const entry = IMAGE.size + ENTRY_SIZE * k;
     const [rows, width, length] = [size(entry), size(entry + 4), size(entry + 8)];
     const letters = image.subarray(name, name + length);
     const end = first + 8 * rows * width;
@@ -37,7 +37,7 @@ export function imageOf(header: Uint8Array, columns: Column[]): Uint8Array {
   const text = new TextEncoder().encode("{}");
   const letters = names.reduce((sum, { length }) => sum + length, 0);
   const numbers = columns.reduce((sum, { values }) => sum + values.length, 0);
-  let name = IMAGE.size + ENTRY * columns.length;
+  let name = IMAGE.size + ENTRY_SIZE * columns.length;
   let first = Math.ceil((name + letters + text.length) / 8) * 8;
   const made = new Uint8Array(first + 8 * numbers);
   const view = new DataView(made.buffer);
@@ -48,7 +48,7 @@ export function imageOf(header: Uint8Array, columns: Column[]): Uint8Array {
   columns.forEach(({ rows, width, values }, k) => {
     const word = names[k] ?? new Uint8Array();
     [rows, width, word.length].forEach((size, part) => {
-      view.setUint32(IMAGE.size + ENTRY * k + 4 * part, size, true);
+      view.setUint32(IMAGE.size + ENTRY_SIZE * k + 4 * part, size, true);
     });
     made.set(word, name);
     made.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), first);

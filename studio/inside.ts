@@ -26,7 +26,7 @@ const FAULTS: Record<Fault, string> = {
   shift: "shifted",
   clogged: "clogged",
 };
-const SLOW = 0.8; // below this fraction of the chosen tempo the page says that it is slow
+const SLOW_FRACTION = 0.8; // below this fraction of the chosen tempo the page says that it is slow
 const CONDITION_TIME = 0.5; // s for which a condition is still shown after it ended
 const LOSS_INTERVAL = 8; // drawings from one update of the losses to the next
 const TEMPOS = [0.1, 1, 5, 20, 50];
@@ -229,7 +229,7 @@ export class InsideView implements View {
       rows.reduce((sum, row) => sum + this.of(row, name).reduce((a, b) => a + b, 0), 0) / Math.max(1, rows.length);
     if (this.drawn % LOSS_INTERVAL === 1 || !this.running)
       losses.show(mean, mean("battery_voltage") * mean("battery_current"));
-    const slow = this.pace < SLOW * this.speed ? `, at ${digits(this.pace, 2)} x: no faster here` : "";
+    const slow = this.pace < SLOW_FRACTION * this.speed ? `, at ${digits(this.pace, 2)} x: no faster here` : "";
     const values = [
       [`${digits(this.ticks / rate, 3)} s`, `time from rest${slow}`],
       [`${digits(-mean("surge"), 3)} m/s`, "speed, mean of a beat"],

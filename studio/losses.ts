@@ -4,9 +4,9 @@ import { ofKinds } from "./drives.ts";
 import { digits } from "./quantities.ts";
 import type { Robot } from "./robot.ts";
 
-const REST = "converter and electronics"; // power of the battery that the servos do not take
+const OTHER_LOADS = "converter and electronics"; // power of the battery that the servos do not take
 const COLORS = ["pink", "orange", "green", "sky", "blue"];
-const SMALL = 5e-3; // a power below this fraction of the battery's is shown as 0
+const LEAST_SHOWN = 5e-3; // a power below this fraction of the battery's is shown as 0
 
 interface Row {
   element: HTMLElement;
@@ -46,14 +46,14 @@ export class Losses {
 
   private names(place: string): string[] {
     const own = this.losses.filter((one) => one.place === place && one.name !== place).map(({ name }) => name);
-    return place === "battery" ? [REST, ...own] : own;
+    return place === "battery" ? [OTHER_LOADS, ...own] : own;
   }
 
   /** Show means of a beat: `mean` gives that of a column of the record, `drawn` is the battery's power [W]. */
   show(mean: (name: string) => number, drawn: number): void {
     const powers = this.losses.map(({ name, place }) => ({ name, place, power: mean(`loss_${name}`) }));
     const servos = powers.reduce((sum, { power }) => sum + power, 0);
-    powers.unshift({ name: REST, place: "battery", power: drawn - servos });
+    powers.unshift({ name: OTHER_LOADS, place: "battery", power: drawn - servos });
     this.title.textContent = `Where the ${digits(drawn, 3)} W from the battery go, means of a beat [W]`;
     let before = 0;
     this.rows.forEach((row, k) => {
@@ -75,7 +75,7 @@ export class Losses {
 const percent = (part: number, whole: number): number => 100 * Math.min(1, Math.max(0, whole > 0 ? part / whole : 0));
 
 const shown = (power: number, count: number, drawn: number): string =>
-  Math.abs(power) < SMALL * drawn ? "0" : digits(power, count);
+  Math.abs(power) < LEAST_SHOWN * drawn ? "0" : digits(power, count);
 
 function put(place: HTMLElement, text: string): void {
   if (place.textContent !== text) place.textContent = text;

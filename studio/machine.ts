@@ -81,10 +81,10 @@ export class Machine {
   /** A point at a fraction of the length, `side` half widths beside the midline; widths are drawn larger. */
   private on(part: number, side: number): [number, number] {
     const widest = Math.max(...this.stations.map(({ half }) => half));
-    const larger = Math.min(MAX_WIDENING, Math.max(1, (BODY_HALF * this.height) / (widest * this.scale)));
+    const widening = Math.min(MAX_WIDENING, Math.max(1, (BODY_HALF * this.height) / (widest * this.scale)));
     const station = at(this.stations, part);
     return this.place(
-      beside({ ...station, half: Math.max(station.half, part < 0.5 ? 0 : 0.18 * widest) }, side * larger),
+      beside({ ...station, half: Math.max(station.half, part < 0.5 ? 0 : 0.18 * widest) }, side * widening),
     );
   }
 

@@ -6,12 +6,12 @@ import { digits, meaning, type Quantities, SUMMARY, statusOf } from "./quantitie
 import { numbers } from "./hash.ts";
 import type { Kept, Page, Subject, View } from "./subject.ts";
 
-const COARSE = 8; // intervals a side of the first grid
-const LEVELS = 4; // number of grids, each with half the interval of the one before
-const FINEST = COARSE << (LEVELS - 1);
-const CHUNK = 48; // gaits in one question to the worker: few, so that a knob never waits long
-const QUIET = 120; // ms without a change before a map begins
-const CLIPPED = 0.93; // fraction of the gaits whose values the colors tell apart; above, one color
+const FIRST_INTERVALS = 8; // intervals a side of the first grid
+const GRID_COUNT = 4; // number of grids, each with half the interval of the one before
+const FINEST_INTERVALS = FIRST_INTERVALS << (GRID_COUNT - 1);
+const CHUNK_SIZE = 48; // gaits in one question to the worker: few, so that a knob never waits long
+const START_DELAY = 120; // ms without a change before a map begins
+const COLORED_SHARE = 0.93; // fraction of the gaits whose values the colors tell apart; above, one color
 
 export class MapView implements View {
   private quantity = "speed";
@@ -135,23 +135,23 @@ export class MapView implements View {
     this.panel.ariaBusy = "true";
     this.run++;
     clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => void this.compute(subject, row.slice(), this.run), QUIET);
+    this.timer = window.setTimeout(() => void this.compute(subject, row.slice(), this.run), START_DELAY);
   }
 
   private async compute(subject: Subject, row: Float64Array, run: number): Promise<void> {
     const cells = new Map<number, Quantities>();
-    for (let level = 0; level < LEVELS; level++) {
-      const stride = FINEST / (COARSE << level);
+    for (let level = 0; level < GRID_COUNT; level++) {
+      const stride = FINEST_INTERVALS / (FIRST_INTERVALS << level);
       const places = grid(stride).filter((place) => !cells.has(place));
-      for (let k = 0; k < places.length; k += CHUNK) {
-        const chunk = places.slice(k, k + CHUNK);
+      for (let k = 0; k < places.length; k += CHUNK_SIZE) {
+        const chunk = places.slice(k, k + CHUNK_SIZE);
         const found = await subject.sweep(chunk.map((place) => this.gaitAt(place, row, subject)));
         if (run !== this.run) return;
         chunk.forEach((place, i) => {
           cells.set(place, found[i] ?? {});
         });
       }
-      [this.cells, this.size, this.painted] = [cells, FINEST / stride, null];
+      [this.cells, this.size, this.painted] = [cells, FINEST_INTERVALS / stride, null];
       this.soon();
     }
     this.panel.ariaBusy = "false";
@@ -160,10 +160,10 @@ export class MapView implements View {
   /** The gait at a place of the finest grid; parameters that are not an axis are those of `base`. */
   private gaitAt(place: number, base: Float64Array, subject: Subject): Float64Array {
     const row = base.slice();
-    const steps = [place % (FINEST + 1), Math.floor(place / (FINEST + 1))];
+    const steps = [place % (FINEST_INTERVALS + 1), Math.floor(place / (FINEST_INTERVALS + 1))];
     this.over.forEach((k, axis) => {
       const { range, size } = subject.parameters[k] ?? { range: [0, 0], size: 0 };
-      row[k] = (range[0] + ((steps[axis] ?? 0) / FINEST) * (range[1] - range[0])) * size;
+      row[k] = (range[0] + ((steps[axis] ?? 0) / FINEST_INTERVALS) * (range[1] - range[0])) * size;
     });
     return row;
   }
@@ -197,8 +197,8 @@ export class MapView implements View {
     const values = [...this.cells.values()].filter(settled).map((cell) => cell[this.quantity] ?? Number.NaN);
     const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
     const [low = 0, most = 1] = [sorted[0], sorted.at(-1)];
-    const clipped = this.least && most > 3 * (sorted[Math.floor(CLIPPED * sorted.length)] ?? most);
-    const high = clipped ? (sorted[Math.floor(CLIPPED * sorted.length)] ?? most) : most;
+    const clipped = this.least && most > 3 * (sorted[Math.floor(COLORED_SHARE * sorted.length)] ?? most);
+    const high = clipped ? (sorted[Math.floor(COLORED_SHARE * sorted.length)] ?? most) : most;
     return { low, high: high > low ? high : low + 1, clipped };
   }
 
@@ -209,7 +209,9 @@ export class MapView implements View {
     const data = new ImageData(size + 1, size + 1);
     for (let j = 0; j <= size; j++)
       for (let i = 0; i <= size; i++) {
-        const cell = this.cells.get(((j * FINEST) / size) * (FINEST + 1) + (i * FINEST) / size);
+        const cell = this.cells.get(
+          ((j * FINEST_INTERVALS) / size) * (FINEST_INTERVALS + 1) + (i * FINEST_INTERVALS) / size,
+        );
         const value = cell?.[quantity];
         if (cell === undefined || value === undefined || !settled(cell) || !Number.isFinite(value)) continue;
         data.data.set([...colorAt((value - low) / (high - low)), 255], 4 * ((size - j) * (size + 1) + i));
@@ -324,8 +326,8 @@ export class MapView implements View {
     const [a, b] = this.over.map((k) => this.subject?.parameters[k]);
     if (a === undefined || b === undefined || size === 0) return;
     const step = (value: number, [low, high]: readonly [number, number]): number =>
-      (Math.round(((value - low) / (high - low)) * size) * FINEST) / size;
-    const cell = this.cells.get(step(y, b.range) * (FINEST + 1) + step(x, a.range));
+      (Math.round(((value - low) / (high - low)) * size) * FINEST_INTERVALS) / size;
+    const cell = this.cells.get(step(y, b.range) * (FINEST_INTERVALS + 1) + step(x, a.range));
     const { label, unit } = meaning(this.quantity);
     const value =
       cell === undefined || !settled(cell) ? "not settled" : `${label} ${digits(cell[this.quantity])} ${unit}`;
@@ -352,6 +354,7 @@ const settled = (cell: Quantities): boolean => statusOf(cell) === "settled";
 /** Places of the finest grid that a square grid with this stride has, row by row. */
 function grid(stride: number): number[] {
   const places: number[] = [];
-  for (let j = 0; j <= FINEST; j += stride) for (let i = 0; i <= FINEST; i += stride) places.push(j * (FINEST + 1) + i);
+  for (let j = 0; j <= FINEST_INTERVALS; j += stride)
+    for (let i = 0; i <= FINEST_INTERVALS; i += stride) places.push(j * (FINEST_INTERVALS + 1) + i);
   return places;
 }

@@ -2,8 +2,8 @@
 import type { Point } from "./body.ts";
 import { POSE } from "./core.ts";
 
-const EASE = 0.12; // s: time constant with which the drawn body follows a changed gait
-const ALIGN = 0.8; // s: time constant with which a straight path turns to the left of the picture
+const EASE_TIME = 0.12; // s: time constant with which the drawn body follows a changed gait
+const ALIGN_TIME = 0.8; // s: time constant with which a straight path turns to the left of the picture
 
 export interface Pose extends Point {
   heading: number; // direction of the head's axis from nose to tail, counter-clockwise from x [rad]
@@ -105,9 +105,9 @@ export class Motion {
       const heading = this.base.heading + beat.step.heading;
       this.base = { ...moved(this.base, this.base.heading, beat.step), heading };
     }
-    const kept = Math.exp(-shown / EASE);
+    const kept = Math.exp(-shown / EASE_TIME);
     this.offsets = this.offsets.map((off) => off * kept);
-    if (beat.straight) this.align(-Math.expm1(-seconds / ALIGN));
+    if (beat.straight) this.align(-Math.expm1(-seconds / ALIGN_TIME));
   }
 
   /** Pose of the nose, and bends, as drawn now. */

@@ -16,8 +16,8 @@ export interface Found {
 export type Watch = (found: Found, step: number) => Promise<boolean>;
 
 /** Largest number of steps of a search. */
-export const STEPS = 60;
-const HALVINGS = 14; // most halvings of a step in the line search
+export const MAX_STEPS = 60;
+const MAX_HALVINGS = 14; // most halvings of a step in the line search
 const LEAST_GAIN = 1e-7; // a search ends when the merit gains less in a step
 const SPEED_ERROR = 1e-7; // relative error at which a required speed counts as reached
 const FIRST_STEP = 0.15; // largest coordinate of the first step, fraction of the limits' width
@@ -84,7 +84,7 @@ export async function search(
   let hessian = identity(here.u.length, Math.max(...here.gradient.map(Math.abs), 1e-12) / FIRST_STEP);
   let weight = 0; // weight of the speed's error in the merit function
   let going = true;
-  for (let step = 1; going && step <= STEPS; step++) {
+  for (let step = 1; going && step <= MAX_STEPS; step++) {
     const { move, multiplier } = quadratic(here, hessian);
     weight = Math.max(weight, 1.5 * Math.abs(multiplier));
     const next = await lineSearch(here, move, weight, at);
@@ -191,7 +191,7 @@ async function lineSearch(
 ): Promise<Place | null> {
   const change = dot(here.gradient, move) - weight * Math.min(MAX_CORRECTION, Math.abs(here.error));
   if (!(change < -1e-14)) return null;
-  for (let size = 1, tries = 0; tries < HALVINGS; size /= 2, tries++) {
+  for (let size = 1, tries = 0; tries < MAX_HALVINGS; size /= 2, tries++) {
     const next = await at(here.u.map((value, k) => clamp(value + size * (move[k] ?? 0))));
     if (next !== null && merit(next, weight) <= merit(here, weight) + 1e-4 * size * change) return next;
   }

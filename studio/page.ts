@@ -24,9 +24,9 @@ declare const WORKER: string; // script of the worker
 const SIMD_PROBE = [
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
 ];
-const KEPT = 100; // ms from a change to its entry in the address: browsers allow few updates a second
-const SHAPED = 150; // ms from a changed body to the update of the map and the other views
-const LINKED = location.protocol !== "about:"; // whether the page has an address: a frame inside a document has none
+const ADDRESS_DELAY = 100; // ms from a change to its entry in the address: browsers allow few updates a second
+const BODY_DELAY = 150; // ms from a changed body to the update of the map and the other views
+const HAS_ADDRESS = location.protocol !== "about:"; // a frame inside a document has no address
 
 /** Data that the page comes with: robots, and the choice to begin with. */
 interface Given {
@@ -147,7 +147,7 @@ class Studio {
     this.views.shape(this.robot);
     this.changed();
     clearTimeout(this.shaped);
-    this.shaped = window.setTimeout(() => void this.inform(), SHAPED);
+    this.shaped = window.setTimeout(() => void this.inform(), BODY_DELAY);
   }
 
   private setModel(model: Model): void {
@@ -185,7 +185,7 @@ class Studio {
   /** Write the present choice to the address, soon. */
   private keep(): void {
     clearTimeout(this.kept);
-    this.kept = window.setTimeout(() => this.write(), KEPT);
+    this.kept = window.setTimeout(() => this.write(), ADDRESS_DELAY);
   }
 
   private write(): void {
@@ -195,7 +195,7 @@ class Studio {
     const model = robot.models[this.model] ?? { water: "", joints: "" };
     const shown = { of, view, tempo: this.stage.shown.tempo, kept };
     const address = { robot: robot.robot, gait: gaitOf(this.row), ...model, ...shown, body: robot.factors ?? {} };
-    if (LINKED) history.replaceState(null, "", hash.written(address));
+    if (HAS_ADDRESS) history.replaceState(null, "", hash.written(address));
   }
 
   /** Follow a link within the page. */
@@ -263,7 +263,7 @@ class Studio {
   // --- events
 
   private listen(): void {
-    part("copy").hidden = !LINKED;
+    part("copy").hidden = !HAS_ADDRESS;
     part("copy").addEventListener("click", () => void this.copy());
     part("theme").addEventListener("click", () => {
       const { dataset } = document.documentElement;

@@ -4,7 +4,7 @@ import { BeatStatus, Better, CORE } from "./interface.ts";
 import { DEGREE, type Gait, kindsOf, type Robot } from "./robot.ts";
 
 export const MAIN = ["speed", "mechanical_power", "cost_of_transport"]; // compared, with uncertainty
-const SLOW = 1e-3; // m/s: below this speed a direction means little
+const STILL_SPEED = 1e-3; // m/s: below this speed a direction means little
 
 export type Quantities = Record<string, number>;
 
@@ -73,7 +73,7 @@ export function verdict(values: Quantities, frequency: number): string {
 
 /** ", tail first" for a gait that swims backward; "" otherwise. */
 export function backward(values: Quantities): string {
-  return statusOf(values) === "settled" && (values.speed ?? 0) < -SLOW ? ", tail first" : "";
+  return statusOf(values) === "settled" && (values.speed ?? 0) < -STILL_SPEED ? ", tail first" : "";
 }
 
 /** A sentence on where the start from rest leads; `values` were computed with `follow`. */

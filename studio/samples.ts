@@ -7,8 +7,8 @@ import type { Robot } from "./robot.ts";
 import type { ImageLoader } from "./robots.ts";
 
 export const INTERVAL = [0.05, 0.95] as const; // fractions of the samples below the two ends of an interval
-const OWN = "models.0."; // prefix of columns of the robot's own model, to which the samples belong
-const SAMPLED = "samples."; // prefix of columns with samples of coefficients
+const OWN_PREFIX = "models.0."; // prefix of columns of the robot's own model, to which the samples belong
+const SAMPLE_PREFIX = "samples."; // prefix of columns with samples of coefficients
 
 /** Intervals of a gait's quantities over the samples that settle. */
 export interface Spread {
@@ -21,9 +21,11 @@ export interface Spread {
 /** An image of the robot's own model for each sample of the coefficients, with factors on its body. */
 export function sampledImages(image: Uint8Array, described: Robot, factors: Factors): Uint8Array[] {
   const columns = columnsOf(image);
-  const own = columns.filter(({ name }) => name.startsWith(OWN));
+  const own = columns.filter(({ name }) => name.startsWith(OWN_PREFIX));
   const samples = new Map(
-    columns.filter(({ name }) => name.startsWith(SAMPLED)).map((one) => [OWN + one.name.slice(SAMPLED.length), one]),
+    columns
+      .filter(({ name }) => name.startsWith(SAMPLE_PREFIX))
+      .map((one) => [OWN_PREFIX + one.name.slice(SAMPLE_PREFIX.length), one]),
   );
   return Array.from({ length: described.samples?.count ?? 0 }, (_, k) => {
     const drawn = own.map((column): Column => {

@@ -5,8 +5,8 @@ import { DEGREE, type Robot } from "./robot.ts";
 import { TimePlot, type Trace } from "./timeplot.ts";
 
 const WINDOW = 4; // s: time that is shown; more at a high tempo
-const LONGEST = 6; // s: longest time that is shown: more beats cannot be told apart and take long to draw
-const CALM = 5; // tempo up to which the window stays at its shortest
+const MAX_WINDOW = 6; // s: longest time that is shown: more beats cannot be told apart and take long to draw
+const CALM_TEMPO = 5; // tempo up to which the window stays at its shortest
 const COLORS = ["blue", "orange", "green", "pink"]; // colors of the joints' traces
 
 interface Column {
@@ -56,10 +56,10 @@ export class TwinPlots {
 
   /** Draw the last seconds; at a higher tempo, more of them. */
   draw(tempo: number): void {
-    const old = this.times.findIndex((time) => time >= (this.times.at(-1) ?? 0) - LONGEST);
+    const old = this.times.findIndex((time) => time >= (this.times.at(-1) ?? 0) - MAX_WINDOW);
     if (old > 0)
       for (const column of [this.times, ...this.shown.flatMap(({ values }) => values)]) column.splice(0, old);
-    const window = Math.min(LONGEST, WINDOW * Math.max(1, tempo / CALM));
+    const window = Math.min(MAX_WINDOW, WINDOW * Math.max(1, tempo / CALM_TEMPO));
     for (const { plot, values } of this.shown) plot.set(this.times, values, window);
   }
 

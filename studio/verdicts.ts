@@ -3,7 +3,7 @@ import { element } from "./dom.ts";
 import { digits } from "./quantities.ts";
 import type { Published, Robot, Verdict } from "./robot.ts";
 
-const SAME = 1e-6; // numbers are the same below this relative difference, as the ledger stores rounded ones
+const TOLERANCE = 1e-6; // numbers are the same below this relative difference, as the ledger stores rounded ones
 const AGREES = ["reproduced", "agrees", "holds"];
 const worded = (verdict: string): string => verdict.replaceAll("-", " ");
 
@@ -38,7 +38,7 @@ function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: numbe
     const choice = robot.ledger?.models[one.model];
     return choice !== undefined && choice.water === now?.water && choice.joints === now.joints;
   });
-  const same = own?.computed != null && Math.abs(computed - own.computed) <= SAME * Math.abs(own.computed);
+  const same = own?.computed != null && Math.abs(computed - own.computed) <= TOLERANCE * Math.abs(own.computed);
   return own !== undefined && same ? own : null;
 }
 

@@ -2,7 +2,7 @@
 
 const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 const BIT_RATE = 8e6; // bits per second of the video
-const FRAMES = 60; // frames per second
+const FRAME_RATE = 60; // frames per second
 const MIN_LENGTH = 3; // s, shortest video
 const MARGIN = 0.1; // s, extra recording time: the first frame comes late
 
@@ -24,7 +24,7 @@ export class Video {
 
   constructor(canvas: HTMLCanvasElement, seconds: number) {
     const type = videoType();
-    const stream = canvas.captureStream(FRAMES);
+    const stream = canvas.captureStream(FRAME_RATE);
     this.recorder = new MediaRecorder(stream, { mimeType: type, videoBitsPerSecond: BIT_RATE });
     const chunks: Blob[] = [];
     this.recorder.ondataavailable = ({ data }) => chunks.push(data);

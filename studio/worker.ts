@@ -3,7 +3,7 @@ import { Core, type CoreRobot, type CoreTwin } from "./core.ts";
 import { bodyOf } from "./robot.ts";
 import type { Answer, Question, Reply } from "./questions.ts";
 
-const BODIES = 16; // changed bodies that stay loaded: searches and maps may still ask about them
+const MAX_BODIES = 16; // changed bodies that stay loaded: searches and maps may still ask about them
 
 let core: Core;
 let twin: CoreTwin | null = null;
@@ -30,7 +30,7 @@ function joined(parts: Float64Array[]): Float64Array {
 /** Free the oldest changed bodies, which nobody asks about any more. */
 function forget(): void {
   const bodies = [...robots.keys()].filter((key) => bodyOf(key) !== "");
-  for (const key of bodies.slice(0, -BODIES)) {
+  for (const key of bodies.slice(0, -MAX_BODIES)) {
     robots.get(key)?.free();
     robots.delete(key);
   }

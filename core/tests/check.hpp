@@ -16,7 +16,7 @@ inline void check(bool holds, const char* text, const char* file, int line) {
     std::fprintf(stderr, "%s:%d: does not hold: %s\n", file, line, text);
 }
 
-/// A number that is not a number is near to nothing.
+/// NaN is near no number.
 inline void check_near(double got, double wanted, double tolerance, const char* text, const char* file, int line) {
     if (got == wanted || std::fabs(got - wanted) <= tolerance) return;
     ++failed_checks;

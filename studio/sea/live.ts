@@ -3,7 +3,7 @@ import type { Calculator } from "../questions.ts";
 import type { Robot } from "../robot.ts";
 import { Flight } from "./flight.ts";
 
-const ROWS = 10; // rows per second of the flight
+const ROW_RATE = 10; // rows per second of the flight
 const QUESTION_TIME = 5; // s of the flight that one question to the worker computes
 
 export class Live {
@@ -40,12 +40,12 @@ export class Live {
 
   /** Fly to the end; `grown` is called after each part. */
   async run(grown: () => void): Promise<void> {
-    const every = Math.round(this.rate / ROWS);
+    const every = Math.round(this.rate / ROW_RATE);
     let next = { rows: 1, every: 1 }; // the first tick, then ten rows per second, as in a log
     while (!this.over && !this.stopped) {
       const { rows, over } = await this.calculator.ask({ kind: "flown", ...next });
       if (this.stopped) return;
-      next = { rows: QUESTION_TIME * ROWS, every };
+      next = { rows: QUESTION_TIME * ROW_RATE, every };
       this.flight.append(rows);
       this.over = over;
       grown();

@@ -10,10 +10,10 @@ export interface Log {
   sentence: string; // a sentence on whether the file is whole, and how far it was read
 }
 
-const TURN = Math.PI / 180;
-const AGAIN = "record the log again";
-const UNREAD = ["/servos", "/hydraulics", "/command", "/status", "/sensors"]; // not shown, but their times count
-const FRAMES = { "/tf robot": "attitude", "/tf estimate": "attitude_estimated" };
+const DEGREE = Math.PI / 180;
+const RECORD_AGAIN = "record the log again";
+const UNREAD_TOPICS = ["/servos", "/hydraulics", "/command", "/status", "/sensors"]; // not shown, but their times count
+const FRAMES = { "/tf robot": "attitude", "/tf estimate": "attitude_estimated" }; // columns of the transforms
 
 /** A quantity in JSON messages of a log: its topic, the unit in its key, the factor to SI, and its parts. */
 interface Source {
@@ -34,8 +34,8 @@ const SOURCES: Source[] = [
   { name: "mode", topic: "/mode", unit: "", size: 1, parts: ONE },
   { name: "reasons", topic: "/mode", unit: "", size: 1, parts: ONE },
   { name: "leg", topic: "/mode", unit: "", size: 1, parts: ONE },
-  { name: "angle", topic: "/joints", unit: "deg", size: TURN, parts: "joint" },
-  { name: "fin", topic: "/fins", unit: "deg", size: TURN, parts: FIN },
+  { name: "angle", topic: "/joints", unit: "deg", size: DEGREE, parts: "joint" },
+  { name: "fin", topic: "/fins", unit: "deg", size: DEGREE, parts: FIN },
   { name: "battery_voltage", topic: "/battery", unit: "v", size: 1, parts: ONE },
   { name: "power", topic: "/battery", unit: "w", size: 1, parts: ONE },
   { name: "energy", topic: "/battery", unit: "wh", size: 3600, parts: ONE },
@@ -104,7 +104,7 @@ function headerOf(text: string): Header {
       mission: missionOf(string(given.name), fields(given.mission)),
     };
   } catch {
-    throw new InputError("must have a header in hypertuna's format", { key: "record", fix: AGAIN });
+    throw new InputError("must have a header in hypertuna's format", { key: "record", fix: RECORD_AGAIN });
   }
 }
 
@@ -176,7 +176,7 @@ function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: 
   const frames = Object.entries(FRAMES).filter(([, name]) => known.has(name));
   const sources = SOURCES.filter(({ name }) => known.has(name));
   const topics = [...new Set([...frames.map(([topic]) => topic), ...sources.map(({ topic }) => topic)])];
-  const complete = [...topics, ...UNREAD.filter((topic) => messages.times.has(topic))]; // each has every time
+  const complete = [...topics, ...UNREAD_TOPICS.filter((topic) => messages.times.has(topic))]; // each has every time
   const count = Math.min(...complete.map((topic) => messages.times.get(topic)?.length ?? 0));
   if (frames.length === 0 || count === 0) {
     const rule = `has no time that all topics have${messages.fault && `: it is ${messages.fault}`}`;
@@ -198,7 +198,7 @@ function rowsOf(messages: Messages, header: Header): { columns: Column[]; rows: 
       if (own.length > 0) table.json(messages.contents.get(topic) ?? [], own, header.joints);
     }
   } catch {
-    throw new InputError("must have messages in hypertuna's format", { key: "topics", fix: AGAIN });
+    throw new InputError("must have messages in hypertuna's format", { key: "topics", fix: RECORD_AGAIN });
   }
   return { columns: table.columns, rows: table.rows(), end: times.at(-1) ?? 0 };
 }

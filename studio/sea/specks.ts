@@ -3,11 +3,11 @@ import { BufferAttribute, BufferGeometry, type Color, Points, PointsMaterial, ty
 import { scatter } from "../body.ts";
 
 const COUNT = 240; // number of specks
-const CELL = 6; // m, side of the cube around the robot that holds the specks
+const CUBE_SIZE = 6; // m, side of the cube around the robot that holds the specks
 
 export class Specks {
   readonly points: Points<BufferGeometry, PointsMaterial>;
-  private readonly home = Float32Array.from({ length: 3 * COUNT }, (_, k) => CELL * scatter(k + 1));
+  private readonly home = Float32Array.from({ length: 3 * COUNT }, (_, k) => CUBE_SIZE * scatter(k + 1));
   private readonly places = new Float32Array(3 * COUNT);
 
   constructor() {
@@ -33,7 +33,7 @@ export class Specks {
     const middle = [x, y, z];
     for (let k = 0; k < this.places.length; k++) {
       const own = middle[k % 3] ?? 0;
-      const off = (((((this.home[k] ?? 0) - own) % CELL) + 1.5 * CELL) % CELL) - CELL / 2;
+      const off = (((((this.home[k] ?? 0) - own) % CUBE_SIZE) + 1.5 * CUBE_SIZE) % CUBE_SIZE) - CUBE_SIZE / 2;
       this.places[k] = k % 3 === 2 ? Math.min(0, Math.max(bottom, own + off)) : own + off;
     }
     this.points.geometry.getAttribute("position").needsUpdate = true;

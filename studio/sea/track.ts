@@ -10,8 +10,8 @@ import { placeOf } from "./moment.ts";
 import { dispose, type Space } from "./scene.ts";
 
 const MAX_POINTS = 8000; // largest number of points of the drawn track
-const SMOOTH = 3; // most points per row of the flight: a beat has few rows
-const WIDTH = 3; // px, width of the flown track
+const POINTS_PER_ROW = 3; // most points per row of the flight: a beat has few rows
+const LINE_WIDTH = 3; // px, width of the flown track
 
 /** A thin line; `until` limits it to its first points. */
 class Thin {
@@ -46,7 +46,10 @@ export class Track {
     private readonly flight: Flight,
     private readonly by: By,
   ) {
-    this.flown = new Line2(new LineGeometry(), new LineMaterial({ linewidth: WIDTH, vertexColors: true, fog: true }));
+    this.flown = new Line2(
+      new LineGeometry(),
+      new LineMaterial({ linewidth: LINE_WIDTH, vertexColors: true, fog: true }),
+    );
     this.flown.frustumCulled = false;
     this.whole = new Thin(space.color("sea-leg"), 0.35);
     this.believed = new Thin(space.color("sea-believed"), 0.8);
@@ -61,7 +64,7 @@ export class Track {
     const { flight } = this;
     const last = flight.count - 1;
     if (last < 1) return;
-    this.step = Math.max(1 / SMOOTH, flight.count / MAX_POINTS);
+    this.step = Math.max(1 / POINTS_PER_ROW, flight.count / MAX_POINTS);
     this.step = this.step < 1 ? 1 / Math.floor(1 / this.step) : Math.ceil(this.step);
     const rows = Array.from({ length: Math.floor(last / this.step) + 1 }, (_, k) => k * this.step);
     const points = Float32Array.from(rows.flatMap((row) => placeOf(flight, row)));

@@ -2,7 +2,7 @@
 import { digits } from "../quantities.ts";
 import type { Flight } from "./flight.ts";
 
-const SMOOTH = 5; // rows before and after a row, for a mean over about a second
+const MEAN_ROWS = 5; // rows before and after a row, for a mean over about a second
 
 /** A time [s] as minutes:seconds. */
 export function clock(seconds: number): string {
@@ -13,7 +13,7 @@ export function clock(seconds: number): string {
 /** Speed through the water [m/s], mean over about a second, as the nose swings with the beat. */
 export function speedOf(flight: Flight, k: number): number {
   let [sum, count] = [0, 0];
-  for (let row = Math.max(0, k - SMOOTH); row <= Math.min(flight.count - 1, k + SMOOTH); row++) {
+  for (let row = Math.max(0, k - MEAN_ROWS); row <= Math.min(flight.count - 1, k + MEAN_ROWS); row++) {
     sum += flight.speed(row);
     count++;
   }

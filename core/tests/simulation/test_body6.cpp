@@ -287,7 +287,7 @@ static void energy_balance() {
         const double before = energy(fish, at);
         for (int n = 0; n < steps; ++n) at = go_on(fish, at, 0.4 / steps);
         lost[k] = before - energy(fish, at);
-        CHECK_NEAR(square(at.pose.attitude), 1, 1e-15);
+        CHECK_NEAR(squared_norm(at.pose.attitude), 1, 1e-15);
     }
     CHECK(std::fabs(lost[1]) < 1e-6);
     CHECK(std::fabs(lost[0]) > 10 * std::fabs(lost[1]));

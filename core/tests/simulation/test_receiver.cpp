@@ -50,7 +50,7 @@ static void a_cold_start() {
     CHECK(state.wait == wait);
 }
 
-/// A first fix after a long dive is off by meters, says so, and gets better.
+/// The first fix after a long dive is off by meters, reports this, and gets better.
 static void first_fixes() {
     double first = 0, told = 0, later = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {

@@ -68,9 +68,9 @@ inline bool is_under_water(Vehicle& vehicle) {
     if (boot_window < float(vehicle.now.tick) * tick) return false;
     const bool armed = vehicle.was_armed && (!at.depths || radio_depth < at.depth);
     const EstimatorState<float>& estimator = vehicle.state.estimator;
-    const float shown = at.depth + estimator.zero;
-    const bool certain = vehicle.model.pilot.estimator.air_high < shown;
-    const bool likely = estimator.air_max < shown && boot_silence < float(vehicle.silence) * tick;
+    const float reading = at.depth + estimator.zero;
+    const bool certain = vehicle.model.pilot.estimator.air_high < reading;
+    const bool likely = estimator.air_max < reading && boot_silence < float(vehicle.silence) * tick;
     const bool cold = at.depths && !at.zeroed && (certain || likely);
     return lasting(vehicle.submerged, armed || cold, sensor_after, tick);
 }

@@ -49,8 +49,9 @@ inline const char* sentence(const Vehicle& vehicle, Refusal refusal) {
 inline bool depth_plausible(const Vehicle& vehicle) {
     const Estimate<float>& at = vehicle.now.estimate;
     const Estimator<float>& model = vehicle.model.pilot.estimator;
-    const float shown = at.depth + vehicle.state.estimator.zero;
-    return at.depths && (at.zeroed ? -depth_error_max < at.depth : model.air_low <= shown && shown <= model.air_high);
+    const float reading = at.depth + vehicle.state.estimator.zero;
+    return at.depths &&
+           (at.zeroed ? -depth_error_max < at.depth : model.air_low <= reading && reading <= model.air_high);
 }
 
 /// Return why a need is not met; `none` if it is.

@@ -278,19 +278,19 @@ inline bool may_begin_anew(const Vehicle& vehicle) {
 /// place `before`.
 inline void follow_fixes(Vehicle& vehicle, const Place& before, bool anew) {
     const Snapshot& now = vehicle.now;
-    const int known = int(doubt_time / vehicle.model.pilot.controller.tick);
-    if (now.armed() && vehicle.agreed == known) return;
+    const int ticks_to_trust = int(doubt_time / vehicle.model.pilot.controller.tick);
+    if (now.armed() && vehicle.agreed == ticks_to_trust) return;
     const bool lately = vehicle.fix.any && float(now.tick - vehicle.fix.tick) * vehicle.model.pilot.controller.tick < 1;
     if (now.estimate.fixes_refused)
         vehicle.agreed = 0;
-    else if (lately && vehicle.agreed < known)
+    else if (lately && vehicle.agreed < ticks_to_trust)
         ++vehicle.agreed;
     if (!now.armed() || vehicle.home_set || !anew || !now.estimate.fix) return;
     const Place at = here(vehicle);
     for (Place* place : {&vehicle.home, &vehicle.detour.home, &vehicle.state.guidance.from})
         *place = {place->x + at.x - before.x, place->y + at.y - before.y};
     if (!vehicle.has_home) vehicle.mission.home = vehicle.home;
-    vehicle.agreed = known;
+    vehicle.agreed = ticks_to_trust;
 }
 
 }  // namespace hypertuna::firmware

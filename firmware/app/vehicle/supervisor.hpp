@@ -94,19 +94,20 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
         way.swum += abs(step), way.on_leg += abs(step);
         way.straight[0] += step * at.facing.x, way.straight[1] += step * at.facing.y;
     }
-    const PilotReadings<float>& seen = input.readings;
+    const PilotReadings<float>& readings = input.readings;
     const float reach = snag_reach * limits.snag_distance;
-    if (!seen.fixed || reach < seen.accuracy) return false;
+    if (!readings.fixed || reach < readings.accuracy) return false;
     const auto square = [](float x, float y) { return x * x + y * y; };
     const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
     const bool far = limits.snag_distance * limits.snag_distance < straight;
-    const bool held = way.begun && square(seen.fix[0] - way.from[0], seen.fix[1] - way.from[1]) < reach * reach;
+    const bool stays_near =
+        way.begun && square(readings.fix[0] - way.from[0], readings.fix[1] - way.from[1]) < reach * reach;
     const float longest = snag_circles * limits.snag_distance;
     const bool by_leg = 0 <= way.leg;
-    if (held && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
+    if (stays_near && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
     // A fix that the pilot refuses proves nothing, unless it is where the robot was.
-    if (at.fix && (!held || (!by_leg && longest < way.swum)))
-        way = {{seen.fix[0], seen.fix[1]}, {}, 0, 0, way.leg, true};
+    if (at.fix && (!stays_near || (!by_leg && longest < way.swum)))
+        way = {{readings.fix[0], readings.fix[1]}, {}, 0, 0, way.leg, true};
     return false;
 }
 
@@ -122,8 +123,8 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
         const int c = 2 * j + side;
         stroke.pressure[side].add(input.output.pressure[c], first);
         const float fill = model.circuit[c].fill, part = stroke_pressure * (model.pressure_work - fill);
-        const Extent& seen = stroke.pressure[side];
-        dead = dead || seen.high < fill + part || fill + 2 * part < seen.low;
+        const Extent& extent = stroke.pressure[side];
+        dead = dead || extent.high < fill + part || fill + 2 * part < extent.low;
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
     // A bias takes up a part of the joint's reach, and holds one side's pressure.
@@ -164,7 +165,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
         current = current || input.controller.current[c].faulty;
     }
     const Health<float>& battery = input.controller.voltage;
-    const bool known = battery.seen && !battery.faulty;
+    const bool voltage_known = battery.seen && !battery.faulty;
     const float supply = input.controller.supply;
     bool stroke = true, pressed = false;
     for (int j = 0; j < controller.joints; ++j) {
@@ -185,9 +186,9 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::imu, !imu_valid(input.controller));
     now.set(Fault::battery_sensor, battery.faulty);
     now.set(Fault::low_battery,
-            lasting(memory.low, known && supply < controller.voltage_low, limits.voltage_after, tick));
+            lasting(memory.low, voltage_known && supply < controller.voltage_low, limits.voltage_after, tick));
     now.set(Fault::empty_battery,
-            lasting(memory.empty, known && supply < limits.voltage_empty, limits.voltage_after, tick));
+            lasting(memory.empty, voltage_known && supply < limits.voltage_empty, limits.voltage_after, tick));
     now.set(Fault::link_lost, limits.link_timeout < input.silence);
     now.set(Fault::link_gone, input.state != State::disarmed && limits.home_timeout < input.silence);
     const float pitch = input.at.facing.z, roll = input.at.tilt, limit = limits.tilt_max;

@@ -58,7 +58,7 @@ inline void float_on(int ticks) {
     }
 }
 
-/// The board as it is when its program starts.
+/// Reset the board to its state at the start of its program.
 inline void boot_board() {
     new (&board) Teensy<decltype(robot::wiring)>{robot::wiring, robot::description.joints};
     setup();

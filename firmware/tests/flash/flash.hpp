@@ -1,4 +1,5 @@
-/// Flash memory as it is (NOR, W25Q64): erased by sectors to ones, programmed by pages to zeros, and cut off anywhere.
+/// A model of real flash memory (NOR, W25Q64): erased by sectors to ones, programmed by pages to zeros, and cut off
+/// anywhere.
 ///
 /// What a cut leaves: of an erasure, any bytes of the sector changed to anything; of a programming, any of its bits
 /// done, at times with others of its page cleared. Half-done bits are weak: they read one way or the other, anew at

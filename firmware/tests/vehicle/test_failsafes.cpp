@@ -16,7 +16,7 @@ static void an_empty_battery() {
           std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::low_battery)].sentence) == 0);
 }
 
-/// A dead depth sensor forbids arming, and says so.
+/// A dead depth sensor forbids arming, and is reported.
 static void a_dead_depth_sensor() {
     begin();
     blind(200);

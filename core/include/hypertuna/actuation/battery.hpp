@@ -30,13 +30,13 @@ struct BatteryOutput {
 /// A battery that cannot give this power gives the most it can, at half its open-circuit voltage.
 template <class S>
 BatteryOutput<S> battery_output(const Battery<S>& battery, const S& taken, const S& power) {
-    const S left = max(S(0), S(1) - taken / battery.charge);
-    const S open = battery.empty + (battery.full - battery.empty) * left,
+    const S charge_left = max(S(0), S(1) - taken / battery.charge);
+    const S open = battery.empty + (battery.full - battery.empty) * charge_left,
             wanted = power / battery.efficiency + battery.electronics;
     const S root = sqrt(max(S(0), open * open - S(4) * battery.resistance * wanted));
     const S voltage = (open + root) / S(2);
-    const S given = select(S(0) < root, wanted / voltage, open / (S(2) * battery.resistance));
-    return {voltage, given, min(battery.converter, voltage)};
+    const S current = select(S(0) < root, wanted / voltage, open / (S(2) * battery.resistance));
+    return {voltage, current, min(battery.converter, voltage)};
 }
 
 /// Order of a battery's numbers in a row from Python.

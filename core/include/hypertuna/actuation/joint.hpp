@@ -110,9 +110,9 @@ HYPERTUNA_INLINE JointLoad<S> section_load(const SoftJoint<S>& joint, const Sect
     const S L = at.length, root = one / sqrt(l), q = angle * root / L, dq_angle = root / L, dq_strain = -half * q / l;
     const Stretched<S> bar = stretched(unit.matrix, l);
     const S bending = half * at.second * q * q;
-    const S held = max(S(0) - joint.axis.buckling, strain), along = joint.axis.stiffness * held;
+    const S axial_strain = max(S(0) - joint.axis.buckling, strain), along = joint.axis.stiffness * axial_strain;
     JointLoad<S> out;
-    out.energy = L * (at.area * bar.energy + bending * bar.modulus + along * (strain - half * held));
+    out.energy = L * (at.area * bar.energy + bending * bar.modulus + along * (strain - half * axial_strain));
     out.elastic = -L * bar.modulus * at.second * q * dq_angle;
     out.axial = -L * (at.area * bar.stress + bending * bar.change + bar.modulus * at.second * q * dq_strain + along);
     for (int s = 0; s < 2; ++s) {

@@ -158,8 +158,8 @@ S energy(const DriveUnit<S>& unit, const S& stretch) {
 template <class S>
 S energy_slope(const DriveUnit<S>& unit, const S& stretch) {
     const MuscleShape<S> shape = muscle_shape(unit, stretch);
-    const Wall<S> both = walls(unit, stretch, shape.swelling);
-    return both.along + both.across * shape.slope;
+    const Wall<S> wall = walls(unit, stretch, shape.swelling);
+    return wall.along + wall.across * shape.slope;
 }
 
 /// Pull of the muscle, N: contraction positive, without friction. Linear in the pressure.
@@ -263,9 +263,9 @@ HYPERTUNA_INLINE SlackMuscle<S> slack_muscle(const DriveUnit<S>& unit, const S& 
         const auto done = (abs(step) <= S(base_t<S>(std::same_as<S, value_t<S>> ? 1e-5 : 1e-8)) * closed) &
                           (bent * bent * abs(step) <= S(base_t<S>(1e-15)) * closed * square);
         const auto inside = (low < next) & (next < high);
-        const SlackMuscle<S> there = swollen_by(wall, swelling, S(0) - step);
-        found = {select(slack, there.swelling, found.swelling), select(slack, there.energy, found.energy),
-                 select(slack, there.along, found.along), select(slack, there.across, found.across)};
+        const SlackMuscle<S> solution = swollen_by(wall, swelling, S(0) - step);
+        found = {select(slack, solution.swelling, found.swelling), select(slack, solution.energy, found.energy),
+                 select(slack, solution.along, found.along), select(slack, solution.across, found.across)};
         swelling = select(done | inside, next, half * (low + high));
         slack = slack & !done;
     }

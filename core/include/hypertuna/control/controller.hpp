@@ -43,8 +43,8 @@ template <class T>
 BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state, int j) {
     const T limit = state.governor[j].bend_limit;
     const T fill = model.circuit[2 * j].fill, part = (model.pressure_work - fill) / (model.pressure_soft - fill);
-    const T held = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
-    const T bias = clamp(state.bias[j].value + state.aside[j].value, -held, held);
+    const T bias_limit = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
+    const T bias = clamp(state.bias[j].value + state.aside[j].value, -bias_limit, bias_limit);
     const T rate = (state.bend[j].faulty ? T(flow_unseen) : T(1)) * model.joint[j].sent_rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
@@ -111,9 +111,9 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
 /// a number.
 template <class T>
 void send(const Controller<T>& model, ControllerState<T>& state, ControllerOutput<T>& output, int servo, T angle) {
-    const T last = state.sent[servo], most = model.slew * model.tick;
-    if (!(abs(angle - last) <= most)) {
-        angle = is_finite(angle) ? clamp(angle, last - most, last + most) : last;
+    const T last_angle = state.sent[servo], max_change = model.slew * model.tick;
+    if (!(abs(angle - last_angle) <= max_change)) {
+        angle = is_finite(angle) ? clamp(angle, last_angle - max_change, last_angle + max_change) : last_angle;
         output.status.set(Condition::slew_limit, servo);
     }
     T pulse = model.pulse_center + model.pulse_per_rad * angle;
@@ -141,8 +141,8 @@ T asked_bend(const Controller<T>& model, ControllerState<T>& state, int j, Statu
     if (bend != wanted) status.set(Condition::amplitude_limit, j), ++state.posture[j].limited;
     // After a limit the bend catches up little faster than the beat goes: no jump, no surge of pressure.
     const T fastest = sent.amplitude * T(2 * pi) * state.frequency.value * model.tick + abs(state.bias[j].change);
-    const T limit = T(1.25) * fastest + T(0.02) * reach, last = state.bend_sent[j];
-    return clamp(bend, last - limit, last + limit);
+    const T limit = T(1.25) * fastest + T(0.02) * reach, last_bend = state.bend_sent[j];
+    return clamp(bend, last_bend - limit, last_bend + limit);
 }
 
 /// Send a circuit's servo to an angle, and return whether the servo can follow; `supply` is the part of the rated
@@ -152,9 +152,9 @@ bool drive_circuit(const Controller<T>& model, ControllerState<T>& state, Contro
                    T supply) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     SupervisorState<T>& circuit = state.circuit[c];
-    const T last = state.sent[c];
+    const T last_angle = state.sent[c];
     send(model, state, output, c, angle);
-    circuit.change = output.target[c] - last;
+    circuit.change = output.target[c] - last_angle;
     circuit.servo = follow(model.servo, circuit.servo, output.target[c]);
     const T free = supply - max(T(0), circuit.pressure) / supervisor.stall;
     output.pressure[c] = circuit.pressure;
@@ -176,8 +176,8 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
     const T reading = state.pressure[c].bucket != 0 ? min(circuit.pressure, circuit.before) : circuit.pressure;
     const T low = rings ? circuit.trough : reading, high = rings ? circuit.crest : reading;
     const T bent = model.joint[c / 2].safe_static * abs(state.bend_sent[c / 2]);
-    const T least = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
-    const T unit = max(supervisor.fill + least, high - line * circuit.servo.change / model.tick);
+    const T least_rise = max(T(flow_held) * viscosity, bent) * (model.pressure_soft - supervisor.fill);
+    const T unit = max(supervisor.fill + least_rise, high - line * circuit.servo.change / model.tick);
     const T margin = max(T(0), model.pressure_soft - unit);
     const T rate = margin / pressure_per_rate(supervisor, state.viscosity.largest) * model.tick;
     const T change = rings ? min(rate, circuit.servo.change + supervisor.smooth * model.tick) : rate;
@@ -194,8 +194,8 @@ template <class T>
 T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];
     const Follower<T>& servo = state.circuit[c].servo;
-    const T least = supervisor.spare * max(T(0), supervisor.fill - state.circuit[c].trough) - supervisor.draw;
-    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), least) * model.tick);
+    const T lowest_rate = supervisor.spare * max(T(0), supervisor.fill - state.circuit[c].trough) - supervisor.draw;
+    const T change = max(servo.change - supervisor.smooth * model.tick, min(T(0), lowest_rate) * model.tick);
     return furthest_target(model.servo, servo, change);
 }
 
@@ -220,9 +220,9 @@ void drive_joint(const Controller<T>& model, ControllerState<T>& state, Controll
         nearest[side] = rings ? nearest_angle(model, state, c) : T(-1e3);
         furthest[side] = furthest_angle(model, state, c, rings);
         if (nearest[side] <= angle[side] && angle[side] <= furthest[side]) continue;
-        const T last = angle_of(side, state.bend_sent[j]);
-        const T way = furthest[side] < angle[side] ? furthest[side] - last : last - nearest[side];
-        part = min(part, max(T(0), way / max(abs(angle[side] - last), T(1e-6))));
+        const T last_angle = angle_of(side, state.bend_sent[j]);
+        const T way = furthest[side] < angle[side] ? furthest[side] - last_angle : last_angle - nearest[side];
+        part = min(part, max(T(0), way / max(abs(angle[side] - last_angle), T(1e-6))));
         output.status.set(Condition::pressure_limit, c), pressed = true;
     }
     state.bend_sent[j] = pressed ? state.bend_sent[j] + part * (asked - state.bend_sent[j]) : asked;
@@ -260,15 +260,15 @@ HYPERTUNA_NOINLINE void check_pressures(const Controller<T>& model, ControllerSt
         const SupervisorModel<T>& supervisor = model.circuit[c];
         SupervisorState<T>& circuit = state.circuit[c];
         const T side = c == 2 * j ? T(1) : T(-1), reading = readings.pressure[c];
-        const T rest = held(supervisor, side * clamp(bend, -reach, reach)), off = reading - rest;
+        const T expected = held(supervisor, side * clamp(bend, -reach, reach)), off = reading - expected;
         const T drop = supervisor.line * line * circuit.servo.change;
         if (model.pressure_low <= reading && reading <= model.pressure_high)
             circuit.astray += weight * (off - clamp(off, min(T(0), drop), max(T(0), drop)) - circuit.astray);
-        const T most =
-            T(astray_room) * (model.pressure_soft - supervisor.fill) + T(astray_held) * abs(rest - supervisor.fill);
+        const T tolerance =
+            T(astray_room) * (model.pressure_soft - supervisor.fill) + T(astray_held) * abs(expected - supervisor.fill);
         const T slipped = side * supervisor.hold[0] * state.slip[j];
-        const bool astray = most < abs(circuit.astray);
-        circuit.bent = astray && T(0.5) * most < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));
+        const bool astray = tolerance < abs(circuit.astray);
+        circuit.bent = astray && T(0.5) * tolerance < abs(slipped) && (T(0) < slipped) == (circuit.astray < T(0));
         circuit.wrong = astray && !circuit.bent;
     }
 }

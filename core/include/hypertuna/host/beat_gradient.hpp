@@ -1,5 +1,5 @@
-/// Derivatives of settled beats: from those of one beat, and from how the start must move so that the beat stays
-/// settled.
+/// Derivatives of settled beats: those of one beat from a fixed start, plus the effect of the start's own motion, which
+/// keeps the beat settled.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,7 @@ namespace hypertuna {
 /// start and along the directions.
 ///
 /// The settled start P0 moves with the parameters p so that the end P1 = P0 stays: dP0/dp = (I - dP1/dP0)^-1 dP1/dp
-/// (implicit function theorem). NaN where the
-/// equations do not determine the start.
+/// (implicit function theorem). NaN where the equations do not determine the start.
 template <class State>
 void with_moving_start(const double* by, int n, double* out) {
     const int width = State::size + n, count = derivative_count;

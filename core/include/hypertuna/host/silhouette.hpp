@@ -295,14 +295,14 @@ class SilhouetteProblem {
             }
             std::vector<double> trial = u;
             for (std::size_t i = 0; i < n_; ++i) trial[i] -= step[i];
-            Sums then = sums(trial, edge, true);
-            const double won = now.cost - then.cost;
+            Sums trial_sums = sums(trial, edge, true);
+            const double won = now.cost - trial_sums.cost;
             if (!(won >= 0)) {
                 damping *= 10;
                 continue;
             }
             u = std::move(trial);
-            now = std::move(then);
+            now = std::move(trial_sums);
             damping = std::max(damping / 10, 1e-9);
             if (won < enough * now.cost) break;
         }

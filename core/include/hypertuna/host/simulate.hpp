@@ -280,10 +280,10 @@ template <int D>
 void snag(Sea<double>& sea, FlightState<D>& on, const Vector<double>& nose, const World& world, double time,
           double tick) {
     for (std::size_t k = 0; k + 2 < world.snags.size(); k += 3) {
-        const double *now = &world.snags[k], start = now[0];
-        if (time < start || now[1] <= time) continue;
+        const double *line = &world.snags[k], start = line[0];
+        if (time < start || line[1] <= time) continue;
         if (time < start + tick) on.snagged = nose;
-        sea.snag = {snag_stiffness, now[2], on.snagged};
+        sea.snag = {snag_stiffness, line[2], on.snagged};
     }
 }
 
@@ -350,8 +350,8 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
         for (const auto& [servo, angle, start, end] : flight.servo_faults) {
             if (time < start || end <= time) continue;
             const int fin = servo - 2 * controller.joints;
-            const double own = 0 <= fin ? state.plant.pose.fin[fin] : state.plant.circuit[servo].angle;
-            if (time < start + 1.5 * controller.tick) on.servo[servo] = std::isnan(angle) ? own : angle;
+            const double present = 0 <= fin ? state.plant.pose.fin[fin] : state.plant.circuit[servo].angle;
+            if (time < start + 1.5 * controller.tick) on.servo[servo] = std::isnan(angle) ? present : angle;
             sent.pulse[servo] = controller.pulse_center + controller.pulse_per_rad * on.servo[servo];
         }
         return sent;

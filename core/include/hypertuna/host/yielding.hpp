@@ -30,8 +30,9 @@ struct YieldBatch {
 };
 
 struct YieldKernel {
-    /// Settled beats of gaits [begin, end) into rows: the named columns of Kernel, the state at the start, the
-    /// monodromy, then of each hinge mean, sine, cosine and peak of its swing, and what its damper takes.
+    /// Compute the settled beats of gaits [begin, end), one row each: the named columns of Kernel, the state at the
+    /// start, the monodromy, then for each hinge mean, sine, cosine and peak of its swing, and the mean power of its
+    /// damper.
     void (*settle)(const Model&, const YieldBatch&, const SettleOptions&, int begin, int end, double* rows);
     /// Derivatives of one beat, as in Kernel, of yield_state + directions numbers; the last rows of `along` are the
     /// springs'.

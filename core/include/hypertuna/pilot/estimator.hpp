@@ -23,7 +23,7 @@ struct Estimate {
     T drift_error;         // m/s, standard deviation of the velocity over ground, of its worse component
     bool fix;              // a fix was used in this tick
     bool attitude;         // rates and gravity can be used
-    bool compass, depths;  // the field, the depth can be used
+    bool compass, depths;  // whether the magnetic field and the depth can be used
     bool fixes_refused;    // the last fixes, more than one in a row, were refused
     bool compass_off;      // the compass disagrees with the course over ground, or with the gyroscope
     bool zeroed;           // the zero of the depth was measured at the surface or in the air

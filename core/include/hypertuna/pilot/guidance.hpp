@@ -175,11 +175,11 @@ Mode at_goal(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     Waypoint<T> goal{mission.home.x, mission.home.y, T(0), mission.home_speed, mission.home_radius, T(0)};
     if (!back) goal = mission.waypoint[mission.waypoints - 1];
     const T dx = goal.x - at.x, dy = goal.y - at.y, radius = goal.radius;
-    const bool there = dx * dx + dy * dy < radius * radius, known = knows(model, at, radius);
+    const bool within = dx * dx + dy * dy < radius * radius, known = knows(model, at, radius);
     why.clear(Reason::adrift), why.set(Reason::adrift, why.has(Reason::no_fix) && !known);
     // While the position is uncertain, the robot stays where the goal should be, as long as battery and time allow.
-    const bool last = why.has(Reason::low_battery) || why.has(Reason::time_up);
-    if (!there || !up || state.rising || !(known || last)) return back ? Mode::home : Mode::surface;
+    const bool must_end = why.has(Reason::low_battery) || why.has(Reason::time_up);
+    if (!within || !up || state.rising || !(known || must_end)) return back ? Mode::home : Mode::surface;
     const bool done = known && why.has(Reason::all_reached) && !why.has(Reason::recalled);
     return done ? Mode::done : Mode::ended;
 }
@@ -200,10 +200,10 @@ Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T
     // The robot swims against a current that is too strong as long as the charge lasts; then it drifts and reports
     // where it is.
     if (state.swept && state.spent) return up ? Mode::hold : Mode::surface;
-    const bool all = 0 < mission.waypoints && mission.waypoints <= state.leg;
+    const bool all_passed = 0 < mission.waypoints && mission.waypoints <= state.leg;
     const bool unknown = why.has(Reason::no_fix) && model.error_lost < at.position_error;
-    const bool back = why.end() || unknown || (all && !mission.stay);
-    if (back || all) return at_goal(model, state, at, mission, back, up);
+    const bool back = why.end() || unknown || (all_passed && !mission.stay);
+    if (back || all_passed) return at_goal(model, state, at, mission, back, up);
     return state.rising ? Mode::surface : mission.waypoints > 0 ? Mode::transit : Mode::idle;
 }
 
@@ -232,8 +232,8 @@ Course<T> course_of(const Guidance<T>& model, GuidanceState<T>& state, const Est
     const T margin = margin_of(model, state, at, mission);
     if (margin <= border.distance) return course;
     state.reasons.set(Reason::fence, T(0) <= border.distance);
-    const bool held = T(0) < border.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
-    if (state.mode == Mode::home && !held) return course;
+    const bool both_inside = T(0) < border.distance && T(0) < inside(mission, mission.home.x, mission.home.y).distance;
+    if (state.mode == Mode::home && !both_inside) return course;
     const T in = course.x * border.x + course.y * border.y;
     const T push = clamp((margin - border.distance) / model.fence_margin, T(0), T(1)) + max(T(0), -in);
     return toward(course.x + push * border.x, course.y + push * border.y, course);

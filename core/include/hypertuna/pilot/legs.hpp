@@ -58,12 +58,12 @@ T error_limit(const Guidance<T>& model, const GuidanceState<T>& state, const Est
               const Mission<T>& mission) {
     if (mission.waypoints <= state.leg || fixes_sought <= state.sought) return model.error_max;
     const Waypoint<T>& next = mission.waypoint[state.leg];
-    const Arrival<T> here = arrival(model, state, at, next);
+    const Arrival<T> arrived = arrival(model, state, at, next);
     // Distance swum on the way up for a fix and down again.
     const T ways = T(2) * min(next.depth, mission.depth_max) / model.steering.climb_max;
-    const bool there = here.near || here.past;
-    const bool soon = state.sought == 0 ? here.away < next.radius + T(2) * at.position_error + ways : there;
-    return soon || there ? min(model.error_max, max(next.radius, model.error_fix)) : model.error_max;
+    const bool at_waypoint = arrived.near || arrived.past;
+    const bool soon = state.sought == 0 ? arrived.away < next.radius + T(2) * at.position_error + ways : at_waypoint;
+    return soon || at_waypoint ? min(model.error_max, max(next.radius, model.error_fix)) : model.error_max;
 }
 
 /// Position error with which a robot may dive to a waypoint: with the error that the dive adds it stays within a limit,
@@ -81,21 +81,21 @@ template <class T>
 void follow_legs(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
     if (mission.waypoints <= state.leg) return;
     const Waypoint<T>& next = mission.waypoint[state.leg];
-    const Arrival<T> here = arrival(model, state, at, next);
+    const Arrival<T> arrived = arrival(model, state, at, next);
     const T period = model.steering.period;
-    const bool there = here.near && here.deep && here.placed;
-    if (there && T(state.held) * period < next.hold) ++state.held;
-    const bool reached = there && next.hold <= T(state.held) * period;
-    if (there) state.sought = 0;
+    const bool at_waypoint = arrived.near && arrived.deep && arrived.placed;
+    if (at_waypoint && T(state.held) * period < next.hold) ++state.held;
+    const bool reached = at_waypoint && next.hold <= T(state.held) * period;
+    if (at_waypoint) state.sought = 0;
     // Time spent waiting for a fix does not count.
-    if ((here.near || here.past) && !there && state.mode == Mode::transit) ++state.arriving;
-    const bool vain = !here.placed && !state.rising &&
+    if ((arrived.near || arrived.past) && !at_waypoint && state.mode == Mode::transit) ++state.arriving;
+    const bool vain = !arrived.placed && !state.rising &&
                       (0 < state.retry || next.radius < model.error_fix || fixes_sought <= state.sought);
     const bool passed =
-        ((here.near || here.past) && here.deep && vain) || model.arrival_timeout <= T(state.arriving) * period;
+        ((arrived.near || arrived.past) && arrived.deep && vain) || model.arrival_timeout <= T(state.arriving) * period;
     const bool beyond = inside(mission, next.x, next.y).distance < model.fence_margin;
-    state.resting = next.depth < model.surface_depth && T(0) < next.hold && there &&
-                    (state.resting || here.away < T(0.5) * next.radius);
+    state.resting = next.depth < model.surface_depth && T(0) < next.hold && at_waypoint &&
+                    (state.resting || arrived.away < T(0.5) * next.radius);
     if (!reached && !passed && !beyond) return;
     state.reached += reached, state.passed += !reached && !beyond;
     state.reasons.set(Reason::passed, !reached && !beyond);

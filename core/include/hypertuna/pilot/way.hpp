@@ -180,8 +180,8 @@ void suspect_compass(WayState<T>& way) {
     const WaySlope<T> slope(T(1), x, y);
     const T drift = drift_error(way, x, y);
     const T extra[2] = {slope.along(0, way.at + way_current) - x, slope.along(1, way.at + way_current) - y};
-    const T seen = (extra[0] * extra[0] + extra[1] * extra[1] - T(2) * drift * drift) / square;
-    const T more = T(suspected_part) * min(seen, T(4)) - way.suspected;
+    const T excess = (extra[0] * extra[0] + extra[1] * extra[1] - T(2) * drift * drift) / square;
+    const T more = T(suspected_part) * min(excess, T(4)) - way.suspected;
     if (!(T(0) < more)) return;
     way.suspected += more;
     // Changes of current and factors that leave the velocity x' = c + a U f + b U f_left on this heading as it is.
@@ -197,10 +197,10 @@ void suspect_compass(WayState<T>& way) {
 /// grows.
 template <class T>
 void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled) {
-    const T turned = frame.tick * (abs(pulled) - frame.drift_max), before = way.apart;
-    way.apart = max(T(0), before + turned);
-    if (turned < T(0)) return;
-    for (int k = way_along; k < way_states; ++k) way.spread[k][k] += (before + way.apart) * turned;
+    const T excess_turn = frame.tick * (abs(pulled) - frame.drift_max), apart_before = way.apart;
+    way.apart = max(T(0), apart_before + excess_turn);
+    if (excess_turn < T(0)) return;
+    for (int k = way_along; k < way_states; ++k) way.spread[k][k] += (apart_before + way.apart) * excess_turn;
 }
 
 /// Whether the compass is off: by more than an angle to the course, significantly, or against the gyroscope.

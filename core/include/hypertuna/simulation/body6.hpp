@@ -93,7 +93,7 @@ HYPERTUNA_INLINE LinkPair<S> link_drag(const Body6<S, Law, D>& body, int i, cons
     return f;
 }
 
-/// What the head's surroundings do to the body at one instant.
+/// Vertical direction, gravity and height at the head at one instant, which the forces of all links share.
 template <class S>
 struct Outlook {
     Vector<S> up;    // upward direction in body axes

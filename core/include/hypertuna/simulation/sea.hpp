@@ -1,4 +1,5 @@
-/// Sea: the robot's surroundings, in the world's axes. Surface, bottom, current, and what sensors find their way by.
+/// Sea: the robot's surroundings, in the world's axes: surface, bottom and current, and the quantities that the
+/// navigation sensors measure.
 #pragma once
 
 #include "hypertuna/math/spatial.hpp"

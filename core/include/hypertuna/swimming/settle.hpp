@@ -212,8 +212,8 @@ Approach<S, Y> select(const M& mask, const Approach<S, Y>& yes, const Approach<S
     return {select(mask, yes.end, no.end), select(mask, yes.distance, no.distance), select(mask, yes.beats, no.beats)};
 }
 
-/// Swim plain beats from rest until the motion arrives at the settled beat that starts with `target`, stands elsewhere,
-/// or has had `max_beats`. `stride_instants` of the table's instants make half a time step.
+/// Swim plain beats from rest until the motion arrives at the settled beat that starts with `target`, settles
+/// elsewhere, or has had `max_beats`. `stride_instants` of the table's instants make half a time step.
 template <class Body, class Y, class S = typename Body::Scalar>
 HYPERTUNA_NOINLINE Approach<S, Y> swim_toward(const Body& body, int stride_instants, const Y& target, int max_beats) {
     using T = base_t<S>;
@@ -243,8 +243,8 @@ Approach<S, Y> approach(const Body& body, const Y& target, int max_beats) {
     using T = base_t<S>;
     const Approach<S, Y> coarse = swim_toward(body, 2, target, max_beats);
     const auto arrived = coarse.distance < S(T(approach_tolerances.arrived));
-    const Y left = select(arrived, filled<Y>(S(std::numeric_limits<T>::quiet_NaN())), target);
-    return select(arrived, coarse, swim_toward(body, 1, left, max_beats));
+    const Y remaining = select(arrived, filled<Y>(S(std::numeric_limits<T>::quiet_NaN())), target);
+    return select(arrived, coarse, swim_toward(body, 1, remaining, max_beats));
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

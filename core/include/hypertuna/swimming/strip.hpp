@@ -73,11 +73,11 @@ struct Strip {
         }
         const int last = links - 1;
         const Link<S>& tail = link[last];
-        const S zero(0), tiny(base_t<S>(1e-12)), own = density * quarter_pi * *edge_height * *edge_height;
+        const S zero(0), tiny(base_t<S>(1e-12)), edge_mass = density * quarter_pi * *edge_height * *edge_height;
         const S span = select(zero < *edge_height, *edge_height, height), step = ahead / span;
-        const S shed = *tail_shedding * *edge_lift * select(zero < *edge_height, own, added);
-        const S chord = *edge_height / max(*edge_aspect, tiny), all = added * tail.length;
-        const EdgePlate<S> plate{min(*edge_added_mass * density * quarter_pi * chord * chord * *edge_height, all),
+        const S shed = *tail_shedding * *edge_lift * select(zero < *edge_height, edge_mass, added);
+        const S chord = *edge_height / max(*edge_aspect, tiny), total = added * tail.length;
+        const EdgePlate<S> plate{min(*edge_added_mass * density * quarter_pi * chord * chord * *edge_height, total),
                                  chord, shed, *edge_lift, *edge_suction};
         const EdgeStrip<S> strip{added, shed, min(step * step, S(1)), *edge_suction};
         // A fin that is longer than the last link spans several links, of which the last one ends it.
@@ -85,7 +85,7 @@ struct Strip {
         const auto is_plate = zero < min(min(*edge_height, *edge_aspect), length_left);
         LinkInertia<S>& inertia = out[last].inertia;
         inertia =
-            select(is_plate, plate.inertia(tail, inertia.tangential - tail.mass, all, added_inertia[last]), inertia);
+            select(is_plate, plate.inertia(tail, inertia.tangential - tail.mass, total, added_inertia[last]), inertia);
         return {out, select(is_plate, plate.fin(tail), strip.fin(tail)), (flag_bits & 1u) != 0};
     }
 
@@ -97,8 +97,8 @@ struct Strip {
     HYPERTUNA_INLINE Along<V> drag(int i, const Along<V>& v, const Along<G>& bend) const {
         const Coefficients& k = links[i];
         // Beating's share of the squared normal speed at the link's middle.
-        const V beat = V(bend.n) + k.middle * V(bend.w), rest = v.n + k.middle * v.w - beat, square = beat * beat;
-        const V across = k.drag + k.beating * (square / (square + rest * rest + V(S(base_t<S>(1e-24)))));
+        const V beat = V(bend.n) + k.middle * V(bend.w), steady = v.n + k.middle * v.w - beat, square = beat * beat;
+        const V across = k.drag + k.beating * (square / (square + steady * steady + V(S(base_t<S>(1e-24)))));
         Along<V> f = {-(k.friction * times_abs(v.t) + k.linear_friction * v.t), V(S(0)), V(S(0))};
         for (int p = 0; p < 2 * Gauss4::pairs; ++p) {
             const base_t<S> side = p % 2 ? 1 : -1;

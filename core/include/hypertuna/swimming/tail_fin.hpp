@@ -22,10 +22,10 @@ struct TailFin {
         const V ahead = abs(v.t), mid = v.n + middle * v.w;
         const S rear = select(v.t < V(S(0)), S(1), S(-1));
         const V across = mid + rear * sense * v.w, front = mid - leading * v.w;
-        const V kept = ahead / magnitude<S>(v.t, across);
-        const V f_n = -(ahead * across * (lift + fading * kept));
-        const V f_t = -(carried * v.w * mid + S(base_t<S>(0.5)) * (suction + attached * kept) * front * front);
-        return {f_t, f_n, (middle + rear * act) * f_n + (V(S(1)) - kept) * turning * v.t * mid};
+        const V cos_incidence = ahead / magnitude<S>(v.t, across);
+        const V f_n = -(ahead * across * (lift + fading * cos_incidence));
+        const V f_t = -(carried * v.w * mid + S(base_t<S>(0.5)) * (suction + attached * cos_incidence) * front * front);
+        return {f_t, f_n, (middle + rear * act) * f_n + (V(S(1)) - cos_incidence) * turning * v.t * mid};
     }
 };
 
@@ -38,12 +38,12 @@ struct EdgeStrip {
 
     TailFin<S> fin(const Link<S>& link) const {
         const S half = S(base_t<S>(0.5)), arm = half * link.length;
-        const S whole = min(added, S(2) * shed), least = half * whole;  // more would let the wake give energy
+        const S whole = min(added, S(2) * shed), constant_lift = half * whole;  // more would let the wake give energy
         return {.middle = arm - link.com,
                 .sense = arm,
                 .act = arm,
-                .lift = least,
-                .fading = shed - least,
+                .lift = constant_lift,
+                .fading = shed - constant_lift,
                 .carried = whole * link.length,
                 .suction = whole * (ahead + suction * (S(1) - ahead)),
                 .leading = arm};
@@ -66,7 +66,7 @@ struct EdgePlate {
         const S quarter(base_t<S>(0.25)), tiny(base_t<S>(1e-12));
         const S carried = min(mass, chord * lift);  // added mass of a slender plate with this lift
         const S share = carried / max(chord * lift, tiny);
-        const S kept =
+        const S attached_share =
             min(suction * (S(1) - S(base_t<S>(0.5)) * slope), S(4) * share);  // more would let the wake give energy
         return {.middle = middle(link),
                 .sense = quarter * chord,
@@ -74,16 +74,16 @@ struct EdgePlate {
                 .fading = lift,
                 .carried = carried,
                 .turning = carried,
-                .attached = S(2) * kept * lift};
+                .attached = S(2) * attached_share * lift};
     }
 
     /// Inertia of a link with an added mass `all` [kg] across: the plate has its own part, what lies ahead of the plate
     /// the rest; `rotary` scales the added moments of inertia.
     LinkInertia<S> inertia(const Link<S>& link, const S& tangential, const S& all, const S& rotary) const {
-        const S rest = all - mass, ahead = link.length - chord, front = S(base_t<S>(0.5)) * ahead - link.com;
+        const S mass_ahead = all - mass, ahead = link.length - chord, front = S(base_t<S>(0.5)) * ahead - link.com;
         const S rear = middle(link), twelfth(base_t<S>(1.0 / 12)), plate(base_t<S>(1.0 / 32));
-        return {link.mass + tangential, link.mass + all, rest * front + mass * rear,
-                link.inertia + rest * (front * front + rotary * twelfth * ahead * ahead) +
+        return {link.mass + tangential, link.mass + all, mass_ahead * front + mass * rear,
+                link.inertia + mass_ahead * (front * front + rotary * twelfth * ahead * ahead) +
                     mass * (rear * rear + rotary * plate * chord * chord)};
     }
 };
