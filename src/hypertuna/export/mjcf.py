@@ -233,11 +233,11 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """A rod or plate of a link: place behind the link's front joint [m], mass [kg], moments of inertia [kg m^2]."""
+    """A rod or plate of a link."""
 
-    at: float
-    mass: float
-    inertia: tuple[float, float, float]
+    at: float  # place behind the link's front joint [m]
+    mass: float  # [kg]
+    inertia: tuple[float, float, float]  # moments of inertia about x, y, z [kg m^2]
 
     def half_sizes(self, smallest: float) -> Array:
         """Return the half sizes (3,) [m] of the box that MuJoCo computes; smallest: its least difference of inertia."""

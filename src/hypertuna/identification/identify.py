@@ -38,7 +38,7 @@ from hypertuna.trials.trials import Trials, digest, implausible, read_trials, sp
 
 Paths = str | Path | Sequence[str | Path]
 
-FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # of `validate` and `starts`
+FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # allowed values of `validate` and `starts`
 VALIDATE, MIN_RUNS = 0.2, 6  # default fraction of runs kept for validation, and number of runs below which none are
 SNAP = 1e-6  # fraction of the allowed range: a value closer to a bound is set to the bound
 
@@ -54,12 +54,12 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     uncertainty: Uncertainty
     noise: dict[str, float]  # estimated noise levels of quantities without stated noise: relative, m or rad
     train: Errors
-    validation: Errors | None  # of runs that the fit has not seen
+    validation: Errors | None  # errors of runs that the fit has not seen
     criteria: dict[str, Any]  # information criteria, from `hypertuna.identification.residuals.criteria`
     stop: str  # why the search ended
     converged: bool
     path: Array  # (iterations, n) [SI], values after each iteration of the best search
-    costs: tuple[float, ...]  # of each start: half of the summed loss
+    costs: tuple[float, ...]  # half of the summed loss, for each start
     evaluations: int  # number of predictions of all runs, over all starts
     seconds: float
     warnings: tuple[str, ...]

@@ -32,7 +32,7 @@ from hypertuna.mission.run import (
     mission_start,
 )
 
-Report = Callable[[int, int], None]
+Report = Callable[[int, int], None]  # called with the amount done and the total
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Flight(Plotted, Tabular):
     status: str  # one of `hypertuna.mission.run.ENDINGS`
 
 
-OUTCOME = {
+OUTCOME = {  # numbers of an `Outcome` with unit and note, as they are shown
     "waypoints_reached": Format(),
     "waypoints_passed": Format(),
     "waypoints_skipped": Format(),
@@ -79,12 +79,12 @@ class Outcome:
     fence_margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
     estimation_error_max: float  # m, max error of the estimated position
     goal_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
-    goal_uncertainty: float  # m, of the estimated position at the end: the pilot's own standard deviation
+    goal_uncertainty: float  # m, the pilot's standard deviation of its estimated position at the end
     reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
-    waypoints: list[dict[str, Any]]  # of `waypoint_results`
+    waypoints: list[dict[str, Any]]  # rows from `waypoint_results`
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the numbers of a flight, by the names of the JSON record."""
+        """Return the numbers of a flight by their keys in the JSON record."""
         return summarized(self, OUTCOME)
 
 

@@ -201,7 +201,7 @@ class Gps(Part, table="gps"):
 
 
 class Scatter(Part, table="scatter"):
-    """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
+    """Conditions that differ from seed to seed, in addition to the sensors' noise; seed 0 leaves them out."""
 
     current: Current = entry("maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0)
     gaps: Annotated[int, Field(strict=True, ge=0, le=MAX_GAPS)] = entry(

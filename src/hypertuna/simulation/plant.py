@@ -33,7 +33,7 @@ STEP = 1 / 3000  # s: integration step; half of it changes results by less than 
 MAX_RATE_STEP = 2.2  # largest product of rate and step that is used; Runge-Kutta is unstable beyond 2.7
 MIN_STEP = 1e-6  # s: with shorter steps, one simulated second takes minutes
 TOLERANCE = 1e-9  # relative: by which a command converted from degrees may exceed a bound
-MAX_TICKS = 1_000_000  # of a run, whose record then takes a gigabyte
+MAX_TICKS = 1_000_000  # longest run [control ticks], whose record takes a gigabyte
 SEEDS = Whole(min=0, max=2**64 - 1)  # seeds that the core accepts
 
 
@@ -45,7 +45,7 @@ class Parts:
     fastest: float  # fastest rate at which the plant responds [1/s]; the integration step must resolve it
     stiffest: tuple[str, str]  # key of the value that causes the fastest rate, and a fix for the user
     sensors: dict[str, list[float]]
-    temperature: float  # of the oil [K]
+    temperature: float  # oil temperature [K]
 
 
 def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:

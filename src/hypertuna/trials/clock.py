@@ -9,9 +9,9 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import Range
 from hypertuna.trials.points import Points
 
-RATE = Range(min=5, max=2000, unit="Hz")
+RATE = Range(min=5, max=2000, unit="Hz")  # possible frame rates
 RATE_TOLERANCE = 0.01  # relative difference up to which two frame rates agree
-MAX_MISFIT = 0.5  # frames: largest difference of a time from that of its frame number
+MAX_MISFIT = 0.5  # frames: largest difference between a time and the time that its frame number gives
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # of time [s]
 SMALL_STEP = 5  # a column of whole numbers that grow by less may hold frame numbers
 LATE_START = 1e5  # s: a clock that begins later, such as Unix time, is set to 0 at the first frame

@@ -13,15 +13,16 @@ from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
 
+# Patterns of column names.
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # columns of Anipose that are not used
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
 UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
-NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)  # such as nose_x
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)  # such as x1
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
-ANIPOSE = {"fnum", "m_00", "center_0"}
+ANIPOSE = {"fnum", "m_00", "center_0"}  # columns that only Anipose writes
 INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # name of an index column, as pandas writes it
 MIN_CLOCK_ROWS = 3  # rows from which on a column of growing numbers may be a clock
 

@@ -111,7 +111,7 @@ def _is_trex(grid: Grid) -> bool:
 
 
 def _trex(grid: Grid, individual: str | None) -> Points:
-    """Read a file of TRex: the points of its poses; a missing number is infinite there."""
+    """Read a file of TRex with the points of its poses, in which missing numbers are infinite."""
     head = grid.rows[0][1]
     samples = grid.below(1, head)
     columns: dict[str, dict[str, int]] = {}
@@ -135,7 +135,7 @@ def _trex(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_idtracker(grid: Grid) -> bool:
-    """Whether the column names are idtracker.ai's: seconds, x1, y1, x2, y2, ..., the centers of animals."""
+    """Return whether the column names are those of idtracker.ai: seconds, then animals' centers x1, y1, x2, y2, ..."""
     head = grid.cells(0)
     centers = [f"{axis}{k // 2 + 1}" for k, axis in enumerate("xy" * (len(head) // 2))]
     return len(head) > 2 and head[0] in ("seconds", "time(s)") and head[1:] == centers

@@ -32,7 +32,7 @@ PLACE_FRAMES = 100  # about the number of frames from which places are learned
 
 
 @dataclass(frozen=True)
-class MarkerOptions:
+class ChainOptions:
     """Options for fitting a chain to markers: places, unused markers, merged joints, whether to learn places."""
 
     places: str | Path | None = None  # CSV file of places; without it they are equally spaced from nose to tail
@@ -44,13 +44,13 @@ class MarkerOptions:
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:
     """Fit a robot's chain to a file's markers; raise an error if the run cannot be used. options: `read_markers`."""
-    run = fit_marker_run(robot, path, MarkerOptions(places), **options)
+    run = fit_marker_run(robot, path, ChainOptions(places), **options)
     if refusal := run.refusal():
         raise refusal
     return run
 
 
-def fit_marker_run(robot: Robot, path: str | Path, marker_options: MarkerOptions, **options: Any) -> MarkerRun:
+def fit_marker_run(robot: Robot, path: str | Path, marker_options: ChainOptions, **options: Any) -> MarkerRun:
     """Fit a robot's chain to the markers of a file, even if the run cannot be used.
 
     options: as of `read_markers`.
@@ -58,7 +58,7 @@ def fit_marker_run(robot: Robot, path: str | Path, marker_options: MarkerOptions
     return fit_markers(robot, read_markers(path, **options), marker_options)
 
 
-def fit_markers(robot: Robot, markers: Markers, marker_options: MarkerOptions) -> MarkerRun:
+def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) -> MarkerRun:
     """Fit a robot's chain to markers, even if the run cannot be used."""
     markers = _without(markers, marker_options.leave_out)
     where, notes = _places(robot, markers, marker_options)
@@ -115,7 +115,7 @@ def _without(markers: Markers, names: Sequence[str]) -> Markers:
     return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
-def _places(robot: Robot, markers: Markers, marker_options: MarkerOptions) -> tuple[Places, tuple[str, ...]]:
+def _places(robot: Robot, markers: Markers, marker_options: ChainOptions) -> tuple[Places, tuple[str, ...]]:
     """Return the markers' places on the robot, from a file or equally spaced, and notes on their order."""
     if marker_options.places is not None:
         return read_places(marker_options.places, robot, markers.names), ()
