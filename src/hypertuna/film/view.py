@@ -16,7 +16,7 @@ from hypertuna.film.source import Film, Gray, background_of
 
 THRESHOLD = 0.45  # fraction of the fish's contrast above which a pixel may be of the fish
 MIN_CONTRAST = 15.0  # gray levels
-MIN_CONTRAST_TO_NOISE = 4.0
+MIN_CONTRAST_TO_NOISE = 4.0  # ratio of the fish's contrast to the picture's noise
 MARGIN = 14  # px around the fish
 Box = tuple[slice, slice]  # rows and columns of a picture
 

@@ -77,11 +77,8 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     @property
     def criterion(self) -> float:
         """Criterion that compares water laws (lower is better): Akaike's, or the Bayesian one if there are few runs."""
-        values = (
-            self.criteria["aicc"],
-            self.criteria["bic"],
-            0.0,
-        )  # 0 for a loss that is no likelihood, which has neither
+        # 0 for a loss that is no likelihood, which has neither.
+        values = (self.criteria["aicc"], self.criteria["bic"], 0.0)
         return next(float(value) for value in values if value is not None)
 
     @property
@@ -201,9 +198,8 @@ def identify(
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
         if free is None and (drag := linear_drag(fit.trends)):
-            begin = {
-                drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]
-            }  # a search does not leave a bound
+            # A search does not leave a bound.
+            begin = {drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]}
             frees = _frees(robot, trials, [*names, drag], choices | {"start": dict(start or {}) | begin})
             fit = _with_linear_drag(fit, _fit(robot, runs, frees, settings, starts, seed, journal))
     return replace(fit, seconds=time.monotonic() - begun, warnings=(*remarks, *fit.warnings))

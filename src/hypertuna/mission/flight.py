@@ -37,7 +37,7 @@ Report = Callable[[int, int], None]  # called with the amount done and the total
 
 @dataclass(frozen=True)
 class Flight(Plotted, Tabular):
-    """A flown mission."""
+    """A flown mission: its file, robot, seed and record."""
 
     file: MissionFile
     robot: Robot
@@ -234,9 +234,8 @@ def _record(
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
     """Return the provenance of a record as texts: robot, mission file, seed and faults."""
     inputs = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
-    made_by = {
-        key: value for key, value in provenance(robot).items() if key != "joints"
-    }  # the twin has its own joint model
+    # The twin has its own joint model.
+    made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}
     return {key: str(value) for key, value in (made_by | inputs).items()}
 
 

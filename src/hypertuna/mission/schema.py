@@ -27,7 +27,7 @@ from hypertuna.simulation.sea import AIR, DIP
 
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m
-MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000
+MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000  # waypoints; corners of the fence; losses of the satellites
 MAX_DURATION = 7 * 86400.0  # s
 
 Latitude = Annotated[float, number(Range(min=-89, max=89)), AfterValidator(math.radians)]

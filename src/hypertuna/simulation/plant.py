@@ -159,9 +159,8 @@ def _oil_rates(
     compliance = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa: drive units and the oil in them
     straight = model.at(0.0, -model["rest"])  # without filling, where a muscle's volume changes fastest
     swing = math.sqrt(float((straight["slope"][0] ** 2 / compliance).sum() * mobility))
-    spans = [
-        [at - SMALL, at + SMALL] for at in (0.0, -model["rest"])
-    ]  # with filling, where the axis may have buckled, and without
+    # With filling, where the axis may have buckled, and without.
+    spans = [[at - SMALL, at + SMALL] for at in (0.0, -model["rest"])]
     silicone = max(-float(np.diff(model.at(0.0, span)["axial"])[0]) / (2 * SMALL) for span in spans)
     axial_stiffness = silicone + float((straight["gain"][0] ** 2 / compliance).sum())
     material = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"

@@ -45,9 +45,8 @@ class Run(Tabular, data=lambda run: run.dataset()):
     faults_given: tuple[str, ...]  # as on the command line
     step: float  # integration step [s]
     time: Array = field(repr=False)  # (T,) start of every recorded control tick [s]
-    data: dict[str, Array] = field(
-        repr=False
-    )  # by the names of VARIABLES, (T,) or (T, n) [SI]; status_at: bits of places
+    # By the names of VARIABLES, (T,) or (T, n) [SI]; status_at: bits of places.
+    data: dict[str, Array] = field(repr=False)
     status: str  # "completed" or "diverged"
 
     @property

@@ -16,10 +16,11 @@ from hypertuna.trials.tracks import LENGTHS
 # Patterns of column names.
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # columns of Anipose that are not used
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
-UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
+AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))  # alternatives of a regular expression
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"  # such as _mm or (mm); may be missing
 NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)  # such as nose_x
 NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)  # such as x1
+# Names of the column with the names of markers, and of that with the names of animals.
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}  # columns that only Anipose writes
@@ -189,6 +190,7 @@ def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
     return next(iter(skipping if clock else [*skipping, *candidates]), None)
 
 
+# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("rows of frames and markers", _is_long, _long),
     Text("a table of tracked objects", _is_lone, _lone),

@@ -102,6 +102,7 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     return of_columns("SLEAP", samples, columns, frame=frames[keep], frame_name="frame_idx", notes=notes)
 
 
+# A column of TRex, such as poseX0 (cm): axis, number of the point, unit; and units [m], None for pixels.
 TREX = re.compile(r"pose([XY])(\d+)(?: \((\w+)\))?", re.IGNORECASE)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None, None: None}
 
@@ -146,6 +147,7 @@ def _idtracker(grid: Grid, individual: str | None) -> Points:
     raise one_point("idtracker.ai", grid.file, fix)
 
 
+# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("DeepLabCut", _is_deeplabcut, _deeplabcut),
     Text("SLEAP", _is_sleap, _sleap),
