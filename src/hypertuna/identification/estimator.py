@@ -160,7 +160,7 @@ def estimate(
     the residuals, in its unit. profile: residuals as a function of x, and their Jacobian with respect to x / unit, to
     widen intervals by the profile likelihood. extra_covariance: (n, n), of errors of x from other sources.
     """
-    # With fewer residuals than unknowns, the SVD must add directions that no residual determines, with singular values of 0.
+    # With fewer residuals than unknowns, the SVD must add the undetermined directions, with singular values of 0.
     short = len(jacobian) < len(x)
     _, singular, vectors = np.linalg.svd(jacobian, full_matrices=short)
     singular = np.append(singular, np.zeros(len(x) - len(singular)))
