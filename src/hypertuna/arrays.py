@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-BITS = 33  # kept in a rounded number: 10 digits; rounding errors are below 1e-13
+BITS = 33  # significant bits that rounding keeps (10 digits); errors of the computations are below 1e-13
 
 
 def rounded(values: Array) -> Array:

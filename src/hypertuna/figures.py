@@ -17,9 +17,9 @@ from hypertuna.io.files import write_atomically
 
 # Colors of Okabe and Ito, distinct for every kind of color vision; markers and dashes repeat the distinction.
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-SHAPES = ("o", "s", "^", "D", "v", "P")  # of markers
-LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))  # styles of lines, for curves that share a color
-INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"  # of text; of bodies and their outlines
+SHAPES = ("o", "s", "^", "D", "v", "P")  # Matplotlib's markers, in the order of `COLORS`
+LINES = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)))  # Matplotlib's line styles
+INK, BODY, EDGE = "#222222", "#DCE6EC", "#8A99A3"
 
 P = ParamSpec("P")
 
@@ -61,8 +61,8 @@ STYLE: Any = {
 }
 
 
-# Options of drawn points, and of a compact legend.
-POINTS: dict[str, Any] = {"ms": 4.2, "mec": "white", "mew": 0.5}
+POINTS: dict[str, Any] = {"ms": 4.2, "mec": "white", "mew": 0.5}  # style of measured points
+# Spacing of a legend.
 TIGHT: dict[str, Any] = {"borderaxespad": 0.2, "handletextpad": 0.5, "columnspacing": 1.2, "handlelength": 1.6}
 
 

@@ -25,7 +25,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.ranges import check_name
 
-Frame = Literal["ned", "enu"]
+Frame = Literal["ned", "enu"]  # frames other than ours
 
 # A and b of the map theirs = A ours + b, with A orthogonal.
 _POSE: dict[str, tuple[Array, Array]] = {

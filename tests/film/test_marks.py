@@ -20,7 +20,7 @@ from hypertuna.errors import InputError
 from hypertuna.film.camera import write_camera
 from hypertuna.film.marks import Marks, points_of
 from hypertuna.film.source import open_film
-from hypertuna.trials.marker_import import MarkerChoices, fit_markers
+from hypertuna.trials.marker_import import ChainOptions, fit_markers
 from hypertuna.trials.markers import markers_of
 
 DOTS = np.linspace(0.01, 0.29, 8)  # m from the nose
@@ -61,7 +61,7 @@ def test_centers_and_angles_are_those_of_the_motion(folder, kind, spots, eye, mo
     off = (points.place - truth) / camera(eye).pixel_size([eye.size[0] / 2, eye.size[1] / 2], DEPTH)
     assert np.isnan(off).mean() < 0.05
     assert np.sqrt(np.nanmean(off**2, axis=(0, 2))).max() < 0.5  # px
-    run = fit_markers(ht.load(ROBOT), markers_of(points), MarkerChoices(folder / f"{kind}.csv"))
+    run = fit_markers(ht.load(ROBOT), markers_of(points), ChainOptions(folder / f"{kind}.csv"))
     angle = np.array([motion(t)[1] for t in run.markers.time])
     own = np.concatenate(run.stretches)
     assert len(own) > 0.8 * len(points.time)

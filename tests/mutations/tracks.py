@@ -17,7 +17,7 @@ from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import Robot, load
 from hypertuna.errors import InputError
 from hypertuna.trials.chain import chain_of
-from hypertuna.trials.marker_import import MarkerChoices, fit_marker_run
+from hypertuna.trials.marker_import import ChainOptions, fit_marker_run
 from hypertuna.trials.marker_places import equal_spacing
 from hypertuna.trials.marker_run import MarkerRun
 from mutations.cases import Reaction
@@ -63,7 +63,7 @@ def whole(file: TrackedFile) -> tuple[bytes, MarkerRun]:
     """Return the whole file, and what is read from it."""
     with tempfile.TemporaryDirectory() as folder:
         path = file.write(Path(folder), swim())
-        return path.read_bytes(), fit_marker_run(robot(), path, MarkerChoices(), **file.options)
+        return path.read_bytes(), fit_marker_run(robot(), path, ChainOptions(), **file.options)
 
 
 def judged(seed: int) -> Reaction:
@@ -81,7 +81,7 @@ def reaction(change: Change, chance: random.Random) -> Reaction:
         path = Path(folder) / f"swim{file.suffix}"
         path.write_bytes(change(content, chance))
         try:
-            run = fit_marker_run(robot(), path, MarkerChoices(), **file.options)
+            run = fit_marker_run(robot(), path, ChainOptions(), **file.options)
             refusal = run.refusal()
             if refusal is not None:
                 raise refusal

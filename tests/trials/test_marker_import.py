@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import hypertuna as ht
 from hypertuna.cli.main import app
 from hypertuna.trials.chain import chain_of
-from hypertuna.trials.marker_import import MarkerChoices, fit_marker_run, read_marker_run
+from hypertuna.trials.marker_import import ChainOptions, fit_marker_run, read_marker_run
 from hypertuna.trials.marker_places import equal_spacing, read_places
 from hypertuna.trials.trials import read_trials
 
@@ -80,7 +80,7 @@ def test_markers_that_do_not_lie_in_their_order_are_refused_with_the_order_that_
 def test_a_robot_that_moves_tail_first_all_the_time_is_told(eel, tmp_path) -> None:
     z = tracked(eel, tmp_path / "a.csv", order=slice(None, None, -1))
     assert "moves tail first all the time" in " ".join(read_marker_run(eel, tmp_path / "a.csv").warnings)
-    turned = fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(tail_first=True))
+    turned = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(tail_first=True))
     assert turned.warnings == []
     assert (error_deg(turned, z) < 1).all()
 
@@ -96,20 +96,20 @@ def test_a_marker_off_the_midline_is_named_with_the_place_that_fits(eel, tmp_pat
     assert run.record()["marker_across_mm"][5] == pytest.approx(20, abs=0.3)
     assert run.record()["marker_rejected"].tolist() == [120 * (m == 5) for m in range(COUNT)]
     assert run.noises == pytest.approx(np.full(COUNT, NOISE), rel=0.5)
-    without = fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(leave_out=["m6"]))
+    without = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(leave_out=["m6"]))
     assert "m6" not in without.places.names
     with pytest.raises(ht.InputError, match="--leave-out must be a tracked marker, but is 'm66': did you mean m6"):
-        fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(leave_out=["m66"]))
+        fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(leave_out=["m66"]))
     assert (error_deg(run, z) < 1.5).all()
 
 
 def test_places_taken_from_the_run_give_the_angles_of_a_fish_that_is_straight_in_the_mean(eel, tmp_path) -> None:
     """Every marker 8 mm off at random: 10 deg of error with places on the midline, 2 with those of the run."""
     z = tracked(eel, tmp_path / "a.csv", across=np.random.default_rng(3).normal(0, 8e-3, COUNT))
-    plain = fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices())
+    plain = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions())
     assert max(error_deg(plain, z)) > 8
     assert "by --places-from-run" in " ".join(plain.warnings)
-    learned = fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(from_run=True))
+    learned = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(from_run=True))
     assert (error_deg(learned, z) < 2.5).all()
     assert learned.fit.noise < 3 * NOISE < plain.fit.noise
 
@@ -117,7 +117,7 @@ def test_places_taken_from_the_run_give_the_angles_of_a_fish_that_is_straight_in
 @pytest.mark.parametrize("factor", [0.86, 1.2])
 def test_a_wrong_scale_is_refused_with_the_one_that_fits(eel, tmp_path, factor) -> None:
     tracked(eel, tmp_path / "a.csv", scale=(factor, factor))
-    text = refusal(fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices()))
+    text = refusal(fit_marker_run(eel, tmp_path / "a.csv", ChainOptions()))
     assert "correct the scale: the line through the markers is" in text
     fit = float(text.partition("than along the body; ")[2].split()[0])
     assert fit == pytest.approx(1 / factor, rel=0.02)
@@ -126,27 +126,27 @@ def test_a_wrong_scale_is_refused_with_the_one_that_fits(eel, tmp_path, factor) 
 def test_another_unit_is_named(eel, tmp_path) -> None:
     tracked(eel, tmp_path / "a.csv", scale=(1000, 1000))
     with pytest.raises(ht.InputError, match=r"must span about the robot, but is \d+ m wide: is the unit another"):
-        fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices())
+        fit_marker_run(eel, tmp_path / "a.csv", ChainOptions())
 
 
 def test_a_refusal_of_lost_markers_does_not_blame_the_scale(eel, tmp_path) -> None:
     tracked(eel, tmp_path / "a.csv", lost=0.8)
-    text = refusal(fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices()))
+    text = refusal(fit_marker_run(eel, tmp_path / "a.csv", ChainOptions()))
     assert "of the markers are missing: add markers near that joint, or --merge" in text
     assert "scale" not in text
     tracked(eel, tmp_path / "b.csv", lost=0.95)
-    text = refusal(fit_marker_run(eel, tmp_path / "b.csv", MarkerChoices()))
+    text = refusal(fit_marker_run(eel, tmp_path / "b.csv", ChainOptions()))
     assert "in which 5 markers are seen: track more markers" in text
 
 
 def test_merged_joints_share_one_bend(eel, tmp_path) -> None:
     tracked(eel, tmp_path / "a.csv")
-    run = fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(merge=[["4", "5"]]))
+    run = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(merge=[["4", "5"]]))
     assert run.fit.angle[:, 3] == pytest.approx(run.fit.angle[:, 4])
     assert np.ptp(run.fit.angle[:, 2] - run.fit.angle[:, 3]) > 0.1
     assert run.fit.sd[:, 6] == pytest.approx(run.fit.sd[:, 7])
     with pytest.raises(ht.InputError, match="--merge must be a joint group, but is '6'"):
-        fit_marker_run(eel, tmp_path / "a.csv", MarkerChoices(merge=[["4", "6"]]))
+        fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(merge=[["4", "6"]]))
 
 
 def test_angles_beyond_what_a_joint_does_are_told(eel, tmp_path) -> None:

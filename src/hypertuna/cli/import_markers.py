@@ -17,7 +17,7 @@ from hypertuna.display import Table
 from hypertuna.errors import InputError
 from hypertuna.io.files import version, write_atomically
 from hypertuna.ranges import FRACTION, POSITIVE
-from hypertuna.trials.marker_import import MarkerChoices, fit_marker_run, write_marker_runs
+from hypertuna.trials.marker_import import ChainOptions, fit_marker_run, write_marker_runs
 from hypertuna.trials.marker_places import places_text
 from hypertuna.trials.marker_run import MarkerRun
 from hypertuna.trials.tracks import LENGTHS
@@ -47,10 +47,10 @@ class PlaceOptions:
         """Return the value of each option, by the option's name."""
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
-    def choices(self) -> MarkerChoices:
-        """Return the options as choices for the fit to the markers."""
+    def wishes(self) -> ChainOptions:
+        """Return the options as those of the fit to the markers."""
         joints = [_names(self.merge)] if self.merge else []
-        return MarkerChoices(
+        return ChainOptions(
             self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None
         )
 

@@ -29,7 +29,7 @@ SETTLING_FACTOR = (
 MAX_SUCTION = 0.2  # lowest pressure that holds a bend at rest, as a fraction of the cavitation pressure (below 0)
 FILL_TOLERANCE = 1e-6  # relative difference of both sides' mean pressure from the fill, below which no limit acts
 REACH = 1.2  # largest bend that control may command, over the joint's largest bend; the excess makes up for losses
-NO_LIMIT = 1e9  # stands for no limit: stall pressure [Pa] and rates [rad/s] of a servo without oil
+NO_LIMIT = 1e9  # value that means no limit, for stall pressure [Pa] and rates [rad/s] of a servo without oil
 MAP_TERMS, HOLD_TERMS = 6, 4  # terms of a pump map (controller_model.hpp) and of the pressure at rest (safety.hpp)
 HAMMER_PRESSURE = 100e3  # Pa: gauge pressure in a cylinder at which hammer is computed
 SMOOTH_HAMMER = 0.15  # hammer of a servo's largest change of rate within a tick, as a fraction of soft limit minus fill
@@ -51,7 +51,7 @@ class PumpMap:
 
     low: float  # rad: bends at the ends of the middle parabola
     high: float
-    terms: Array  # (6,): factors of bend and bend squared, of the middle, lower and upper parabola [rad/rad, rad/rad^2]
+    terms: Array  # (6,): factors of bend and its square in the middle, lower, upper parabola [rad/rad, rad/rad^2]
     residual_angle: float  # rad: largest over the range
     residual_volume: float  # m^3 of displaced oil: largest over the range
 

@@ -29,7 +29,7 @@ AIR_PRESSURE = (50e3, 108.5e3)  # Pa: range of air pressures, from the highest l
 DEPTH_STEP = 0.5  # m, largest change of a working depth sensor within a tick
 FIELD_BAND = (0.5, 1.5)  # fractions of the field's strength between which a compass reading is no fault
 FIX_MARGIN = 1.2  # position error that suffices at the surface, over the error after some ten fixes
-STEER_FRACTION = 0.5  # of the largest tail bias, at which the curvature of the path is computed
+STEER_FRACTION = 0.5  # fraction of the largest tail bias at which the curvature of the path is computed
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class GaitTable:
     """Gaits of increasing speed and frequency, between which the pilot interpolates."""
 
     gaits: tuple[Gait, ...]
-    speed: tuple[float, ...]  # m/s through the water, of each gait
+    speed: tuple[float, ...]  # speed of each gait through the water [m/s]
 
 
 def gait_table(robot: Robot, gaits: Sequence[Gait] = (), speed: Sequence[float] = ()) -> GaitTable:

@@ -10,7 +10,7 @@ import numpy as np
 from hypertuna.arrays import Array
 
 TIDE = 44712.0  # s: 12.42 h, period of the Moon's semidiurnal tide
-Point = tuple[float, float]
+Point = tuple[float, float]  # east, north [m]
 
 
 class Waypoint(NamedTuple):
@@ -46,13 +46,13 @@ class Mission:
     surface_every: float = 0.0  # s after a fix until it surfaces for the next; 0: only when its position is uncertain
     stay: bool = False  # surface at the last waypoint instead of going home
     silence_below: bool = False  # whether a silent ground station recalls the robot even under water
-    declination: float = 0.0  # rad: of magnetic north from true north, east positive
+    declination: float = 0.0  # rad: angle from true to magnetic north, east positive, as the pilot knows it
     bottom: float = 20.0  # m, depth of the ground
     current: tuple[float, float] = (0.0, 0.0)  # at the surface
     current_bottom: tuple[float, float] = (0.0, 0.0)  # at the ground, linear in between
     gaps: tuple[tuple[float, float], ...] = field(default=())  # s: (start, end) without satellites
     air_pressure: float = 101325.0  # Pa, at the surface
-    dip: float = math.radians(60)  # rad, of the magnetic field below the horizon
+    dip: float = math.radians(60)  # rad: angle of the magnetic field below the horizon
     field_declination: float = 0.0  # rad, true declination of the field, east positive; unknown to the pilot
     tide: tuple[float, float] = (0.0, 0.0)  # amplitude of an added current, a sine in time from 0 at the start
     tide_period: float = TIDE  # s

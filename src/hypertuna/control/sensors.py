@@ -14,16 +14,17 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.tables import parse_float
 
 NUMBERS = ("low", "high", "noise", "resolution", "drift", "bias", "nonlinearity")  # of a sensor's error model
-KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")
-FOREVER = float("inf")
+KINDS = tuple(kind for kind in _core.fault_kinds() if kind != "none")  # of sensor faults
+FOREVER = float("inf")  # end of a fault that lasts to the end of the run [s]
 STANDARD_AIR = 101325.0  # Pa (ISO 2533): air pressure at which depth sensors are calibrated
+# A fault on the command line, such as bend-II:stuck@5.
 SPELLING = re.compile(r"(?P<channel>[^:@]+):(?P<kind>[^:@]+)@(?P<start>[^:@]+)")
 
 
 class Fault(NamedTuple):
     """A fault of consecutive sensor channels: its kind and times."""
 
-    kind: str  # of KINDS
+    kind: str  # one of KINDS
     first: int  # channel
     last: int  # channel
     start: float  # s

@@ -21,7 +21,7 @@ from hypertuna.mission.image import robot_image
 from hypertuna.ranges import check_choice
 
 BINARIES = "build/fmu"  # folder of the built binaries
-SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+SUFFIXES = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}  # of binaries, by operating system
 # Folders of binaries: the keys in FMI 3.0, the values in FMI 2.0, which defines none for arm64.
 PLATFORMS = {
     "x86_64-linux": "linux64",

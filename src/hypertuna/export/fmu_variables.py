@@ -16,7 +16,7 @@ from hypertuna.simulation.sea_run import VARIABLES as SEA_VARIABLES
 
 # Labels along dimensions whose length does not depend on the robot.
 LABELS = {"": ("",), "axis": ("x", "y", "z"), "quaternion": ("w", "x", "y", "z"), "side": ("port", "starboard")}
-POSITION = ("east", "north", "up")
+POSITION = ("east", "north", "up")  # labels of a position's axes
 # Columns that the controller and its sensors record, which a plant alone does not have.
 CONTROLLER_COLUMNS = ("angle_measured", "angle_set", "pressure_measured", "current", "status")
 CONTROLLER_COLUMNS_AT_SEA = ("rate_measured", "acceleration_measured")
@@ -164,7 +164,7 @@ def _recorded_outputs(robot: Robot, kind: str, sea: bool) -> Iterator[Variable]:
             yield _output(name, "rad", text, "angles", index)
 
 
-ANGLES = {
+ANGLES = {  # outputs of the head's attitude [rad], with their descriptions
     "roll": "roll of the head, starboard down",
     "pitch": "pitch of the head, nose up",
     "heading": "heading of the head, clockwise from north",

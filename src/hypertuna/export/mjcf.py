@@ -240,11 +240,11 @@ def _head(head: Element, robot: Robot, *, free: bool) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """A rod or plate of a link: place behind the link's front joint [m], mass [kg], moments of inertia [kg m^2]."""
+    """A rod or plate of a link."""
 
-    at: float
-    mass: float
-    inertia: tuple[float, float, float]
+    at: float  # place behind the link's front joint [m]
+    mass: float  # [kg]
+    inertia: tuple[float, float, float]  # moments of inertia about x, y, z [kg m^2]
 
     def half_sizes(self, smallest: float) -> Array:
         """Return the half sizes (3,) [m] of the box that MuJoCo computes; smallest: its least difference of inertia."""
@@ -263,9 +263,8 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
 
 def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
     """Return the rod and the plates of a link; together they have its mass and inertia, with isotropic added mass."""
-    isotropic = float(
-        min(water.inertia[0, 0], water.inertia[1, 1])
-    )  # link's mass plus the added mass that is equal in all directions
+    # Link's mass plus the added mass that is equal in all directions.
+    isotropic = float(min(water.inertia[0, 0], water.inertia[1, 1]))
     com, turn = robot.links.com[i], float(water.inertia[2, 2])
     for water_part in WATER_FRACTIONS:
         mass = (1 - water_part) * robot.links.mass[i]
@@ -380,9 +379,8 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / squares)
-        lead, lead_share = max(
-            zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1])
-        )  # the joint with the largest share, since a share may be 0
+        # The joint with the largest share, since a share may be 0.
+        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))
         for joint, part in zip(joints, group.share, strict=True):
             if joint != lead:
                 add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))

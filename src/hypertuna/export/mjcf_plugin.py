@@ -10,7 +10,7 @@ from hypertuna.export.xml import Element, add, written
 from hypertuna.simulation.sea import space_columns
 from hypertuna.swimming.model import model_columns
 
-NAME = "hypertuna.water"
+NAME = "hypertuna.water"  # of the plugin in MuJoCo
 FIN_MASS = 1e-6  # mass of a fin as a fraction of the head's; in the core, fins have no mass
 
 

@@ -92,7 +92,7 @@ def added_mass(robot: Robot, link: int, water: LinkWater) -> Array:
 def _raised(matrix: Array, height: float) -> Array:
     """Shift an inertia matrix (6, 6) to a reference point that is `height` [m] lower."""
     shift = np.eye(6)
-    shift[0, 4], shift[1, 3] = height, -height  # velocity of the point above from that of the point below
+    shift[0, 4], shift[1, 3] = height, -height  # gives the upper point's velocity from the lower point's
     raised: Array = shift.T @ matrix @ shift
     return raised
 

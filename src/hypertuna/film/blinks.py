@@ -1,4 +1,4 @@
-"""Blinks of a lamp in a film, and the offset and drift of a log's clock from that of the film."""
+"""Find the blinks of a lamp in a film, and the offset and drift of a log's clock from the film's."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ MIN_LEVEL = 20.0  # gray levels between lamp on and off
 LAMP_MARGIN = 4  # px around the lamp's pixel that are averaged
 MAX_DRIFT = 1e-3  # s per s: largest drift of the log's clock that is considered
 USUAL_DRIFT = 1e-4  # s per s: prior standard deviation of the drift
-MAX_BLINKS = 200
+MAX_BLINKS = 200  # in a film or a log
 MAX_RMS = 0.5  # frames: largest rms residual of the blinks about the line that relates both clocks
 
 
 @dataclass(frozen=True)
 class Clock:
-    """The clock of a log beside that of a film: film = log + offset + drift (log - middle)."""
+    """The clock of a log relative to that of a film: film = log + offset + drift (log - middle)."""
 
     offset: float  # s to add to the log's clock, in the middle of the blinks
     middle: float  # s: mean time of the matched blinks by the log's clock

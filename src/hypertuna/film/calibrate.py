@@ -18,10 +18,10 @@ from hypertuna.film.source import Film, open_film
 from hypertuna.io.extras import need
 from hypertuna.ranges import CELL
 
-COLUMNS = ("u_px", "v_px", "x_m", "y_m")
+COLUMNS = ("u_px", "v_px", "x_m", "y_m")  # of a file of corners
 MAX_BOARDS = 20  # views of the board that are used; the search stops there
-MIN_BOARDS = 5
-MIN_CORNERS = 4
+MIN_BOARDS = 5  # views of the board that are needed
+MIN_CORNERS = 4  # points of the tank that are needed
 
 
 def calibrate(

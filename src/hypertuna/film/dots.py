@@ -28,7 +28,7 @@ MIN_AREA = 5  # px
 LARGE, SMALL = 1.45, 0.3  # times the usual area: above LARGE two dots touch, below SMALL it is no whole dot
 GATE = 0.5  # largest distance of a dot from its expected place, over the least distance between neighbors
 MAX_LOST = 0.2  # s without dots, after which the search starts anew
-MIN_DOTS = 3
+MIN_DOTS = 3  # on a robot
 RIM = 2  # px around a dot whose pixels also count toward its center
 Blobs = tuple[Array, Array]  # centers (n, 2) [px] and areas (n,) [px]
 

@@ -32,8 +32,8 @@ class Marks:
     """Marks painted or glued on a robot: dots of a color, or tags of a dictionary."""
 
     kind: str  # "dots" or "tags"
-    color: str | None = None  # of dots
-    dictionary: str = "4x4_50"  # of tags
+    color: str | None = None  # color of dots; None for any
+    dictionary: str = "4x4_50"  # OpenCV's dictionary of the tags
     places: str | Path | None = None  # CSV file of the marks' places on the robot
 
 

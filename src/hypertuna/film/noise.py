@@ -8,7 +8,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 
-HARMONICS = 4  # of the beat that are fitted
+HARMONICS = 4  # number of harmonics of the beat that are fitted
 MIN_BEATS = 3.0  # beats that the film must show
 MIN_FREQUENCY, MAX_FREQUENCY = 0.2, 0.2  # slowest beat [Hz]; fastest beat as a fraction of the frame rate
 OVERSAMPLING = 8  # trial frequencies per 1 / (film duration)

@@ -16,7 +16,7 @@ from hypertuna.io.files import replaced
 from hypertuna.trials.marker_run import MarkerRun
 
 MAX_WIDTH = 960  # px
-MAX_FRAMES = 3600  # of longer films, only every second frame or fewer are written
+MAX_FRAMES = 3600  # frames in the overlay; of longer films, only every second frame or fewer are written
 GOOD, BAD = (90, 220, 90), (60, 60, 240)  # colors as (blue, green, red)
 BIT_RATE = 4_000_000  # bits per second
 

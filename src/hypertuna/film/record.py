@@ -14,16 +14,17 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.extras import need
 from hypertuna.io.files import replaced
 
-CAMERA = "camera:"
+CAMERA = "camera:"  # prefix of a local camera's number
+# Prefixes of network addresses.
 NETWORK = ("rtsp://", "http://", "https://", "udp://", "tcp://")
 PROTOCOLS = "rtsp,rtp,udp,tcp,http,https,tls"  # without "file": a remote playlist must not open local files
-PIPE = "-"
+PIPE = "-"  # name of the standard input
 # per operating system: FFmpeg's input device, and how it names a camera of a given number
 DEVICES = {"linux": ("v4l2", "/dev/video{}"), "darwin": ("avfoundation", "{}"), "win32": ("dshow", "video={}")}
 COPIED_CODECS = ("h264", "hevc", "mjpeg", "vp8", "vp9", "av1", "mpeg4")  # written without encoding again
 MAX_REORDER = 0.5  # s: a packet may arrive this much before one with an earlier time
 TIMEOUT = 10.0  # s without a frame
-QUALITY = 2  # of MPEG-4, 1 (best) to 31; for cameras that send raw pictures
+QUALITY = 2  # quality of MPEG-4, 1 (best) to 31, for cameras that send raw pictures
 
 
 def is_live(name: str) -> bool:

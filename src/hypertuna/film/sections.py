@@ -18,8 +18,8 @@ from hypertuna.film.numbers import read_rows
 from hypertuna.ranges import Range
 
 STATIONS = 201  # places from nose to tail tip at which sections are stored
-COLUMNS = ("from_nose_m", "width_m", "height_m")
-SIZE = Range(min=0, max=10, unit="m")
+COLUMNS = ("from_nose_m", "width_m", "height_m")  # of a file of sections
+SIZE = Range(min=0, max=10, unit="m")  # of sections
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Body:
         return np.concatenate([middle + side, (middle - side)[::-1]])
 
 
-ITERATIONS = 15  # of Levenberg-Marquardt per stage of a fit
+ITERATIONS = 15  # Levenberg-Marquardt iterations per stage of a fit
 
 
 def body_of(robot: Robot, file: str | Path | None = None) -> Body:

@@ -17,16 +17,16 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 from hypertuna.io.extras import need
 
-Gray = NDArray[np.uint8]
+Gray = NDArray[np.uint8]  # pixels of a picture
 
 MAX_SAMPLES = 41  # frames spread over the film, from which the empty tank is found
 SAMPLE_BYTES = 150_000_000  # memory for these frames [bytes]
-MAX_PIXELS = 9_000_000  # of a frame: 4K
+MAX_PIXELS = 9_000_000  # largest number of pixels of a frame: 4K
 RATES = (5.0, 2000.0)  # Hz: slowest and fastest frame rate
 MAX_UNEVEN = 0.1  # largest deviation of a time step from a whole number of frame intervals [intervals]
 MAX_LOST = 0.5  # largest fraction of time steps in which frames are missing
 FILMED_AT = "com.android.capture.fps"  # where phones write the rate of slow motion
-MIN_FRAMES, MAX_FRAMES = 24, 2_000_000
+MIN_FRAMES, MAX_FRAMES = 24, 2_000_000  # of a film
 # Formats that are read, by FFmpeg's name, with a test of the first bytes. Other formats may refer to further files.
 FORMS: dict[str, Callable[[bytes], bool]] = {
     "mov": lambda head: head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"),

@@ -1,5 +1,6 @@
 """States of a tracked frame, and advice to the user when a bad state occurs too often."""
 
+# Numbers of the states, and by number: name, and advice to the user.
 OK, LOST, BORDER, MISFIT, UNSEEN = range(5)
 STATES = ("ok", "not found", "not whole in the picture", "not fitted by the silhouette", "without a part")
 FIXES = {

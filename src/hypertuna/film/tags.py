@@ -12,7 +12,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.film.source import Film, Gray
 
 MIN_SEEN = 0.1  # fraction of the frames: a tag seen in fewer is a false detection
-MIN_TAGS = 3
+MIN_TAGS = 3  # on a robot
 
 
 def dictionaries() -> list[str]:

@@ -36,6 +36,7 @@ ANOTHER_SHAPE = 0.08  # fraction of the area: a sections file that differs by mo
 BLOCK_FRAMES = 60  # frames per record of the journal
 MAX_GAP = 0.25  # s: older frames do not predict the pose
 WIDTH_ROUNDS, END_ERROR = 2, 1.0  # rounds of learning the widths; px: error of the length learned with them
+# Fit of a frame in which the fish was not found.
 NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 

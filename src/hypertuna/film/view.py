@@ -16,9 +16,9 @@ from hypertuna.film.source import Film, Gray, background_of
 
 THRESHOLD = 0.45  # fraction of the fish's contrast above which a pixel may be of the fish
 MIN_CONTRAST = 15.0  # gray levels
-MIN_CONTRAST_TO_NOISE = 4.0
+MIN_CONTRAST_TO_NOISE = 4.0  # ratio of the fish's contrast to the picture's noise
 MARGIN = 14  # px around the fish
-Box = tuple[slice, slice]
+Box = tuple[slice, slice]  # rows and columns of a picture
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class View:
     depth: float  # m of the fish below the surface
     background: Gray  # (height, width)
     dark: bool  # whether the fish is darker than the tank
-    contrast: float  # gray levels, of the fish
-    noise: float  # gray levels, of a pixel of the empty tank
+    contrast: float  # gray levels: contrast of the fish to the tank
+    noise: float  # gray levels: standard deviation of a pixel of the empty tank
     grid: NDArray[np.float32]  # (height, width, 4): place at the depth [m] and lean of the ray, by `Camera.sight`
     pixel: float  # m: size of a pixel at the fish's depth, in the middle of the picture
 

@@ -10,7 +10,7 @@ from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.prediction import Prediction, predict, weighted
 
 DRAWS = 24  # random draws of the noise of all joint angles
-SEED = 0  # of the draws, fixed so that the same fit gives the same intervals
+SEED = 0  # of the draws; it is fixed so that repeating a fit gives the same intervals
 
 
 def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels: dict[str, float]) -> Array:

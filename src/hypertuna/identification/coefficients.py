@@ -19,7 +19,7 @@ from hypertuna.swimming.model import parameter_names
 
 ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s, rad: units of errors that are not relative
 MAX_BOUND = 1e12  # largest magnitude of a bound [SI]
-ABOVE_ONE = Range(above=1)
+ABOVE_ONE = Range(above=1)  # factors of priors
 LOG_DECADES = 4  # decades below the upper bound, for the lower bound in log scale if the default is 0
 
 

@@ -1,4 +1,4 @@
-"""The estimator used for tank and bench: fits residuals and priors; gives noise levels, covariance and directions."""
+"""Least-squares estimator for tank and bench data: fit with priors, noise levels, covariance, and directions."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,8 +12,8 @@ from hypertuna.arrays import Array
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.profile import ProfileProblem, profile_sd
 
-CONFIDENCE = 0.95  # of all intervals
-ROUNDS = 12  # of estimating noise levels and coefficients in turns
+CONFIDENCE = 0.95  # probability of all intervals
+ROUNDS = 12  # largest number of rounds that estimate noise levels and then coefficients
 NOISE_TOLERANCE = 1e-2  # relative change of noise levels below which these rounds end
 ON_BOUND = 1e-3  # fraction of the range: a closer value is on the bound, since searches end up to 2e-4 before it
 MIN_SINGULAR = 1e-12  # singular values below this fraction of the largest count as zero
@@ -30,7 +30,7 @@ class LeastSquares:
     jacobian: Callable[[Array], Array]  # x (n,) to (elements + priors, n)
     lower: Array  # (n,)
     upper: Array  # (n,)
-    loss: str  # of `loss_terms`
+    loss: str  # name of the loss, see `loss_terms`
     sample: NDArray[np.intp]  # (elements,), index of the independent sample to which each element belongs
     count: NDArray[np.intp]  # (samples,), number of elements of each sample
 
@@ -53,8 +53,8 @@ class Estimate:
     singular: Array  # (n,), descending singular values of the Jacobian over the noise, for coefficients in their units
     vectors: Array  # (n, n), directions in units of the coefficients
     direction_sd: Array  # (n,), standard deviations along the directions
-    covariance: Array  # (n, n), of x
-    sd: Array  # (n,), of x
+    covariance: Array  # (n, n), covariance of x
+    sd: Array  # (n,), standard deviations of x
     low: Array  # (n,), 95 % interval of x, within the bounds
     high: Array  # (n,)
 
@@ -160,9 +160,8 @@ def estimate(
     the residuals, in its unit. profile: residuals as a function of x, and their Jacobian with respect to x / unit, to
     widen intervals by the profile likelihood. extra_covariance: (n, n), of errors of x from other sources.
     """
-    short = len(jacobian) < len(
-        x
-    )  # then the SVD must add directions that no residual determines, with singular values of 0
+    # With fewer residuals than unknowns, the SVD must add the undetermined directions, with singular values of 0.
+    short = len(jacobian) < len(x)
     _, singular, vectors = np.linalg.svd(jacobian, full_matrices=short)
     singular = np.append(singular, np.zeros(len(x) - len(singular)))
     floor = MIN_SINGULAR * max(float(singular[0]), 1.0)

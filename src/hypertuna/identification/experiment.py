@@ -17,10 +17,10 @@ from hypertuna.trials.kind import Rows, Sample
 from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
 
-Flags = NDArray[np.bool_]
+Flags = NDArray[np.bool_]  # truth values
 Indices = NDArray[np.intp]
 
-NAMES = tuple(QUANTITIES)  # of the measured quantities
+NAMES = tuple(QUANTITIES)  # names of all measured quantities
 LARGE_ERROR = 0.15  # relative error of numbers, or of tracks over their distance from the start; noise is smaller
 
 
@@ -42,7 +42,7 @@ class Experiment:
     known: Flags  # (samples,), whether `sd` is known
     count: Indices  # (samples,), number of elements of each sample
     groups: tuple[Rows, ...]  # their elements, samples and runs follow each other in the arrays above
-    loss: str = "linear"  # of `loss_terms`
+    loss: str = "linear"  # name of the loss, see `loss_terms`
     steps: int = DEFAULT_STEPS  # Runge-Kutta steps per beat
     threads: int = 1
 

@@ -38,7 +38,7 @@ from hypertuna.trials.trials import Trials, digest, implausible, read_trials, sp
 
 Paths = str | Path | Sequence[str | Path]
 
-FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # of `validate` and `starts`
+FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # allowed values of `validate` and `starts`
 VALIDATE, MIN_RUNS = 0.2, 6  # default fraction of runs kept for validation, and number of runs below which none are
 SNAP = 1e-6  # fraction of the allowed range: a value closer to a bound is set to the bound
 
@@ -54,12 +54,12 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     uncertainty: Uncertainty
     noise: dict[str, float]  # estimated noise levels of quantities without stated noise: relative, m or rad
     train: Errors
-    validation: Errors | None  # of runs that the fit has not seen
+    validation: Errors | None  # errors of runs that the fit has not seen
     criteria: dict[str, Any]  # information criteria, from `hypertuna.identification.residuals.criteria`
     stop: str  # why the search ended
     converged: bool
     path: Array  # (iterations, n) [SI], values after each iteration of the best search
-    costs: tuple[float, ...]  # of each start: half of the summed loss
+    costs: tuple[float, ...]  # half of the summed loss, for each start
     evaluations: int  # number of predictions of all runs, over all starts
     seconds: float
     warnings: tuple[str, ...]
@@ -77,11 +77,8 @@ class Fit(Plotted, Tabular, data=lambda fit: fit.parameters):
     @property
     def criterion(self) -> float:
         """Criterion that compares water laws (lower is better): Akaike's, or the Bayesian one if there are few runs."""
-        values = (
-            self.criteria["aicc"],
-            self.criteria["bic"],
-            0.0,
-        )  # 0 for a loss that is no likelihood, which has neither
+        # 0 for a loss that is no likelihood, which has neither.
+        values = (self.criteria["aicc"], self.criteria["bic"], 0.0)
         return next(float(value) for value in values if value is not None)
 
     @property
@@ -201,9 +198,8 @@ def identify(
     with Journal(checkpoint, journal_header("identify", robot, options)) as journal:
         fit = _fit(robot, runs, frees, settings, starts, seed, journal, progress)
         if free is None and (drag := linear_drag(fit.trends)):
-            begin = {
-                drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]
-            }  # a search does not leave a bound
+            # A search does not leave a bound.
+            begin = {drag: default_bounds()["coefficient"][drag.partition("[")[0]]["start"]}
             frees = _frees(robot, trials, [*names, drag], choices | {"start": dict(start or {}) | begin})
             fit = _with_linear_drag(fit, _fit(robot, runs, frees, settings, starts, seed, journal))
     return replace(fit, seconds=time.monotonic() - begun, warnings=(*remarks, *fit.warnings))

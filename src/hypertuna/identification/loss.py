@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 
-LOSSES = ("linear", "soft_l1", "huber", "cauchy")
-MAX_ITERATIONS, SCALE_TOLERANCE = 200, 1e-6  # of the fixed-point iteration for a scale; its relative tolerance
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")  # names, as in SciPy
+MAX_ITERATIONS, SCALE_TOLERANCE = 200, 1e-6  # iterations for a scale; their relative tolerance
 MIN_CURVATURE = 1e-3  # lower bound of the mean of psi', by which results are divided
 
 

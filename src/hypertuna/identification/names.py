@@ -19,6 +19,7 @@ NUISANCES = {
     "time_offset": "s",
     "cost_factor": "1",
 }  # by name of a coefficient of the trials, not of the robot: its unit
+# A name such as water.drag[0,1-6]=common.
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
 ALONG = ("friction", "drag_tangential")  # columns of drag along the body
 DEFAULT_COLUMNS = (
@@ -31,7 +32,7 @@ DEFAULT_COLUMNS = (
 )  # columns that are free by default
 UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # unit at the end of a key in the robot's file
 Z_90 = 1.645  # standard deviations to either side that contain 90 % of normal errors
-COMMON = "=common"  # ends a name that stands for one factor on several values instead of one value for all
+COMMON = "=common"  # end of a name that means a common factor on several values instead of a common value
 
 
 def split_names(text: str) -> list[str]:

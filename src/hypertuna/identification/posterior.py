@@ -26,11 +26,11 @@ from hypertuna.parallel.executors import map_shards, thread_count
 from hypertuna.ranges import Whole
 from hypertuna.trials.trials import digest
 
-WALKERS_PER_COEFFICIENT, MIN_WALKERS = 4, 16
+WALKERS_PER_COEFFICIENT, MIN_WALKERS = 4, 16  # number of walkers of the sampler
 BLOCK = 25  # steps between two records of the checkpoint
 BURN_IN = 0.3  # fraction of the chain that is discarded
-MIN_LENGTH = 50  # of a sufficient chain, in autocorrelation times
-STEP_RANGE = Whole(min=10, max=100_000)
+MIN_LENGTH = 50  # length of a sufficient chain, in autocorrelation times
+STEP_RANGE = Whole(min=10, max=100_000)  # allowed numbers of steps
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Posterior(Plotted, Tabular, data=lambda sampled: sampled._columns()):
     samples: Array  # (samples, n) [SI]
     low: Array  # (n,) [SI], 2.5 % quantiles
     high: Array  # (n,) [SI], 97.5 % quantiles
-    covariance: Array  # (n, n), of the samples, in the scales of the coefficients
+    covariance: Array  # (n, n), covariance of the samples in the scales of the coefficients
     acceptance: float  # fraction of the proposed steps that were accepted
     autocorrelation: Array  # (n,), autocorrelation time in steps
     steps: int
@@ -126,10 +126,10 @@ class _Density:
     loss: str
     data: Experiment
     noise: dict[str, float]
-    scale: float  # of the residuals, relative to the stated noise
+    scale: float  # ratio of the residuals to the stated noise
     lower: Array  # (n,) in the scales of the coefficients
     upper: Array
-    weight: float = 1.0  # of the loss
+    weight: float = 1.0  # factor on the loss
 
     def squares_at(self, values: Array) -> Array:
         """Return the squared residuals (samples,) over their variance and the squared scale."""

@@ -11,7 +11,7 @@ MIN_INTERVAL = 0.2  # length of a direction's linear 95 % interval, in units, ab
 STEPS_PER_SD = 4  # steps from the optimum to one linear standard deviation; beyond it each is twice the last
 MAX_STEPS = 9  # along a direction to one side
 CORRECTIONS = 2  # per step, which move the point back to the profile
-CONSTRAINT_WEIGHT = 100.0  # of the residual that holds the position along the direction, relative to other residuals
+CONSTRAINT_WEIGHT = 100.0  # weight of holding the position along the direction, relative to other residuals
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class ProfileProblem:
     """A least-squares problem near its optimum; points u (n,) are differences from the optimum, in units."""
 
     residual: Callable[[Array], Array]  # weighted residuals at a point
-    jacobian: Array  # (elements, n), of these residuals at the optimum
+    jacobian: Array  # (elements, n), Jacobian of these residuals at the optimum
     lower: Array  # (n,), lower bounds of u
     upper: Array
     directions: Array  # (n, n), unit vectors, from the best to the least constrained

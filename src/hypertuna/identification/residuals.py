@@ -14,7 +14,7 @@ from hypertuna.identification.prediction import Prediction, weighted
 from hypertuna.io.quantity import key_of
 from hypertuna.trials.kinds import QUANTITIES
 
-MAX_ITERATIONS, LEVEL_TOLERANCE = 200, 1e-6  # of the fixed-point iteration for the most likely noise level
+MAX_ITERATIONS, LEVEL_TOLERANCE = 200, 1e-6  # iterations for the most likely noise level; their relative tolerance
 LABELS = {
     one.key: (one.label, one.shown, one.factor) for one in QUANTITIES.values()
 }  # label, displayed unit, displayed units per unit of the error
@@ -29,7 +29,7 @@ class Errors:
 
     rms: dict[str, float]  # by quantity with unit, such as speed_relative, x_m, yaw_deg
     max: dict[str, float]  # largest magnitude, by the same keys
-    runs: tuple[dict[str, Any], ...]  # of each run: name, and measured and computed values or the rms over its frames
+    runs: tuple[dict[str, Any], ...]  # for each run: name, and measured and computed values or the rms over its frames
 
 
 def squares(data: Experiment, prediction: Prediction, levels: dict[str, float]) -> Array:

@@ -15,7 +15,7 @@ from hypertuna.identification.prediction import Prediction
 from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
 
-Flags = NDArray[np.bool_]
+Flags = NDArray[np.bool_]  # truth values
 
 MIN_WEIGHT = 0.35  # fraction of a direction's largest entry, below which a coefficient is not named
 MIN_WEIGHT_UNIDENTIFIABLE = 0.05  # such a fraction for an unidentifiable direction

@@ -5,7 +5,7 @@ import numpy as np
 from hypertuna.arrays import Array
 
 ROUNDS = 12  # trajectories between two samples; without bounds, one trajectory gives an independent sample
-MAX_BOUNCES = 1000  # of one trajectory at the bounds
+MAX_BOUNCES = 1000  # largest number of reflections of one trajectory
 INSIDE = 1e-6  # least distance of the first point from its bounds, as a fraction of the range
 ZERO = 1e-12  # relative variance below which a direction has none
 

@@ -26,11 +26,11 @@ from hypertuna.mission.geodesy import MAX_DISTANCE, to_local
 from hypertuna.mission.schema import Document, Place, Scatter
 from hypertuna.ranges import NOT_NEGATIVE
 
-TURN = 2 * math.pi
+TURN = 2 * math.pi  # rad: full circle
 # Fields added after version 0.2.0, which enter the hash only if set.
 LATER = {"silence_below", "declination", "air_pressure", "dip", "field_declination", "tide", "tide_period", "gust"}
 LATER |= {"gust_depth", "gust_time", "cold", "jump", "jump_every", "jump_told"}
-PLANS = (".plan", ".waypoints", ".gpx", ".kml")  # of other programs
+PLANS = (".plan", ".waypoints", ".gpx", ".kml")  # suffixes of other programs' plans, which must be imported
 GAP_SPAN = 3600.0  # s from the start, within which drawn gaps begin in a mission without a time limit
 
 
@@ -46,7 +46,7 @@ class MissionFile(Plotted, Tabular):
     scatter: Scatter  # randomized by the seed
     file: str  # empty if not read from a file
     hash: str  # sha256 of everything in the file that can change a result
-    declination: float | None = None  # of the magnetic field at the origin [rad]; None if not in the file
+    declination: float | None = None  # magnetic declination at the origin [rad]; None if not in the file
 
 
 def missions() -> tuple[str, ...]:
@@ -116,7 +116,7 @@ def randomized(given: MissionFile, seed: int) -> Mission:
     mission, scatter = given.mission, given.scatter
     if seed == 0:
         return mission
-    random = np.random.default_rng([seed, scatter_seed(given)])  # hosts/scatter.hpp draws the same
+    random = np.random.default_rng([seed, scatter_seed(given)])  # hosts/scatter.hpp draws the same numbers
     east, north = toward(scatter.current * random.uniform(), TURN * random.uniform())
     starts, lengths = (
         scatter_span(mission) * random.uniform(size=scatter.gaps),

@@ -32,12 +32,12 @@ from hypertuna.mission.run import (
     mission_start,
 )
 
-Report = Callable[[int, int], None]
+Report = Callable[[int, int], None]  # called with the amount done and the total
 
 
 @dataclass(frozen=True)
 class Flight(Plotted, Tabular):
-    """A flown mission."""
+    """A flown mission: its file, robot, seed and record."""
 
     file: MissionFile
     robot: Robot
@@ -46,7 +46,7 @@ class Flight(Plotted, Tabular):
     status: str  # one of `hypertuna.mission.run.ENDINGS`
 
 
-OUTCOME = {
+OUTCOME = {  # numbers of an `Outcome` with unit and note, as they are shown
     "waypoints_reached": Format(),
     "waypoints_passed": Format(),
     "waypoints_skipped": Format(),
@@ -79,12 +79,12 @@ class Outcome:
     fence_margin_min: float  # m, min distance to the fence, negative outside; infinite without a fence
     estimation_error_max: float  # m, max error of the estimated position
     goal_distance: float  # m, at the end, from home or from the last waypoint of a mission that stays
-    goal_uncertainty: float  # m, of the estimated position at the end: the pilot's own standard deviation
+    goal_uncertainty: float  # m, the pilot's standard deviation of its estimated position at the end
     reasons: dict[str, float]  # s, time at which each of the pilot's reasons first held
-    waypoints: list[dict[str, Any]]  # of `waypoint_results`
+    waypoints: list[dict[str, Any]]  # rows from `waypoint_results`
 
     def summary(self) -> dict[str, Quantity]:
-        """Return the numbers of a flight, by the names of the JSON record."""
+        """Return the numbers of a flight by their keys in the JSON record."""
         return summarized(self, OUTCOME)
 
 
@@ -234,9 +234,8 @@ def _record(
 def _facts(file: MissionFile, robot: Robot, seed: int, faults: Sequence[str]) -> dict[str, str]:
     """Return the provenance of a record as texts: robot, mission file, seed and faults."""
     inputs = {"mission_file": file.file, "mission_hash": file.hash, "seed": str(seed), "faults": " ".join(faults)}
-    made_by = {
-        key: value for key, value in provenance(robot).items() if key != "joints"
-    }  # the twin has its own joint model
+    # The twin has its own joint model.
+    made_by = {key: value for key, value in provenance(robot).items() if key != "joints"}
     return {key: str(value) for key, value in (made_by | inputs).items()}
 
 

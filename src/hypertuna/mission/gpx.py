@@ -14,7 +14,7 @@ from hypertuna.io.files import version, write_atomically
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.record import MissionRecord
 
-SPACE = "http://www.topografix.com/GPX/1/1"
+SPACE = "http://www.topografix.com/GPX/1/1"  # XML namespace
 BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)  # start of simulated missions, which have no date
 
 

@@ -14,7 +14,8 @@ from hypertuna.mission.mishaps import FIN_KINDS
 from hypertuna.mission.run import ENDINGS, MissionStart, flight_columns, mission_start
 from hypertuna.simulation.image import twin_image
 
-Ready = tuple[MissionFile, MissionStart]
+Ready = tuple[MissionFile, MissionStart]  # a mission that the robot can fly
+# Fields of a mission that the image's text repeats.
 SHOWN_FIELDS = (
     "fence",
     "home",

@@ -23,7 +23,8 @@ from hypertuna.mission.plans import Place, Plan, Stop, check_count, checked_plac
 from hypertuna.mission.schema import Document
 
 ALTITUDES = ("absolute", "relativeToGround")  # modes of KML whose altitudes are used; others ignore altitudes
-KINDS = {"rte": "routes (rte)", "wpt": "waypoints (wpt)", "trk": "tracks (trk)"}
+# Elements of GPX, the preferred one first.
+GPX_KINDS = {"rte": "routes (rte)", "wpt": "waypoints (wpt)", "trk": "tracks (trk)"}
 Node = tuple[str, str | None, str | None, str | None]  # name, latitude, longitude, altitude or None for the surface
 SPEED, RADIUS = 0.3, 3.0  # m/s and m, if neither plan nor robot states them: the defaults of a mission file
 BELOW = 0.5  # m: least distance of the depth limit below the deepest waypoint
@@ -133,7 +134,7 @@ def _heading(origin: Place, stops: list[Stop]) -> float:
 
 
 def read_xml(content: bytes, depth: float | None) -> Plan:
-    """Read a plan from GPX or KML, told by the root's tag; `depth` [m] replaces all altitudes."""
+    """Read a plan from GPX or KML, depending on the root's tag; `depth` [m] replaces all altitudes."""
     root = parse_xml(content)
     name, plan = root.tag.rpartition("}")[2], Plan()
     if name not in ("gpx", "kml"):
@@ -148,14 +149,14 @@ def read_xml(content: bytes, depth: float | None) -> Plan:
 
 def _gpx(root: Element, plan: Plan) -> Iterator[Node]:
     """Yield name, latitude, longitude and altitude of the points in a GPX file's route, else waypoints, else track."""
-    found = {kind: root.findall(f"{{*}}{kind}") for kind in KINDS}
+    found = {kind: root.findall(f"{{*}}{kind}") for kind in GPX_KINDS}
     chosen = next((kind for kind, nodes in found.items() if nodes), "")
     if chosen != "wpt" and len(found.get(chosen, [])) > 1:
         count, fix = len(found[chosen]), "keep one, and export the file again"
-        raise InputError("must have one route or track", value=f"{count} {KINDS[chosen]}", fix=fix)
+        raise InputError("must have one route or track", value=f"{count} {GPX_KINDS[chosen]}", fix=fix)
     for kind, nodes in found.items():
         if nodes and kind != chosen:
-            plan.note(f"{len(nodes)} {KINDS[kind]} beside the {KINDS[chosen]} are not kept")
+            plan.note(f"{len(nodes)} {GPX_KINDS[kind]} beside the {GPX_KINDS[chosen]} are not kept")
     points = {"rte": "{*}rte/{*}rtept", "wpt": "{*}wpt", "trk": "{*}trk/{*}trkseg/{*}trkpt"}
     for k, node in enumerate(root.iterfind(points[chosen]) if chosen else (), 1):
         yield f"point {k}", node.get("lat"), node.get("lon"), node.findtext("{*}ele")

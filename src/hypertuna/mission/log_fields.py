@@ -24,7 +24,7 @@ class Field(NamedTuple):
         return np.asarray((values if self.part is None else values[:, self.part]) * self.factor)
 
 
-DEGREES = 180 / np.pi
+DEGREES = 180 / np.pi  # per radian
 BORDER = {  # by SI unit: suffix of a key, and factor from SI
     "rad": ("deg", DEGREES),
     "rad/s": ("deg_s", DEGREES),

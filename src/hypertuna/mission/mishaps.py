@@ -14,6 +14,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import check_name
 
+# A fault of body or drives on the command line, such as servo-I-left:stuck@5.
 PARTS = r"fin-port|fin-starboard|fins|body|(?:servo|oil)-[^:@]+"
 SPELLING = re.compile(rf"(?P<part>{PARTS}):(?P<kind>[^:@]+)@(?P<times>[^:@]+)")
 FIN_KINDS = {"stuck": math.nan, "level": 0.0, "up": 1.0, "down": -1.0}  # fractions of the largest angle

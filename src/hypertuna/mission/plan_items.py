@@ -14,9 +14,9 @@ from hypertuna.mission.schema import MAX_DURATION, MAX_SPEED, MAX_WAYPOINTS
 WAYPOINT, GO_HOME, SPEED, SET_HOME = 16, 20, 178, 179  # numbers of MAV_CMD
 # By number of a MAV_CMD that a mission cannot keep: its name.
 UNSUPPORTED = {17: "loiter", 18: "loiter", 19: "loiter", 21: "landing", 22: "take-off", 82: "spline", 93: "delay"}
-FIXES = dict.fromkeys((17, 19, 93), "give the waypoint a time to stay instead, param 1")
+FIXES = dict.fromkeys((17, 19, 93), "give the waypoint a time to stay instead, param 1")  # by MAV_CMD
 SEA_LEVEL, ABOVE_HOME = (0, 5), (3, 6)  # numbers of MAV_FRAME with altitudes above sea level, above home
-MAX_ITEMS = 3 * MAX_WAYPOINTS
+MAX_ITEMS = 3 * MAX_WAYPOINTS  # of a plan, including speeds and other commands
 
 
 @dataclass(frozen=True)

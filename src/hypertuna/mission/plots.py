@@ -15,8 +15,8 @@ from hypertuna.mission.flight import Flight
 from hypertuna.mission.record import MissionRecord
 
 NARROW = 6.0  # inch: up to this width, legends have fewer columns
-TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]
-DASHES = (0, (4, 2))
+TRUE, BELIEVED, POWER = COLORS[1], COLORS[0], COLORS[2]  # colors of true and estimated motion, and of energy
+DASHES = (0, (4, 2))  # line style of limits
 # By mode of the pilot: its background color, light so that lines stay readable.
 BANDS = {"surface": "#DDEBF3", "hold": "#EFE7D6", "home": "#E4EEDD"}
 BANDS |= dict.fromkeys(("done", "ended"), "#ECECEC")
@@ -61,9 +61,9 @@ def plot_mission(record: MissionRecord, *, width: float = WIDTH) -> Figure:
     _draw_depth(axes[1], record)
     if record.metered:
         _draw_energy(axes[2], record)
-    axes[-1].set_xlabel(_clock(record)[1])
+    axes[-1].set_xlabel(_time_unit(record)[1])
     for part in axes[1:]:
-        part.set_xlim(*(record.time[[0, -1]] / _clock(record)[0]))
+        part.set_xlim(*(record.time[[0, -1]] / _time_unit(record)[0]))
     figure.suptitle(_caption(record), fontsize=8.5, color=FAINT, x=0.01, ha="left", wrap=True)
     figure.legend(*_entries(axes), loc="outside lower left", ncols=5 if wide else 2, **TIGHT)
     return figure
@@ -126,7 +126,7 @@ def _draw_course(axes: Axes, mission: Mission, low: Array, high: Array) -> None:
 
 def _draw_depth(axes: Axes, record: MissionRecord) -> None:
     """Draw depth over time, with bands that show the pilot's mode."""
-    scale, mission = _clock(record)[0], record.mission
+    scale, mission = _time_unit(record)[0], record.mission
     _draw_modes(axes, record, scale)
     if record.true:
         axes.plot(record.time / scale, record.depth, color=TRUE, lw=1.2)
@@ -158,7 +158,7 @@ def _draw_modes(axes: Axes, record: MissionRecord, scale: float) -> None:
 
 def _draw_energy(axes: Axes, record: MissionRecord) -> None:
     """Draw energy over time, and write the charge left at the end."""
-    scale = _clock(record)[0]
+    scale = _time_unit(record)[0]
     axes.plot(record.time / scale, record.energy / HOUR, color=POWER, lw=1.5)
     axes.set(ylabel="energy [Wh]", ylim=(0, None))
     if "charge_left" in record.data:
@@ -168,6 +168,6 @@ def _draw_energy(axes: Axes, record: MissionRecord) -> None:
         )  # fmt: skip
 
 
-def _clock(record: MissionRecord) -> tuple[float, str]:
-    """Return the unit of a time axis [s], and the axis's label."""
+def _time_unit(record: MissionRecord) -> tuple[float, str]:
+    """Return the unit of the time axis (s or min) in seconds, and the axis's label."""
     return (60.0, "time [min]") if record.time[-1] - record.time[0] > 600 else (1.0, "time [s]")

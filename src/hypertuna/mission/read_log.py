@@ -17,8 +17,8 @@ from hypertuna.mission.log_fields import Field, fields
 from hypertuna.mission.record import COLUMNS, MissionRecord
 
 FRAMES = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}  # by frame of /tf: its quantity
-AGAIN = "record the log again"
-MALFORMED = (ValueError, KeyError, TypeError, IndexError, struct.error)
+AGAIN = "record the log again"  # fix in errors
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, struct.error)  # errors that a damaged message raises
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Log:
     sentence: str  # says whether it is complete, and how much was read
     messages: dict[str, int]  # number of messages of each topic, in complete chunks
     chunks: int  # number of complete chunks
-    size: int  # of the file [bytes]
+    size: int  # size of the file [bytes]
 
 
 @dataclass(frozen=True)

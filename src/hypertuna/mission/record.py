@@ -21,7 +21,7 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 from hypertuna.io.quantity import Quantity, key_of, quantity
 
-HOUR = 3600.0
+HOUR = 3600.0  # s
 WINDOW = 1.0  # s: distances are along the nose's path averaged over this time, without the swing of the beat
 
 
@@ -111,7 +111,7 @@ TOPICS: dict[str, dict[str, Column]] = {
         for c in COUNTED.values()
     },
 }
-COLUMNS = {name: column for columns in TOPICS.values() for name, column in columns.items()}
+COLUMNS = {name: column for columns in TOPICS.values() for name, column in columns.items()}  # of all topics, by name
 
 
 @dataclass(frozen=True)
@@ -211,12 +211,12 @@ class MissionRecord(Plotted, Tabular):
 
     @cached_property
     def energy(self) -> Array:
-        """Electrical energy since the start (T,) [J]: as recorded, or else that of the servos."""
+        """Electrical energy since the start (T,) [J]: as recorded, or else `servo_energy`."""
         return np.asarray(self.data["energy"]) if "energy" in self.data else self.servo_energy
 
     @cached_property
     def servo_energy(self) -> Array:
-        """Energy of the servos since the start (T,) [J]: their power by the trapezoidal rule."""
+        """Energy of the servos since the start (T,) [J], integrated from their power by the trapezoidal rule."""
         if "power" not in self.data:
             return np.zeros(len(self.time))
         power = self.data["power"]
@@ -253,7 +253,7 @@ class MissionRecord(Plotted, Tabular):
         return self.modes[mode] if 0 <= mode < len(self.modes) else mode
 
     def summary(self) -> dict[str, Quantity]:
-        """Return extent and main numbers of the record, by the keys of the JSON object."""
+        """Return the record's extent and main numbers by their keys in the JSON object."""
         numbers = {
             "begin": (self.time[0], "s", None),
             "end": (self.time[-1], "s", None),

@@ -43,7 +43,7 @@ class MissionStart:
     duration: float  # s, after which the mission is given up
     every: int  # ticks from one row of the record to the next
     tick: float  # control tick [s]
-    capacity: float  # of the battery [C]
+    capacity: float  # charge of the full battery [C]
     core: dict[str, Any] = field(repr=False)  # arguments of `_core.simulate`
 
     @property

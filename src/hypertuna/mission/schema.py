@@ -27,7 +27,7 @@ from hypertuna.simulation.sea import AIR, DIP
 
 MAX_SPEED = 5.0  # m/s of robot or water
 MAX_DEPTH = 1000.0  # m
-MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000
+MAX_WAYPOINTS, MAX_CORNERS, MAX_GAPS = 1000, 64, 1000  # waypoints; corners of the fence; losses of the satellites
 MAX_DURATION = 7 * 86400.0  # s
 
 Latitude = Annotated[float, number(Range(min=-89, max=89)), AfterValidator(math.radians)]
@@ -201,7 +201,7 @@ class Gps(Part, table="gps"):
 
 
 class Scatter(Part, table="scatter"):
-    """What differs from seed to seed, beside the sensors' noise: randomized by every seed other than 0."""
+    """Conditions that differ from seed to seed, in addition to the sensors' noise; seed 0 leaves them out."""
 
     current: Current = entry("maximum speed of an added current in a random direction (default: 0)", "m/s", default=0.0)
     gaps: Annotated[int, Field(strict=True, ge=0, le=MAX_GAPS)] = entry(

@@ -11,7 +11,7 @@ from hypertuna.radio.client import SYSTEM, Client, make_message, of_kind
 from hypertuna.radio.dialect import dialect
 
 LOCAL = 1  # MAV_FRAME_LOCAL_NED
-UNITS_PER_METER = 1e4  # of the integers x and y of an item
+UNITS_PER_METER = 1e4  # scale of the integers x and y in an item
 
 
 def items_of(mission: Mission, system: int) -> list[Any]:

@@ -28,8 +28,8 @@ KINDS = {
 }
 AXES = ("accelerometer", "gyroscope", "compass")  # sensors with three axes, calibrated in imu.py
 SINGLE = ("voltage", "depth", *AXES)  # sensors of which a robot has one: their names have no number
-COLUMNS = ("sensor", "counts", "reference")  # of a CSV file
-MICRO = 1e-6
+COLUMNS = ("sensor", "counts", "reference")  # names of the columns of a CSV file
+MICRO = 1e-6  # seconds per microsecond
 SCATTER_MAX = 0.1  # largest rms of the residuals, as a fraction of the references' range
 
 Pair = tuple[str, float, float]  # sensor, counts of the A/D converter (for a servo: pulse in us), reference [SI]
@@ -41,7 +41,7 @@ class Calibration:
 
     sensor: str  # name, such as bend_0
     parameters: dict[str, float]  # values to set on the robot [SI]
-    rms: float  # of the residuals, in the SI unit of the reference
+    rms: float  # rms of the residuals, in the SI unit of the reference
     points: int
     notes: tuple[str, ...] = ()  # further sentences on the fit
 

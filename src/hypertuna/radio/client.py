@@ -16,16 +16,16 @@ from hypertuna.swimming.gait import Gait, lags
 
 SYSTEM, COMPONENT = 255, 190  # ids that ground stations use; 190 is MAV_COMP_ID_MISSIONPLANNER
 PATIENCE = 2.0  # s to wait for an answer: five times what a LoRa radio of 4.8 kbit/s needs
-TRIES = 5  # of a request before it fails
+TRIES = 5  # number of times that a request is sent before it fails
 HEARTBEAT = 1.0  # s between heartbeats
 BAUD = 9600  # default baud rate of a serial line
 BUSY_TRIES, PAUSE = 6, 0.5  # retries and pause [s] while the robot stores a mission, which takes up to 2 s
-BUSY = [name for name, _ in _core.refusal_table()].index("busy")
+BUSY = [name for name, _ in _core.refusal_table()].index("busy")  # code of this refusal
 EPOCH = 1420070400  # Unix time of 2015-01-01, from which timestamps of signatures count
 POLL = 0.2  # longest uninterrupted wait for a message [s]
 GROUND, NO_AUTOPILOT, GENERIC = 6, 8, 0  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_AUTOPILOT_GENERIC
 
-Listener = Callable[[Any], None]
+Listener = Callable[[Any], None]  # called with each message
 
 
 def address(text: str) -> tuple[str, int]:

@@ -16,7 +16,7 @@ from rich.text import Text
 from hypertuna.radio.dialect import SILENT, dialect
 
 STEP_AHEAD, STEP_TURN, STEP_CLIMB = 0.1, 0.2, 0.2  # change of the stick per key press, as a part of full deflection
-KEYS = (
+KEYS = (  # keys and their meanings
     ("w s", "faster, slower"),
     ("a d", "to port, to starboard"),
     ("r f", "up, down"),

@@ -18,8 +18,8 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.radio.calibration import Calibration
 
-AXES = "xyz"
-SAMPLES_MIN = 20  # of a calibration
+AXES = "xyz"  # names of the axes
+SAMPLES_MIN = 20  # least number of samples of a calibration
 SCATTER_MAX = {"compass": 0.05, "accelerometer": 0.02}  # largest rms of the residuals, as a fraction of the field
 ERROR_MAX = 0.02  # largest standard error of a zero, as a fraction of the field: 1 deg
 RATIO_MAX = 1.5  # of two axes' scales: a larger one is no soft iron, but a faulty sensor or samples in a plane
@@ -29,7 +29,7 @@ CREEP_MAX = 0.005  # rad/s: largest change of its mean from the first to the sec
 DIP_SPREAD_MAX = math.radians(10)  # largest standard deviation of the angle between field and horizon
 ALONG_MIN = math.cos(math.radians(25))  # smallest fraction of gravity along an axis that is held up or down
 
-GOLDEN = (1 + math.sqrt(5)) / 2
+GOLDEN = (1 + math.sqrt(5)) / 2  # golden ratio
 FACES = np.array(  # unit vectors through the faces of a dodecahedron, (12, 3)
     [np.roll((0.0, a, b * GOLDEN), k) for k in range(3) for a in (-1, 1) for b in (-1, 1)]
 ) / math.hypot(1, GOLDEN)
@@ -42,7 +42,7 @@ class Position(NamedTuple):
     up: tuple[int, int, int] | None  # readings of x, y, z in units of gravity; None: an oblique position, as a check
 
 
-POSITIONS = (
+POSITIONS = (  # in the order of the calibration
     Position("level", (0, 0, 1)),
     Position("on its back", (0, 0, -1)),
     Position("on its port side", (0, 1, 0)),
@@ -61,7 +61,7 @@ class Sphere:
 
     zero: Array  # (3,) [counts]
     scale: Array  # (3,) [SI per count]
-    rms: float  # of the difference between the readings' norm and the field [SI]
+    rms: float  # rms difference between the readings' norm and the field [SI]
     error: float  # standard error of the least certain zero [SI]
 
     def readings(self, counts: Array) -> Array:

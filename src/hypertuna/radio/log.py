@@ -18,7 +18,7 @@ from hypertuna.io.door import parse_json
 from hypertuna.io.files import version
 from hypertuna.io.mcap import LINK, METADATA, NANO, McapWriter, read_messages
 
-TOPIC = "/mavlink/"
+TOPIC = "/mavlink/"  # prefix of all topics
 MALFORMED = (ValueError, KeyError, TypeError, IndexError, AttributeError)  # errors that a damaged message raises
 FLUSH_INTERVAL = 2.0  # s between writes to disk: a crash loses no more than this
 

@@ -9,7 +9,7 @@ from hypertuna.radio.client import PATIENCE, Client, of_kind
 
 NAME_LENGTH_MAX = 16  # characters in MAVLink
 UNKNOWN = 1  # MAV_PARAM_ERROR_DOES_NOT_EXIST
-SEE = "see them by `hypertuna radio params`"
+SEE = "see them by `hypertuna radio params`"  # fix in errors
 
 
 def read_parameters(robot: Client, progress: Callable[[int, int], None] | None = None) -> dict[str, float]:

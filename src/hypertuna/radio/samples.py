@@ -27,7 +27,7 @@ MESSAGES = {
     "voltage": ("SYS_STATUS", 1e-3),
     "depth": ("SCALED_PRESSURE", 10.0),  # counts of the sensor per hPa
 }
-PARTS = {"acceleration": "acc", "rate": "gyro", "field": "mag"}  # of the IMU: suffix of its fields in RAW_IMU
+PARTS = {"acceleration": "acc", "rate": "gyro", "field": "mag"}  # by part of the IMU: suffix of its fields in RAW_IMU
 Samples = dict[str, Array]  # by part of the IMU: counts (n, 3)
 
 
@@ -70,7 +70,7 @@ def _count(message: Any, kind: str, index: int) -> float:
     elif kind == "depth":
         count, silent = float(message.press_abs), SILENT
     else:
-        numbers = (*getattr(message, kind), *getattr(message, f"{kind}_34"))  # of all joints, in two fields
+        numbers = (*getattr(message, kind), *getattr(message, f"{kind}_34"))  # split over two fields
         count, silent = float(numbers[index]), SILENT
     if count == silent or not math.isfinite(count):
         raise InputError("must answer", key=f"{kind}_{index}", value="silent", fix="check its wires")

@@ -23,7 +23,7 @@ from hypertuna.swimming.outline import bodies, film_svg, followed, water_step
 
 BEATS, FRAMES = 3, 20  # beats that the animation shows, and frames per beat
 MIN_ROWS = 8  # rows of the record per beat that are needed to draw the body
-CAVITATED = "the oil cavitated in a cylinder"
+CAVITATED = "the oil cavitated in a cylinder"  # meaning of the limit "cavitation"
 MIN_SPEED = 0.01  # body lengths per second: a slower robot stands still, and has no cost of transport
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 

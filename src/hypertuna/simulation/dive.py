@@ -36,7 +36,7 @@ class Leg:
     pitch_range: Annotated[float, Format("deg")]  # range of the pitch averaged over beats [rad]
     roll_max: Annotated[float, Format("deg")]  # largest absolute roll, not averaged over beats [rad]
     speed: Annotated[float, Format("m/s")]  # mean through the water, ahead [m/s]
-    depth: tuple[float, float]  # of the nose at the start and the end of the whole leg [m]
+    depth: tuple[float, float]  # depth of the nose at the start and the end of the whole leg [m]
 
     @property
     def steady(self) -> bool:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BEATS = 16.0  # length of a run, which begins at the speed of its settled beat
-MAX_RUNS = 100_000  # of the twin: about an hour
+MAX_RUNS = 100_000  # largest number of runs of the twin, which take about an hour
 # The columns that the twin adds to a sweep: unit and meaning.
 COLUMNS = {
     "twin_speed": ("m/s", "speed in the twin, whose joints swing as drives and controller let them"),

@@ -26,7 +26,7 @@ from hypertuna.simulation.sea import Sea, sea_columns
 from hypertuna.swimming.model import model_columns
 from hypertuna.swimming.yielding import SPRING, hinge_links, spring_of
 
-MAGIC = b"HTROBOT\0"
+MAGIC = b"HTROBOT\0"  # first bytes of every robot image
 
 
 def twin_image(robot: Robot, added: Mapping[str, Any], facts: Mapping[str, Any]) -> bytes:

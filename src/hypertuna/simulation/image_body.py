@@ -25,7 +25,7 @@ from hypertuna.simulation.sea import BOTTOM_RATE, LINKS, ellipsoid_inertia
 from hypertuna.swimming.model import column_places
 from hypertuna.swimming.yielding import SPRING
 
-RANGES = ((0.6, 1.6), (0.8, 1.25))  # of a factor: the first range whose ends give a valid robot is used
+RANGES = ((0.6, 1.6), (0.8, 1.25))  # ranges of a factor; the first one whose ends give a valid robot is used
 TOLERANCE = 1e-12  # relative: numbers that differ by less are equal
 # Prefixes of columns that knobs leave unchanged: the software on board is configured for the described robot.
 FIXED_COLUMNS = ("controller.", "pilot.", "missions.")
@@ -80,7 +80,7 @@ def body_facts(
 
 
 def with_factors(document: Mapping[str, Any], knobs: list[Knob], factors: Mapping[str, float]) -> dict[str, Any]:
-    """Return a robot's document with its knobs' values scaled by factors, by name of knob (1 where missing)."""
+    """Scale the values of knobs in a robot's document; factors: by name of knob, 1 if missing."""
     changed = copy.deepcopy(dict(document))
     for knob in knobs:
         factor = factors.get(knob.name, 1.0)

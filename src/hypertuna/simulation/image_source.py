@@ -11,6 +11,7 @@ from hypertuna.description.writer import robot_text
 from hypertuna.errors import InputError
 from hypertuna.io.door import parse_toml, read_text
 
+# A number in TOML, and a token: text, comment, number, bare key or sign.
 NUMBER = r"[+-]?\d[\d_]*(?:\.[\d_]+)?(?:[eE][+-]?\d+)?(?![\w:.-])"
 TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"""|\'\'\'.*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*'
@@ -77,7 +78,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
     """Yield key and position of each number in a text of tables, keys and lists; inline tables are not understood."""
     table, path = "", ""
     counts: dict[str, int] = {}  # index of the current table in each list of tables
-    index: list[int] = []  # of the current element, in each list that encloses it
+    index: list[int] = []  # position of the current element in each list that encloses it
     tokens = [token for token in TOKEN.finditer(text) if token[0].strip(" \t\r") and token[0][0] != "#"]
     k = 0
     while k < len(tokens):

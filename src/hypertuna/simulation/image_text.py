@@ -184,7 +184,7 @@ def _ledger(robot: Robot) -> dict[str, Any] | None:
 
 
 def _judged(robot: Robot) -> bool:
-    """Return whether the stored verdicts are of this robot, whatever its choice of water law and joints."""
+    """Return whether the stored verdicts belong to this robot, with any choice of water law and joints."""
     if robot.name != PUBLISHED:
         return False
     choice = _shipped().model

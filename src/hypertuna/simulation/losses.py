@@ -21,7 +21,7 @@ class Loss(NamedTuple):
     """Power that is lost at one place for one reason."""
 
     name: str
-    place: str  # of `PLACES`
+    place: str  # one of `PLACES`
     power: float  # W, mean
     text: str
 

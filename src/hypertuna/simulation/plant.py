@@ -33,7 +33,7 @@ STEP = 1 / 3000  # s: integration step; half of it changes results by less than 
 MAX_RATE_STEP = 2.2  # largest product of rate and step that is used; Runge-Kutta is unstable beyond 2.7
 MIN_STEP = 1e-6  # s: with shorter steps, one simulated second takes minutes
 TOLERANCE = 1e-9  # relative: by which a command converted from degrees may exceed a bound
-MAX_TICKS = 1_000_000  # of a run, whose record then takes a gigabyte
+MAX_TICKS = 1_000_000  # longest run [control ticks], whose record takes a gigabyte
 SEEDS = Whole(min=0, max=2**64 - 1)  # seeds that the core accepts
 
 
@@ -45,7 +45,7 @@ class Parts:
     fastest: float  # fastest rate at which the plant responds [1/s]; the integration step must resolve it
     stiffest: tuple[str, str]  # key of the value that causes the fastest rate, and a fix for the user
     sensors: dict[str, list[float]]
-    temperature: float  # of the oil [K]
+    temperature: float  # oil temperature [K]
 
 
 def parts_of(robot: Robot, medium: str, temperature: float | None) -> Parts:
@@ -162,9 +162,8 @@ def _oil_rates(
     compliance = column["compliance"] + column["oil_unit"] * swelling  # m^3/Pa: drive units and the oil in them
     straight = model.at(0.0, -model["rest"])  # without filling, where a muscle's volume changes fastest
     swing = math.sqrt(float((straight["slope"][0] ** 2 / compliance).sum() * mobility))
-    spans = [
-        [at - SMALL, at + SMALL] for at in (0.0, -model["rest"])
-    ]  # with filling, where the axis may have buckled, and without
+    # With filling, where the axis may have buckled, and without.
+    spans = [[at - SMALL, at + SMALL] for at in (0.0, -model["rest"])]
     silicone = max(-float(np.diff(model.at(0.0, span)["axial"])[0]) / (2 * SMALL) for span in spans)
     axial_stiffness = silicone + float((straight["gain"][0] ** 2 / compliance).sum())
     material = f"materials.{drive_unit(robot).matrix}.relaxation_s", "a longer relaxation time, or more compliance"

@@ -22,7 +22,7 @@ from hypertuna.simulation.sea_run import SeaRun
 if TYPE_CHECKING:
     from matplotlib.gridspec import GridSpec
 
-KILO = 1e3
+KILO = 1e3  # pascals per kilopascal
 BEAT_SAMPLES = 100  # samples per beat; coarser records fold several beats onto one
 LETTERS, HANDLE = 52, 4  # letters that fit into a legend above a panel; width of an entry's line and gap [letters]
 BEATS = 4  # last beats of which angles, pressures and power are shown

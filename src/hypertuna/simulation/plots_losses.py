@@ -12,7 +12,7 @@ from hypertuna.display import number, plots
 from hypertuna.figures import BODY, COLORS, FAINT, WIDTH, styled
 from hypertuna.simulation.losses import PLACES, Losses
 
-REACH, TURN, TIP = 0.3, 0.06, 0.12  # of a branch, in widths of the flow: length, inner radius, length of its arrowhead
+REACH, TURN, TIP = 0.3, 0.06, 0.12  # length, inner radius and arrowhead of a branch, in widths of the flow
 LINE, HEAD, LETTER = 0.16, 0.5, 0.072  # inch: height of a text line, space above the flow, width of a letter
 MAX_FLOW = 1.3  # inch: largest width of the flow
 

@@ -34,8 +34,8 @@ TRIAL_TIME, TRIAL_BEATS = 8.0, 8  # length of the run that tries an amplitude: s
 MAX_BEND = math.radians(45)  # rad: first trial if the description has no largest bend
 EASED = 0.9  # fraction of the largest amplitude, to which joints are set that do not reach the set angle
 STEP_DOWN = 0.8  # smallest ratio of a trial amplitude to the last one, which failed
-MAX_FREQUENCIES = 100
-MAX_DURATION = 600.0  # s: of a run
+MAX_FREQUENCIES = 100  # of one test
+MAX_DURATION = 600.0  # s: longest run
 HARMONICS = 3  # fitted to each beat of the bend sensor's readings
 CURVE_POINTS = 360  # per beat, at which the fitted curve is evaluated
 
@@ -95,12 +95,12 @@ class PostureTest(Plotted, Tabular):
     robot: Robot
     medium: str  # "air" or "water"
     angle: Array  # (groups,) set angle of each joint group [rad]; those with 0 stay straight
-    duration: float  # of each run [s]
-    held: tuple[Held, ...]  # one for each frequency and moving joint group, by frequency
+    duration: float  # duration of each run [s]
+    held: tuple[Held, ...]  # a result for each frequency and moving joint group, in order of frequency
     reach: tuple[Reach, ...]  # in the order of `held`; empty if not asked for
     eased: tuple[Held, ...]  # runs at 90 % of the largest amplitude, for joints that do not reach the set angle
     seed: int
-    temperature: float  # of the oil [K]
+    temperature: float  # oil temperature [K]
 
     @property
     def cases(self) -> list[tuple[Held, Reach | None, Held | None]]:

@@ -41,13 +41,12 @@ class Run(Tabular, data=lambda run: run.dataset()):
     duration: float  # [s] as requested
     closed_loop: bool
     seed: int
-    temperature: float  # of the oil [K]
+    temperature: float  # oil temperature [K]
     faults_given: tuple[str, ...]  # as on the command line
-    step: float  # of the inner integration [s]
+    step: float  # integration step [s]
     time: Array = field(repr=False)  # (T,) start of every recorded control tick [s]
-    data: dict[str, Array] = field(
-        repr=False
-    )  # by the names of VARIABLES, (T,) or (T, n) [SI]; status_at: bits of places
+    # By the names of VARIABLES, (T,) or (T, n) [SI]; status_at: bits of places.
+    data: dict[str, Array] = field(repr=False)
     status: str  # "completed" or "diverged"
 
     @property
@@ -72,7 +71,7 @@ class Run(Tabular, data=lambda run: run.dataset()):
 
     @property
     def servos(self) -> tuple[str, ...]:
-        """Names of all servos: those of the joints, and of the fins."""
+        """Names of all servos: the joints' servos, then the fins'."""
         return (*self.drives, "fin 1", "fin 2")
 
     @cached_property

@@ -33,8 +33,8 @@ class Sea:
         None  # at the bottom, with a linear profile between [m/s]; None: uniform
     )
     bottom: float = math.inf  # depth of the bottom [m]
-    dip: float = DIP  # of the magnetic field below the horizon [rad]
-    declination: float = 0.0  # of the magnetic field east of north [rad]
+    dip: float = DIP  # angle of the magnetic field below the horizon [rad]
+    declination: float = 0.0  # angle of the magnetic field east of north [rad]
     air_pressure: float = STANDARD_AIR  # at the surface [Pa]
 
     def __post_init__(self) -> None:

@@ -30,7 +30,7 @@ from hypertuna.simulation.sea import Sea, world_at_sea
 from hypertuna.simulation.sea_run import SeaRun
 from hypertuna.swimming.gait import Gait, gait_of
 
-Fins = float | ArrayLike | Callable[[float], ArrayLike]
+Fins = float | ArrayLike | Callable[[float], ArrayLike]  # fin angles [rad], or a function of time [s] that returns them
 T = TypeVar("T")
 
 STILL = Sea()  # still, deep water

@@ -13,13 +13,13 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 
-Flags = NDArray[np.bool_]
+Flags = NDArray[np.bool_]  # truth values
 
 ITERATIONS = 60  # of Levenberg-Marquardt per round
 MIN_STEP = 1e-9  # body lengths or rad: a smaller step ends the iteration
 RIDGE, MAX_DAMPING = 1e-9, 1e6  # least and largest damping of Levenberg-Marquardt, over the diagonal
 HUBER, TUKEY = 1.5, 6.0  # standard deviations beyond which a marker weighs less (Huber), or nothing (Tukey)
-ROUNDS = 6  # of fitting the chain and estimating the noise in turns
+ROUNDS = 6  # largest number of rounds that fit the chain and then estimate the noise
 NOISE_TOLERANCE = 1e-3  # relative change of the noise that ends these rounds
 MEDIAN_NORM = 1.1774  # median distance of a marker whose coordinates have a standard deviation of 1: sqrt(2 ln 2)
 REJECTED = 0.1  # robust weight below which a marker counts as rejected

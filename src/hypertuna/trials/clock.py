@@ -9,14 +9,12 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import Range
 from hypertuna.trials.points import Points
 
-RATE = Range(min=5, max=2000, unit="Hz")
-SAME = 0.01  # relative difference of two rates that are the same
-HALF = 0.5  # frames: a time that lies farther from that of its frame's number
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
-COUNTERS = (60, 100, 256, 1000, 1024, 3600, 4096, 10000, 32768, 65536, 86400, 2**32)  # at which some start over
-SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
-FAR = 1e5  # s: a clock that begins later counts from the first frame
+RATE = Range(min=5, max=2000, unit="Hz")  # possible frame rates
+RATE_TOLERANCE = 0.01  # relative difference up to which two frame rates agree
+MAX_MISFIT = 0.5  # frames: largest difference between a time and the time that its frame number gives
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # of time [s]
+SMALL_STEP = 5  # a column of whole numbers that grow by less may hold frame numbers
+LATE_START = 1e5  # s: a clock that begins later, such as Unix time, is set to 0 at the first frame
 
 
 def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:

@@ -52,7 +52,7 @@ class Decay(Tabular, data=lambda decay: decay.rows()):
         return {self.columns["time"]: self.time, self.columns["value"]: self.per_si * self.value}
 
 
-ENDS = {"time": "time_s", "name": "run"}
+ENDS = {"time": "time_s", "name": "run"}  # columns that all types of decays have
 
 
 class Glide(Decay):
@@ -91,7 +91,7 @@ class Glide(Decay):
         if len(time) < MIN_ROWS:
             rule, fix = f"must have at least {MIN_ROWS} speeds above 0", "track the glide while it moves ahead"
             raise InputError(rule, file=self.file, key=f"run {self.name}", value=f"{len(time)}", fix=fix)
-        weight = value**4  # of 1/u, for equal errors of all speeds u
+        weight = value**4  # of each 1/u in the fit, for equal errors of all speeds u
         middle = np.average(time, weights=weight)
         spread = float(weight @ (time - middle) ** 2)
         slope = float(weight @ ((time - middle) / value)) / spread

@@ -10,7 +10,8 @@ from hypertuna.errors import InputError
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points
 
-AXES = {"x": 0, "y": 1, "z": 2}
+AXES = {"x": 0, "y": 1, "z": 2}  # index of a coordinate
+# Fix in errors.
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
 
 
@@ -50,7 +51,7 @@ def of_columns(
 
 
 def one_point(form: str, file: str, fix: str) -> InputError:
-    """Return the error to raise for a file of one point per animal, which shows no joint angles."""
+    """Return the error for a file with one point per animal, which does not show joint angles."""
     rule = f"is of the form of {form}, and holds one point of each animal: joint angles need several along one body"
     return InputError(rule, file=file, fix=fix)
 

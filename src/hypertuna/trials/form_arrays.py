@@ -5,7 +5,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.ranges import CELL
 
-MAX_COORDINATE = CELL.max or np.inf
+MAX_COORDINATE = CELL.max or np.inf  # in any unit
 
 
 def seen(place: Array) -> Array:

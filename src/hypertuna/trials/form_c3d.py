@@ -17,8 +17,8 @@ from hypertuna.trials.points import Points, Rows
 BLOCK, FILE_MARK = 512, 80  # bytes of a block; second byte of every C3D file
 INTEL, DEC, SGI = 84, 85, 86  # processors, which differ in byte order and float format
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "meters": 1.0, "millimeters": 1e-3}  # units of length [m]
-MAX_PARAMETERS, MAX_FRAME = 5000, 65535
-AXES = {"+X": 0, "+Y": 1, "+Z": 2}
+MAX_PARAMETERS, MAX_FRAME = 5000, 65535  # parameters that are read; largest frame number in a header
+AXES = {"+X": 0, "+Y": 1, "+Z": 2}  # index of an axis
 
 
 @dataclass(frozen=True)

@@ -150,6 +150,7 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
     )
 
 
+# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("Motive", _is_motive, _motive),
     Text("Qualisys", _is_qualisys, _qualisys),

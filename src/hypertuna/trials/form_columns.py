@@ -13,15 +13,19 @@ from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
 from hypertuna.trials.tracks import LENGTHS
 
+# Patterns of column names.
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # columns of Anipose that are not used
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
-UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
-NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
+AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))  # alternatives of a regular expression
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"  # such as _mm or (mm); may be missing
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)  # such as nose_x
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)  # such as x1
+# Names of the column with the names of markers, and of that with the names of animals.
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
-ANIPOSE = {"fnum", "m_00", "center_0"}
+ANIPOSE = {"fnum", "m_00", "center_0"}  # columns that only Anipose writes
+INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # name of an index column, as pandas writes it
+MIN_CLOCK_ROWS = 3  # rows from which on a column of growing numbers may be a clock
 
 
 def _is_long(grid: Grid) -> bool:
@@ -146,6 +150,32 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
     return found, LENGTHS.get(next(iter(units), "")), ignored
 
 
+def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
+    """Return the nameless column of frame numbers: one of growing whole numbers, or None.
+
+    clock: whether there is a column of time or frames; then an index that only counts the rows is ignored. Otherwise, a
+    growing column of unknown name is an error, since it may be a clock.
+    """
+    candidates, skipping = [], []  # columns that may be an index; those of them that skip numbers
+    for k in (k for k in range(len(samples.head)) if k not in used):
+        values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
+        step = np.diff(values)
+        if len(values) < MIN_CLOCK_ROWS or not (np.isfinite(values).all() and (step > 0).all()):
+            continue
+        if nameless and (values == np.round(values)).all():
+            candidates.append(k)
+            skipping += [k] * bool((step != 1).any())
+        elif not clock:
+            key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
+            rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
+            raise InputError(rule, file=samples.file, key=key, fix=fix)
+    if len(skipping) > 1:
+        rule, fix = "must have one index", "call the column of frames frame, and drop the others"
+        raise InputError(rule, file=samples.file, value=f"{len(skipping)} columns without a name that count", fix=fix)
+    return next(iter(skipping if clock else [*skipping, *candidates]), None)
+
+
+# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("rows of frames and markers", _is_long, _long),
     Text("a table of tracked objects", _is_lone, _lone),

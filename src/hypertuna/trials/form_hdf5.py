@@ -15,8 +15,8 @@ from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.form_matlab import points_of_arrays
 from hypertuna.trials.points import Points, Rows, choose_individual
 
-AXES = ("x", "y", "z")
-MAX_LEVELS = 6  # of column names: scorer, individuals, bodyparts, coords
+AXES = ("x", "y", "z")  # names of coordinates
+MAX_LEVELS = 6  # largest number of levels of column names (scorer, individuals, bodyparts, coords) and of blocks
 LABELS = "the labels of single pictures, not a track"  # in an error
 
 
@@ -74,7 +74,7 @@ def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points
 
 
 def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
-    """Return column names, numbers and frame numbers of pandas' format `table`, whose column names are pickled."""
+    """Read a pandas table in the format `table`, with pickled column names; return names, numbers and frame numbers."""
     settings, columns, blocks = file.attributes[f"{name}/table"], [], []
     for k in range(MAX_LEVELS):
         block = f"values_block_{k}"
@@ -91,7 +91,7 @@ def _table(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array |
 
 
 def _fixed(file: Hdf5, name: str) -> tuple[list[tuple[str, ...]], Array, Array | None]:
-    """Return column names, numbers and frame numbers of pandas' format `fixed`, whose column names are indices."""
+    """Read a pandas table in the format `fixed`, with names as indices; return names, numbers and frame numbers."""
     values, names = file.array(f"{name}/block0_values", 2), []
     for k in range(MAX_LEVELS):
         level, label = (f"{name}/block0_items_{word}{k}" for word in ("level", "label"))

@@ -17,18 +17,10 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}  # in m
 END = re.compile(r"_(m|cm|mm|px)$")  # unit at the end of a variable's name
 # Name of a variable with x coordinates.
 X = re.compile(r"(?P<before>.*?)(?P<x>x)(?P<after>[a-z]*|_?(?:pos|position|coords?|data|pts|points))", re.IGNORECASE)
-PAIRS = (
-    "xypts",
-    "xyzpts",
-    "points",
-    "pts",
-    "xy",
-    "xyz",
-    "markers",
-    "midline",
-)  # names of x1, y1, x2, y2, ... in columns
-RATES = ("fps", "framerate", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate")
-LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
+# Names of variables with columns x1, y1, x2, y2, ...
+PAIRS = ("xypts", "xyzpts", "points", "pts", "xy", "xyz", "markers", "midline")
+# Names of variables with times [s], and with frame rates [Hz].
+TIMES, RATES = ("t", "time", "times", "time_s", "t_s"), ("fps", "framerate", "frame_rate", "fs", "rate")
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
 
@@ -53,9 +45,8 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
     if name not in arrays or arrays[name].ndim == 3:  # two variables, or a block
         place = _by_frames(file, arrays, name, place)
     if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
-        place = np.where(
-            (place == 0).all(axis=-1, keepdims=True), np.nan, place
-        )  # DLTdv writes 0 for points that were not set
+        # DLTdv writes 0 for points that were not set.
+        place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)
         form = "DLTdv"
     count, end = len(place), END.search(name.split(" ")[0])
     clock = _clock(file, arrays, count)

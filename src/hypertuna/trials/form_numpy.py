@@ -12,8 +12,8 @@ from hypertuna.trials.form import one_point
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows
 
-POSE = re.compile(r"pose([XY])(\d+)")
-FIX = "track several points of one body, by DeepLabCut or SLEAP"
+POSE = re.compile(r"pose([XY])(\d+)")  # name of an array of TRex's poses
+FIX = "track several points of one body, by DeepLabCut or SLEAP"  # in errors
 STATIONS = 11  # points along a midline, including nose and tail
 
 

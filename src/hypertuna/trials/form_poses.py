@@ -103,6 +103,7 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     return of_columns("SLEAP", samples, columns, frame=frames[keep], frame_name="frame_idx", notes=notes)
 
 
+# A column of TRex, such as poseX0 (cm): axis, number of the point, unit; and units [m], None for pixels.
 TREX = re.compile(r"pose([XY])(\d+)(?: \((\w+)\))?", re.IGNORECASE)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None, None: None}
 
@@ -112,7 +113,7 @@ def _is_trex(grid: Grid) -> bool:
 
 
 def _trex(grid: Grid, individual: str | None) -> Points:
-    """Read a file of TRex: the points of its poses; a missing number is infinite there."""
+    """Read a file of TRex with the points of its poses, in which missing numbers are infinite."""
     head = grid.rows[0][1]
     samples = grid.below(1, head)
     columns: dict[str, dict[str, int]] = {}
@@ -129,7 +130,7 @@ def _trex(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_idtracker(grid: Grid) -> bool:
-    """Whether the column names are idtracker.ai's: seconds, x1, y1, x2, y2, ..., the centers of animals."""
+    """Return whether the column names are those of idtracker.ai: seconds, then animals' centers x1, y1, x2, y2, ..."""
     head = grid.cells(0)
     centers = [f"{axis}{k // 2 + 1}" for k, axis in enumerate("xy" * (len(head) // 2))]
     return len(head) > 2 and head[0] in ("seconds", "time(s)") and head[1:] == centers
@@ -140,6 +141,7 @@ def _idtracker(grid: Grid, individual: str | None) -> Points:
     raise one_point("idtracker.ai", grid.file, fix)
 
 
+# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("DeepLabCut", _is_deeplabcut, _deeplabcut),
     Text("SLEAP", _is_sleap, _sleap),

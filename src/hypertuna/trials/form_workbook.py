@@ -1,4 +1,4 @@
-"""Sheets of workbooks (.xlsx): their cells as those of a text file. Needs the extra `xlsx`."""
+"""Read tracked points from sheets of workbooks (.xlsx), like cells of text files. Needs the extra `xlsx`."""
 
 import warnings
 from pathlib import Path
@@ -11,7 +11,7 @@ from hypertuna.trials.forms import points_of_grid
 from hypertuna.trials.grid import Grid
 from hypertuna.trials.points import Points
 
-LARGEST = 512 * MB  # bytes of its texts, unpacked: a million cells have 60 MB
+MAX_UNPACKED = 512 * MB  # largest size of a workbook's unpacked texts; a million cells take 60 MB
 
 
 def read(path: str | Path, individual: str | None) -> Points:
@@ -28,7 +28,7 @@ def _grid(path: str | Path) -> Grid:
     errors: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
     try:
         with opened(path, "points") as stream, warnings.catch_warnings(action="ignore"):
-            archived(stream, LARGEST)
+            archived(stream, MAX_UNPACKED)
             book = load_workbook(stream, read_only=True, data_only=True, keep_links=False)
             for sheet in book.worksheets:
                 rows = _rows(file, sheet)
@@ -44,7 +44,7 @@ def _grid(path: str | Path) -> Grid:
 
 
 def _rows(file: str, sheet: Any) -> list[tuple[int, list[str]]]:
-    """Return line number and cells of each line of a sheet that is not empty, padded to the longest line."""
+    """Return line number and cells of each non-empty line of a sheet, padded to the length of the longest."""
     rows, count = [], 0
     for number, row in enumerate(sheet.iter_rows(values_only=True), 1):
         texts = ["" if cell is None else str(cell).strip() for cell in row]

@@ -1,8 +1,8 @@
-"""Forms of files that hold tracked points: one list, each with how it is recognized and what reads it.
+"""The forms of files that hold tracked points: a list that says how each form is recognized and read.
 
 To add a form, write a module with `read(path, individual) -> Points` and its line in `FORMS`; or, for a form of text,
-`recognized(grid)` and `read(grid, individual) -> Points` and its line in the `TEXTS` of its module. What has the cells
-of a sheet can make a `Grid`, and give it to `points_of_grid`.
+`recognized(grid)` and `read(grid, individual) -> Points` and its line in the `TEXTS` of its module. A reader of files
+with cells can make a `Grid`, and call `points_of_grid`.
 """
 
 from importlib import import_module
@@ -15,20 +15,21 @@ from hypertuna.trials import form_captures, form_columns, form_poses
 from hypertuna.trials.grid import Grid, read_grid
 from hypertuna.trials.points import Points
 
-FIRST_BYTES = 512  # of a file, by which it is recognized
+FIRST_BYTES = 512  # number of first bytes from which a file's form is recognized
 
 
 class Form(NamedTuple):
-    """A form of binary files: its name, its reader, and the suffixes and first bytes that tell it."""
+    """A form of binary files: its name, its reader, and the suffixes and first bytes by which it is recognized."""
 
     name: str
     suffixes: tuple[str, ...]
     begins: tuple[bytes, ...] = ()
-    read: str = ""  # "module:function" of (path, individual), imported when it is needed
-    fix: str = ""  # for a form that is not read: what to do
+    read: str = ""  # "module:function", called with (path, individual), imported when needed
+    fix: str = ""  # advice for a form that cannot be read
     tracks: bool = False  # whether it holds tracked points and nothing else
 
 
+# Fixes in errors.
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
 POSES = "import its poses: hypertuna trials import poses"
 FORMS: tuple[Form, ...] = (
@@ -48,7 +49,7 @@ FORMS: tuple[Form, ...] = (
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
 )
-# plain columns last: they are what is no other form
+# plain columns come last, since they accept files of any other form
 TEXTS = (*form_poses.TEXTS, *form_captures.TEXTS, *form_columns.TEXTS)
 
 
@@ -70,20 +71,20 @@ def points_of_grid(grid: Grid, individual: str | None) -> Points:
 
 
 def binary_form(path: str | Path) -> Form | None:
-    """Return the form of a binary file by its suffix and its first bytes; None for a text file."""
+    """Find the form of a binary file from its suffix and first bytes; return None for a text file."""
     with opened(path, "points") as stream:
         first_bytes = stream.read(FIRST_BYTES) or b""
     suffix = Path(path).suffix.lower()
     by_suffix = [form for form in FORMS if suffix in form.suffixes]
     by_bytes = [form for form in FORMS if form.begins and first_bytes.startswith(form.begins)]
-    # an ending that is known decides, unless the first bytes are those of another form
+    # a known suffix decides, unless the first bytes belong to another form
     if by_suffix and (by_suffix[0] in by_bytes or not by_bytes or not by_suffix[0].begins):
         return by_suffix[0]
     return by_bytes[0] if by_bytes else (by_suffix[0] if by_suffix else None)
 
 
 def form_name(path: str | Path) -> str:
-    """Return the name of the form of a file of tracked points, "" for other files: for errors of other readers."""
+    """Return the form's name if a file holds tracked points, otherwise ""; other readers use it in their errors."""
     try:
         return read_points(path).form
     except InputError:

@@ -19,7 +19,7 @@ from hypertuna.trials.points import Rows
 MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # visibility of a point
 MARKS, FIRST_LINES = (";", "\t", ","), 30  # separators of cells; number of lines searched for them
-DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")  # a number such as 1,5 or 1,5e-3
 IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # frame number at the end of an image's name
 
 

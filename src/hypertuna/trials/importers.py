@@ -12,7 +12,7 @@ ANGLES, POSES = (
     "deg_hardware_motor_angles.csv",
     "deg_hardware_trajectories.csv",
 )  # ends of the robot eel's file names, after the amplitude
-EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"
+EEL = "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot"  # GitHub repository of the robot eel's data
 # 122 cm by 122 cm, start in the middle. Closer to a wall than the robot's height, the water is not open.
 EEL_TANK = {"x_m": [0.0, 1.22], "y_m": [0.0, 1.22], "wall_distance_m": 0.0935}
 

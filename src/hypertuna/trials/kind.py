@@ -35,7 +35,7 @@ class Quantity:
     factor: float  # displayed units per unit of the error
     level: float  # initial noise level if neither a file nor repeated runs state it: relative, or SI
     source: str  # name of the measurement in sentences
-    path: str = ""  # of a vector's component: name of the vector, with whose length the error is compared
+    path: str = ""  # for a component of a vector: name of the vector, with whose length the error is compared
     per_si: float = 1.0  # units of the error per SI unit
 
     @property
@@ -149,7 +149,7 @@ class Kind(ABC, Generic[T]):
     """A kind of trial, such as steady runs: how it is fitted, listed and drawn. Its trials have `name` and `file`."""
 
     trial: type[T]
-    key: ClassVar[str]  # of the kind in manifests, and in the output of `trials check`
+    key: ClassVar[str]  # name of the kind in manifests, and in the output of `trials check`
     label: ClassVar[str]  # words for one trial of this kind
     others: ClassVar[str]  # in sentences: further measurements of this kind that could be made
     transient: ClassVar[bool] = False  # whether its trials show transients

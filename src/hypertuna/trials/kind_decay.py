@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 D = TypeVar("D", bound=Decay)
-STEPS = 1000  # of a decay; the error of linear interpolation between them is 1e-6 of the first value
-DIFFERENCE_STEP = 1e-4  # of the first value, relative, for central differences of derivatives
-ITERATIONS, TOLERANCE = 30, 1e-12  # of Gauss-Newton for the first value; relative change that ends them
+STEPS = 1000  # per decay; the error of linear interpolation between them is 1e-6 of the first value
+DIFFERENCE_STEP = 1e-4  # relative change of the first value for central differences
+ITERATIONS, TOLERANCE = 30, 1e-12  # Gauss-Newton iterations for the first value, and relative change that ends them
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ class BeatRows(Rows):
     """Rows of runs with settled gaits of which one quantity was measured."""
 
     gaits: tuple[Gait, ...]
-    quantity: str  # of a settled beat, one that has derivatives
+    quantity: str  # name of the measured quantity of a settled beat
 
     def predict(self, at: Point) -> Prediction:
         """Return the computed quantity of every run."""

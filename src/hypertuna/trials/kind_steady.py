@@ -170,7 +170,7 @@ class Steady(Kind[SteadyRun]):
         yield from span_lines(summary)
 
 
-COUNTED = {"runs": "steady run", "swims": "swim"}
+COUNTED = {"runs": "steady run", "swims": "swim"}  # by key of a summary: noun for what it counts
 
 
 def _summary(file: str, runs: Sequence[SteadyRun], robot: Robot) -> dict[str, Any]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-MIN_RUNS = 4  # of a recording, to compute the noise from their scatter; otherwise the fit estimates the noise
+MIN_RUNS = 4  # least number of runs whose scatter gives a recording's noise; otherwise the fit estimates it
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class TrackedRows(Rows):
     recording: Recording
     curve: SmoothSeries  # smoothed joint angles
     joints: Array  # (2 * steps + 1, links, 3): joint motion of `joint_grid`
-    step: float  # s, of the replay
-    time: Array  # (steps + 1,) s, of the replay, on the clock of the tracks
-    frames: Array  # (frames,) s, of all runs
+    step: float  # step of the replay [s]
+    time: Array  # (steps + 1,) times of the replay's steps on the clock of the tracks [s]
+    frames: Array  # (frames,) times of all runs' frames [s]
     turn: Array  # (frames,) rad: rotation from the axes of the replay to those of the run
     twist: Array | None  # (3,) initial twist of runs that begin in motion, given or guessed; None at rest
     error: Array  # (runs, 3): guessed errors of the first poses

@@ -38,7 +38,7 @@ def _noise(value: Any) -> float | tuple[float, ...]:
     return radians if isinstance(value, list) else radians[0]
 
 
-NOISE = Range(min=0, max=180, unit="deg")
+NOISE = Range(min=0, max=180, unit="deg")  # standard deviations of joint angles
 # JSON schema of noise: a number or a list of numbers.
 NUMBERS = {"anyOf": [{"type": "number", "minimum": 0}, {"type": "array", "items": {"type": "number"}}]}
 
@@ -147,7 +147,7 @@ class RecordingTable(Part):
 
 
 class Manifest(Part):
-    """The measurements of one robot."""
+    """A manifest: the files of the measurements of one robot."""
 
     format: Literal[1] = entry("version of this format, 1")
     robot: Text | None = entry("name that the robot must have (default: any)", default=None)
@@ -176,15 +176,15 @@ class Recording(
     name: str  # without /
     joints: JointSeries  # within the window, on its own clock
     noise: float | tuple[float, ...] | None  # standard deviation of the joint angles [rad]; None to estimate it
-    tracks: tuple[Track, ...]  # of the runs, within the window; if a start pose is given, it is each one's first pose
-    time_offset: float = 0.0  # added to the joints' clock to get that of the tracks [s]
-    window: tuple[float, float] | None = None  # of the data in use, on the clock of the tracks [s]
+    tracks: tuple[Track, ...]  # tracks of the runs, within the window; a given start pose is each track's first pose
+    time_offset: float = 0.0  # added to the joints' clock to get the tracks' clock [s]
+    window: tuple[float, float] | None = None  # begin and end of the data in use, on the tracks' clock [s]
     start: Pose | None = None  # pose of the nose at the first frame, if the manifest gives it
     repeats: int = 1  # number of swims that each track is the mean of
     file: str = ""  # manifest or folder
     moving: bool = False  # whether the runs begin in motion: the first frame is at the first sample of the joints
     velocity: Velocity | None = None  # at the first sample; None: 0 at rest, or estimated from the first beat if moving
-    lag: tuple[float, ...] | None = None  # of the measured joint angles behind their targets [s], if both are known
+    lag: tuple[float, ...] | None = None  # lag of measured joint angles behind their targets [s], if both are known
     ended: tuple[str, ...] = ()  # names of the runs that were cut near a wall of the tank
     align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
     noise_tau: float | None = None  # correlation time of the joint angles' noise [s]

@@ -30,7 +30,7 @@ LEARNED = 100  # frames from which places are taken
 
 
 @dataclass(frozen=True)
-class MarkerChoices:
+class ChainOptions:
     """Options for fitting a chain to markers: places, unused markers, merged joints, whether to learn places."""
 
     places: str | Path | None = None  # CSV file of places; without it they are equally spaced from nose to tail
@@ -42,13 +42,13 @@ class MarkerChoices:
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:
     """Fit a robot's chain to a file's markers; raise an error if the run cannot be used. options: `read_markers`."""
-    run = fit_marker_run(robot, path, MarkerChoices(places), **options)
+    run = fit_marker_run(robot, path, ChainOptions(places), **options)
     if refusal := run.refusal():
         raise refusal
     return run
 
 
-def fit_marker_run(robot: Robot, path: str | Path, marker_options: MarkerChoices, **options: Any) -> MarkerRun:
+def fit_marker_run(robot: Robot, path: str | Path, marker_options: ChainOptions, **options: Any) -> MarkerRun:
     """Fit a robot's chain to the markers of a file, even if the run cannot be used.
 
     options: as of `read_markers`.
@@ -56,7 +56,7 @@ def fit_marker_run(robot: Robot, path: str | Path, marker_options: MarkerChoices
     return fit_markers(robot, read_markers(path, **options), marker_options)
 
 
-def fit_markers(robot: Robot, markers: Markers, marker_options: MarkerChoices) -> MarkerRun:
+def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) -> MarkerRun:
     """Fit a robot's chain to markers, even if the run cannot be used."""
     markers = _without(markers, marker_options.leave_out)
     where, notes = _places(robot, markers, marker_options)
@@ -113,7 +113,7 @@ def _without(markers: Markers, names: Sequence[str]) -> Markers:
     return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
-def _places(robot: Robot, markers: Markers, marker_options: MarkerChoices) -> tuple[Places, tuple[str, ...]]:
+def _places(robot: Robot, markers: Markers, marker_options: ChainOptions) -> tuple[Places, tuple[str, ...]]:
     """Return the markers' places on the robot, from a file or equally spaced, and notes on their order."""
     if marker_options.places is not None:
         return read_places(marker_options.places, robot, markers.names), ()

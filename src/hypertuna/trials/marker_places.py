@@ -13,13 +13,13 @@ from hypertuna.io.door import RUNS
 from hypertuna.io.tables import read_table
 from hypertuna.trials.chain import Chain
 
-COLUMNS = ("marker", "link", "along_m", "from_nose_m", "across_m")
+COLUMNS = ("marker", "link", "along_m", "from_nose_m", "across_m")  # known columns of a file of places
 
 
 class Places(NamedTuple):
     """Places of markers on the links of a robot."""
 
-    names: tuple[str, ...]  # of the markers
+    names: tuple[str, ...]  # names of the markers
     link: tuple[int, ...]
     along: tuple[float, ...]  # m behind the link's front end
     across: tuple[float, ...]  # m to starboard of the link's axis
@@ -77,7 +77,7 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
 
 
 def places_text(places: Places, comment: str) -> str:
-    """Return places as the text of a CSV file that `read_places` reads."""
+    """Return places as the text of a CSV file for `read_places`."""
     rows = zip(places.names, places.link, places.along, places.across, strict=True)
     lines = [f"{_cell(name)},{link},{along:.6f},{across:.6f}" for name, link, along, across in rows]
     return "\n".join([f"# {comment}", "marker,link,along_m,across_m", *lines, ""])
@@ -95,9 +95,9 @@ def moved(places: Places, step: Array) -> Places:
 
 
 def straight(robot: Robot, chain: Chain, places: Places, angle: Array) -> Places:
-    """Return the places on the straight body of markers that sit on a body bent by angles (groups,) [rad].
+    """Take markers that sit on a body bent by angles (groups,) [rad], and return their places on the straight body.
 
-    The straight body lies over the bent one where the markers are nearest to their places before.
+    The straight body is moved and rotated to where the markers are nearest to their previous places.
     """
     bent = chain(np.concatenate([np.zeros(3), angle])[np.newaxis])[0][0]
     flat = np.column_stack([chain.along.sum(axis=1), chain.across.sum(axis=1)])
@@ -112,7 +112,7 @@ def straight(robot: Robot, chain: Chain, places: Places, angle: Array) -> Places
 
 
 def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], across: Sequence[float]) -> Places:
-    """Return places of markers from their distances [m] from the nose along the straight body."""
+    """Convert distances [m] from the nose along the straight body to places on links."""
     ends = np.cumsum(robot.links.length)
     for name, at in zip(names, distance, strict=True):
         if not 0 <= at <= ends[-1] * (1 + 1e-9):
@@ -124,7 +124,7 @@ def _from_nose(robot: Robot, names: Sequence[str], distance: Sequence[float], ac
 
 
 def _number(text: str, key: str) -> float:
-    """Return the finite number that a cell holds."""
+    """Return the number in a cell, which must be finite."""
     try:
         value = float(text)
     except ValueError:
@@ -135,5 +135,5 @@ def _number(text: str, key: str) -> float:
 
 
 def _known(name: str, markers: Sequence[str]) -> str:
-    """Return the advice of an error on a marker name that is not tracked."""
+    """Return advice on a marker name that is not tracked."""
     return did_you_mean(name, markers)

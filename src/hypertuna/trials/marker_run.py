@@ -1,4 +1,4 @@
-"""The fit of a robot's chain to the markers of a run: poses, angles, residuals of each marker, and warnings."""
+"""Result of fitting a robot's chain to a run's markers: poses, angles, residuals of each marker, and warnings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
 from hypertuna.trials.tracks import MIN_SAMPLES
 
-Frames = NDArray[np.intp]
+Frames = NDArray[np.intp]  # indices of frames
 
 LENGTH_TOLERANCE = 0.03  # largest relative difference between the line through the markers and the chain
 OFFSET_NOISES = 1.0  # offset of a marker from its place, in units of the noise, beyond which the place is in doubt

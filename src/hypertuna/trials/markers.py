@@ -13,7 +13,7 @@ from hypertuna.trials.forms import read_points
 from hypertuna.trials.points import Points
 from hypertuna.trials.swimming_plane import on_plane
 
-MIN_FRAMES = 12
+MIN_FRAMES = 12  # of a run
 MAX_LIKELIHOOD = 1.5  # larger likelihoods cannot be fractions of 1: they are flags or percent
 PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # scale of percent; flags of visibility: missing, hidden, seen
 SCALE_TOLERANCE = 0.01  # relative difference up to which two scales agree

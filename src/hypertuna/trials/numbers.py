@@ -59,7 +59,7 @@ class NumberRun(Tabular, data=lambda run: run.row()):
         return {"run": [self.name]} | gait | own
 
 
-ENDS = {"repeats": "repeats", "name": "run"}
+ENDS = {"repeats": "repeats", "name": "run"}  # columns that all types of runs have
 
 
 class Tow(NumberRun):

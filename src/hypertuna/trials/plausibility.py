@@ -14,6 +14,7 @@ FAR = 10.0  # ratio of measured to computed values (or its inverse) that estimat
 # Ratio of speeds beyond which a unit must be wrong. Speed is proportional to the root of thrust over drag, so a factor
 # of 50 would need one of 2500 in these, more than all bounds allow. A ratio of 300 may be cm/s and a model wrong by 3.
 WRONG_UNIT = 50.0
+# Fix in a warning.
 CAUSES = (
     "likely causes are another unit of speed or frequency, amplitudes from peak to peak, phases of the wrong sign, or "
     "a wrong length, area or drag of the robot"

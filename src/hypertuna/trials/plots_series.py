@@ -13,7 +13,7 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.tracks import JointSeries, Track
 
-POINTS_PER_SAMPLE = 10  # of a smoothed curve
+POINTS_PER_SAMPLE = 10  # plotted points of a smoothed curve per measured sample
 
 
 @plots.of(JointSeries)

@@ -27,7 +27,7 @@ UNIT_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
 # Names of columns.
 QUATERNION = re.compile(r"(?:.*[_. ])?(?:q|quat|quaternion|orientation|rotation|rot)[_. ]?([xyzw])")
 PLACE = re.compile(r"(?:(?:.*[_. ])?(?:p|pos|position|translation|t)[_. ])?([xyz])(?:[_. ]m)?")
-SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
+SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")  # names of a time column
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class View:
     ahead: float = 0.0  # distance of the head link's center ahead of the tracked point [m]
 
 
-ROS = View()
+ROS = View()  # the axes of ROS
 
 
 @dataclass(frozen=True)

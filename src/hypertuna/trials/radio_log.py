@@ -17,7 +17,7 @@ from hypertuna.trials.steady import SteadyRun
 
 CENTIDEGREE = math.pi / 18000  # rad
 SETTLING = 6.0  # s at the start of a gait that are not used
-MIN_BEATS, MIN_PARTS, PART = 5, 4, 1.0  # of a run: least beats, least parts; least length of a part [s]
+MIN_BEATS, MIN_PARTS, PART = 5, 4, 1.0  # least number of beats and of parts of a run; least length of a part [s]
 MIN_POSES = 4  # in a part
 MAX_VENTED, PRESSURE_STEP = 5e3, 5e3  # Pa: largest pressure of a vented side; least change between two rows
 MAX_RATE = 30e3  # Pa/s: fastest change of pressure that a joint follows quasi-statically
@@ -28,7 +28,7 @@ class BenchRow(NamedTuple):
 
     joint: int  # index of the joint group, from 0
     side: int  # 0 for left, 1 for right, 2 for both
-    pressure: float  # gauge pressure of that side [Pa]; that of the other side is 0
+    pressure: float  # gauge pressure of that side [Pa]; the other side has 0
     angle: float  # bend [rad], positive toward the passive side, NaN if not measured
     unload: bool  # whether pressure was falling
     run: str
@@ -37,7 +37,7 @@ class BenchRow(NamedTuple):
     angle_sd: float = math.nan  # standard deviation [rad], NaN if unknown
     volume: float = math.nan  # oil pumped since rest [m^3], NaN if not measured
     volume_sd: float = math.nan
-    shortening: float = math.nan  # of the axis [m]
+    shortening: float = math.nan  # shortening of the joint's axis [m]
     shortening_sd: float = math.nan
     moment: float = math.nan  # moment that holds the joint straight [N m]
     moment_sd: float = math.nan

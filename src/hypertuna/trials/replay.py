@@ -24,7 +24,7 @@ from hypertuna.trials.tracks import JointSeries, Track
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_STEPS = 1_000_000  # of a replay
+MAX_STEPS = 1_000_000  # largest number of steps of a replay
 STEPS_PER_SAMPLE = 2  # Runge-Kutta steps per median interval of the series
 MAX_SPEED = 1e3  # body lengths or radians per second; faster motions have diverged
 POSE = ("time", "x", "y", "heading")  # variables of a replay's data set that define the pose
@@ -63,7 +63,7 @@ class Pose(NamedTuple):
         return cls(x + half * math.cos(yaw), y + half * math.sin(yaw), yaw - math.pi)
 
 
-ORIGIN = Pose()
+ORIGIN = Pose()  # nose at the origin, tail along x
 
 
 @checked

@@ -19,9 +19,9 @@ from hypertuna.trials.smoothing import SmoothSeries, strongest_frequency, white_
 from hypertuna.trials.tracks import JointSeries, Track
 
 GRID = 512  # times at which joint angles are sampled to find their frequency
-MIN_FRAMES = 10  # of a run that begins in motion
+MIN_FRAMES = 10  # least number of frames of a run that begins in motion
 TIME_TOLERANCE = 1e-9  # s: difference up to which two times are equal
-MAX_ROUNDS, MAX_HALVINGS = 20, 8  # of Gauss-Newton; of a step that would increase the cost
+MAX_ROUNDS, MAX_HALVINGS = 20, 8  # Gauss-Newton iterations; halvings of a step that increases the cost
 COST_TOLERANCE = 1e-9  # predicted relative decrease of the cost below which the rounds end
 MIN_SD = 1e-6  # m and rad: least standard deviation of a first pose
 GUESS_FRAMES = 8  # least number of frames for a rough guess of the twist

@@ -30,9 +30,9 @@ MEASURED = ("speed", "cost_of_transport")  # attributes that are measured quanti
 # Columns in other units, with their attributes: speeds in body lengths; powers, which are divided by mass and speed.
 LENGTHS = {"speed_bl_s": "speed", "speed_sd_bl_s": "speed_sd"}
 POWERS = {"power_w": "cost_of_transport", "power_sd_w": "cost_of_transport_sd"}
-SPEED = Range(min=-100, max=100, unit="m/s")
+SPEED = Range(min=-100, max=100, unit="m/s")  # measured speeds
 SIZE = Range(min=1e-9, max=1e9)  # costs of transport and standard deviations [SI]
-MAX_DIGITS = 9  # of the number of repeats
+MAX_DIGITS = 9  # largest number of digits in a number of repeats
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class SteadyRun(Displayed, Tabular):
     name: str
     gait: Gait  # as commanded
     speed: float | None = None  # mean of the repeats along their mean path [m/s], as `Swim.speed`
-    speed_sd: float | None = None  # of a single repeat [m/s]; that of the mean is smaller by sqrt(repeats)
+    speed_sd: float | None = None  # standard deviation of a single repeat [m/s]; the mean's is this / sqrt(repeats)
     cost_of_transport: float | None = None  # mean of the repeats [J/(kg m)]
-    cost_of_transport_sd: float | None = None  # of a single repeat [J/(kg m)]
+    cost_of_transport_sd: float | None = None  # standard deviation of a single repeat [J/(kg m)]
     repeats: int = 1  # number of swims that the values are means of
     file: str = ""  # file and line of the run
     line: int = 0

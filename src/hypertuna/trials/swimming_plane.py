@@ -7,7 +7,7 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import check_choice
 from hypertuna.trials.points import Points
 
-AXES = "xyz"
+AXES = "xyz"  # names of the axes
 AXIS_COSINE = np.cos(np.radians(20))  # a normal within this angle of an axis is taken as that axis
 MAX_THICKNESS = 0.5  # largest spread off the plane, over that across the fish, for which the plane is clear
 MAX_POINTS = 20_000  # from which the plane is found

@@ -10,7 +10,7 @@ from hypertuna.trials.decay import Decay, Glide, YawDecay, read_decays
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, read_numbers
 from hypertuna.trials.steady import SteadyRun, read_steady
 
-Run = SteadyRun | NumberRun | Decay
+Run = SteadyRun | NumberRun | Decay  # a trial read from a CSV file
 Reader = Callable[[str | Path | Table, Robot], Sequence[Run]]
 
 # By key of a manifest: prefixes of columns that identify the kind, and its reader. A file without the columns of any

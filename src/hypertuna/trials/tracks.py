@@ -16,7 +16,7 @@ from hypertuna.ranges import CELL, check_name
 
 ANGLES = {"rad": 1.0, "deg": math.pi / 180}  # units of angles [rad]
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # units of lengths [m]
-MIN_SAMPLES = 12  # of a series, needed to estimate its noise
+MIN_SAMPLES = 12  # least number of samples of a series, needed to estimate its noise
 MAX_GAP = 5  # longest time between two samples, in median intervals
 MAX_LAG, LAGS = 0.1, 401  # largest lag, as a fraction of the series' duration; number of lags tried
 

@@ -24,7 +24,7 @@ from hypertuna.trials.radio_log import steady_runs
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tables import Run, read_runs
 
-FILMS = (".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".mpg", ".wmv", ".360")
+FILMS = (".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".mpg", ".wmv", ".360")  # suffixes
 
 
 @dataclass(frozen=True)
