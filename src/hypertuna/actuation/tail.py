@@ -4,13 +4,12 @@ import math
 from collections.abc import Sequence
 from typing import Any, Unpack
 
-from hypertuna.description.new import LINKS, SHORTEST, Sizes, new_robot, shape_of
+from hypertuna.description.new import LINKS, SEGMENTS, SHORTEST, Sizes, new_robot, shape_of
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.yielding import reduced_inertia, softness
 
 LEAST_LINKS = 3
-SEGMENTS = 3  # of a flexible fin
 RATIO = 1.6  # k/k_r: where the swims of one hinge were most efficient, 0.8 to 2.8 within a tenth (docs/model.md)
 ZETA = 0.05  # damping over the critical one
 MODULUS = 2.4e9  # Pa, of polycarbonate

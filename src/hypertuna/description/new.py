@@ -23,6 +23,7 @@ FLOATS = Range(min=1 / 3, max=3.0)  # mass of the water that the sections displa
 SPAN = Range(min=0.02, max=0.6)  # of the tail fin, over the length
 CHORD = Range(min=0.01, max=0.4)  # of the tail fin, over the length
 SHORTEST = 0.02  # of a link, over the length of the robot
+SEGMENTS = 3  # of a flexible fin
 SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
 AMPLITUDE = 30.0  # deg, of a single joint
 CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
