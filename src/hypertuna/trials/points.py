@@ -38,12 +38,19 @@ class Points:
     frame: Array | None = None  # (rows,) numbers of frames as written, NaN where a cell is empty
     rate: float | None = None  # frames per second, where the file says
     length_unit: float | None = None  # meters per unit, where the file says
+    in_pixels: bool = False  # whether the file says so
     y_down: bool | None = None  # whether y points down; None where the form does not say
     vertical: int | None = None  # axis of three that points up, where the form says
     ignored: tuple[str, ...] = ()  # columns without a use
     notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
     time_name: str = "time"  # names of the columns of time and frames
     frame_name: str = "frame"
+
+
+def no_individuals(file: str, chosen: str) -> InputError:
+    """Return the error to raise where an animal is chosen in a file that does not tell several apart."""
+    fix = "leave it out, or check which file this is"
+    return InputError("is for files of several animals", file=file, key="--individual", value=shown(chosen), fix=fix)
 
 
 def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, what: str = "animal") -> str:
