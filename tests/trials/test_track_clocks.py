@@ -114,3 +114,8 @@ def test_clocks_that_disagree_are_refused(tmp_path) -> None:
     )
     np.savez(tmp_path / "trex.npz", timestamp=1e6 * TIME, frame_rate=np.array(RATE), **poses)
     assert read_markers(tmp_path / "trex.npz", **PX).time == pytest.approx(TIME)
+
+
+def test_the_name_of_the_film_in_each_row_is_no_frame(tmp_path) -> None:
+    path = table(tmp_path, "file,time_s", [f"swim.mp4,{time}" for time in seconds()])
+    assert read_markers(path, **PX).time == pytest.approx(TIME, abs=1e-6)

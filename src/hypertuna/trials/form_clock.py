@@ -1,5 +1,6 @@
 """Columns of time and frames in forms of text: one reader for all, that refuses a clock of which nothing is known."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import INDEX, TIME, plain, seconds_per_unit, time_and_frame
 from hypertuna.trials.grid import Samples, clock_time
 
+FILE = re.compile("files?(name|path)?")
 GROWING = 3  # rows from which on a column of growing numbers may be a clock
 MOST = 0.9  # part of the cells of a column that makes it a clock
 SAME_SPAN = 0.05  # relative difference of two clocks that agree
@@ -22,7 +24,7 @@ def clock_columns(
 
     used: columns of coordinates, likelihoods, names; head: names of columns, where not those of the samples.
     """
-    names = ["" if k in used else name for k, name in enumerate(head or samples.head)]
+    names = ["" if k in used or _is_label(samples, k, name) else name for k, name in enumerate(head or samples.head)]
     time, second, frame = time_and_frame(names)
     fields: dict[str, Any] = {}
     if time is not None:
@@ -41,6 +43,11 @@ def clock_columns(
     return _with_frame(samples, names, frame, fields), notes
 
 
+def _is_label(samples: Samples, column: int, name: str) -> bool:
+    """Return whether a column of files names the film, the same one in each row."""
+    return bool(FILE.fullmatch(plain(name))) and len(set(samples.text(column))) == 1 < len(samples.rows)
+
+
 def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: dict[str, Any]) -> dict[str, Any]:
     """Return fields of `Points` with those of a column of frames."""
     if frame is None:
@@ -51,7 +58,8 @@ def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: d
 def _check_others(samples: Samples, names: list[str], fields: dict[str, Any]) -> None:
     """Check that other columns of time, whose names say their units, span as long as the one that is read."""
     for k, name in enumerate(names):
-        unit = seconds_per_unit(match) if (match := TIME.fullmatch(plain(name))) else None
+        match = TIME.fullmatch(plain(name))
+        unit = seconds_per_unit(match) if match and match["unit"] else None
         if unit is None or fields["time_unit"] is None or name == fields["time_name"] or not samples.rows:
             continue
         span = float(np.ptp(samples.times(k)[0])) * unit

@@ -155,7 +155,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
             found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
             if axis in "xyz":
                 units.add((match["unit"] or "").lower())
-        elif name:
+        elif name and not ANIMAL.fullmatch(plain(name)):
             ignored.append(name)
     # a column such as "body" or "yaw" is no pair of coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
