@@ -9,8 +9,9 @@ import numpy as np
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import INDEX, TIME, plain, seconds_per_unit, time_and_frame
-from hypertuna.trials.grid import Samples, clock_time
+from hypertuna.trials.grid import Samples
 
+LIKE, DIGIT = re.compile(r"\d:\d\d"), re.compile(r"\d")
 FILE = re.compile("files?(name|path)?")
 GROWING = 3  # rows from which on a column of growing numbers may be a clock
 MOST = 0.9  # part of the cells of a column that makes it a clock
@@ -101,5 +102,7 @@ def _looks_like_a_clock(texts: list[str], values: Any, step: Any) -> str:
     """Return what a column of no known name looks like, of cells, their numbers, and steps between these; or ""."""
     if len(step) + 1 >= MOST * len(values) and (step >= 0).all() and (step > 0).any():
         return "grows from row to row, but nothing says what it counts"
-    times = sum(clock_time(text) is not None for text in texts)
-    return "looks like a clock, but its name is not known" if times >= MOST * len(texts) and len(set(texts)) > 1 else ""
+    if sum(bool(LIKE.search(text)) for text in texts) >= MOST * len(texts) and len(set(texts)) > 1:
+        return "looks like a clock, but its name is not known"
+    named = len(step) == 0 and texts == sorted(set(texts)) and all(DIGIT.search(text) for text in texts)
+    return "numbers the rows by names, but nothing says what these are" if named else ""
