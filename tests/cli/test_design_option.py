@@ -40,7 +40,7 @@ def test_a_sweep_of_the_shell_has_the_values_as_columns(run: Run, tmp_path: Path
     code, output, _ = run("sweep", "--robot", "hypertuna", *gait, *design, "-o", str(table))
     assert code == 0
     head, *rows = table.read_text(encoding="utf-8").splitlines()
-    assert head.startswith("links.length[7]_m,fin.aspect_ratio,frequency_hz,")
+    assert head.startswith("links.length_m[7],fin.aspect_ratio,frequency_hz,")
     assert len(rows) == 6
     assert "aspect_ratio" in output
     for more in (
@@ -51,6 +51,26 @@ def test_a_sweep_of_the_shell_has_the_values_as_columns(run: Run, tmp_path: Path
         code, _, errors = run("sweep", "--robot", "hypertuna", *gait, *design, *more)
         assert (code, "Traceback" in errors) == (2, False)
         assert "design" in errors
+    assert "write one file, -o NAME.nc or -o NAME.csv" in errors
+
+
+def test_columns_of_a_design_have_the_names_of_the_files_keys(run: Run, tmp_path: Path) -> None:
+    file, table = tmp_path / "fish.toml", tmp_path / "table.csv"
+    write_robot(robot_named("hypertuna strip hinge"), str(file))
+    gait = ("--frequency", "2", "--amplitude", "16,25", "--phase", "0,40")
+    sweep = ("sweep", *gait, "--design", "hinge.stiffness=0.3,0.6")
+    front = ("pareto", "--population", "4", "--generations", "1", "--no-polish", "--design", "hinge.stiffness=0.3:0.6")
+    for command in (sweep, front):
+        assert run(*command, "--robot", str(file), "-o", str(table))[0] == 0
+        assert "hinge.stiffness_n_m_per_rad" in table.read_text(encoding="utf-8").splitlines()[0].split(",")
+
+
+@pytest.mark.parametrize("command", [("optimize", "--maximize", "speed"), ("pareto",)], ids=lambda command: command[0])
+def test_a_wrong_limit_names_its_option_and_unit(run: Run, command: tuple[str, ...]) -> None:
+    for option, unit in (("--max-bend", "deg"), ("--max-joint-rate", "deg/s"), ("--max-mass", "kg")):
+        errors = run(*command, option, "-1")[2]
+        assert errors == f"error: {option} must be greater than 0, but is -1: give it in {unit}.\n"
+    assert run(*command, "--max-bend", "5")[2].startswith("error: --max-bend needs a passive hinge, which the robot l")
 
 
 REFUSED = {

@@ -10,6 +10,7 @@ import pytest
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import parse
 from hypertuna.description.writer import write_robot
+from optimization.test_design_variables import robot_named
 from program import Run
 
 RIGID = "the hinge of link 2 stays rigid here: `swim` bends it."
@@ -66,13 +67,16 @@ def test_what_swims_settled_beats_bends_a_hinge(run: Run, hinged: str, command: 
     }
 
 
-def test_trials_are_swum_with_a_rigid_hinge(run: Run, hinged: str) -> None:
+def test_recordings_are_swum_with_a_rigid_hinge(run: Run, hinged: str) -> None:
     Path("runs.csv").write_text(
         "frequency_hz,amplitude_J1_deg,amplitude_J2_deg,phase_J1_deg,phase_J2_deg,speed_m_s\n"
         "2,10,20,0,40,0.15\n1.5,10,20,0,40,0.11\n1,10,20,0,40,0.07\n2,15,30,0,40,0.2\n"
     )
-    where = RIGID.replace("here", "in recordings of joint angles")
-    assert where in json.loads(run("identify", "runs.csv", "--robot", hinged, "--json")[1])["notes"]
+    assert "notes" not in json.loads(run("identify", "runs.csv", "--robot", hinged, "--json")[1])
+    where = RIGID.replace("link 2 stays rigid here", "link 7 stays rigid in recordings of joint angles")
+    write_robot(robot_named("hypertuna strip hinge"), "tuna.toml")
+    manifest = str(Path(__file__).parents[2] / "examples" / "tank" / "tank.toml")
+    assert run("identify", manifest, "--robot", "tuna.toml", "--free", "nothing")[2].startswith(f"note: {where}\n")
     Path("angles.csv").write_text("t,J1,J2\n" + "".join(f"{0.05 * k},{k % 4},{k % 3}\n" for k in range(40)))
     replayed = ("replay", "angles.csv", "--columns", "J1,J2", "--unit", "deg", "--robot", hinged)
     assert f"note: {RIGID}\n" in run(*replayed)[2]

@@ -117,6 +117,19 @@ def test_a_fish_whose_slow_gait_is_no_slower_has_one_gait() -> None:
     SEA["firmware"](tiny)
 
 
+@pytest.mark.parametrize("tail", ["driven", "passive", "flexible"])
+@pytest.mark.parametrize("joints", [(), ("front", "rear")])
+def test_the_command_that_a_refusal_names_keeps_the_tail(tail: str, joints: tuple[str, ...]) -> None:
+    fish = written(links=6, tail=tail, joints=joints)
+    words = new_command(fish).split()
+    given = dict(zip(words[4::2], words[5::2], strict=True))
+    lengths = [float(length) for length in given["--lengths"].split(",")]
+    again = written(lengths=lengths, joints=given["--joints"].split(","), tail=given.get("--tail", "driven"))
+    assert [(group.name, group.links) for group in again.joints] == [(group.name, group.links) for group in fish.joints]
+    assert [hinge.link for hinge in again.hinges] == [hinge.link for hinge in fish.hinges]
+    assert again.links.length == pytest.approx(fish.links.length, rel=1e-4)
+
+
 def test_short_heads_carry_their_fins() -> None:
     robot = written(lengths=[0.12, 0.1, 0.1, 0.1], actuation="servo", sea=True)
     assert robot.fins is not None

@@ -372,6 +372,36 @@ def test_the_bend_of_a_hinge_is_a_limit_without_derivatives() -> None:
     assert kept.speed < free.speed
 
 
+def test_each_hinge_has_a_limit() -> None:
+    fish = parse(tomllib.loads(first_robot("x", tail="flexible")))
+    limits = gait_limits(fish, bend=np.radians(12))
+    assert [limit.quantity for limit in limits] == ["bend_peak_1", "bend_peak_2", "bend_peak_3"]
+    how: Any = {"limits": limits, "bounds": {"frequency": (1.0, 2.0)}}
+    best = ht.optimize(fish, maximize="speed", particles=4, iterations=3, **how)
+    assert best.method == "pso"
+    assert best.swim is not None
+    assert max(bend.bend_peak for bend in best.swim.bends) < np.radians(12)
+    assert len(ht.pareto(fish, population=8, generations=2, **how).x)
+
+
+def test_a_value_far_from_a_small_bound_is_not_on_it() -> None:
+    """Of springs from 0.01 to 100 N m/rad the best has six times the lower end, though near it beside the range."""
+    robot = springy()
+    best = ht.optimize(robot, maximize="speed", bounds=fixed(2.0), design={"hinge.stiffness": (0.01, 100.0)})
+    (stiffness,) = best.design.values()
+    assert stiffness == pytest.approx(0.059, rel=0.01)
+    assert "hinge.stiffness_n_m_per_rad" not in best.bounds
+
+
+def test_a_search_whose_robots_are_all_refused_says_why() -> None:
+    robot = springy()
+    how: Any = {"bounds": fixed(0.5), "design": {"hinge.stiffness": (800.0, 900.0)}}
+    sentence = "A robot of the search was refused: hinge.stiffness_n_m_per_rad must let 1024 steps"
+    assert sentence in ht.optimize(robot, maximize="speed", particles=2, iterations=2, **how).stop
+    how["bounds"] = {"frequency": (0.3, 0.5), "amplitude": (5.0, 16.0), "phase": (0.0, 0.0)}
+    assert sentence in ht.pareto(robot, population=4, generations=1, **how).stop
+
+
 def test_a_point_whose_file_would_be_refused_is_infeasible(tuna: Robot) -> None:
     """Each range is allowed alone, but not both ends together: the fin must fit its link."""
     strip = tuna.using(water="strip")

@@ -133,3 +133,16 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 def test_bad_input_gives_one_sentence(options: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=message):
         ht.dive(ROBOT, SWIMS, **options)  # type: ignore[arg-type]
+
+
+def test_a_spring_that_its_settled_beat_cannot_follow_is_refused_with_advice_that_dives_have() -> None:
+    document = tomllib.loads(first_robot("fish", actuation="servo", sea=True, tail="passive"))
+    document["hinge"]["stiffness_n_m_per_rad"] = 5000.0
+    document["hinge"]["damping_n_m_s_per_rad"] = 0.0
+    fish = parse(document)
+    with pytest.raises(
+        InputError, match="a run at sea begins with the speed of the settled beat; give less"
+    ) as refused:
+        ht.dive(fish, "cruise")
+    assert "--steps" not in str(refused.value)
+    assert ht.twin(fish, "cruise", duration=0.5).status == "completed"

@@ -329,7 +329,7 @@ def test_a_tail_that_is_too_soft_says_so() -> None:
     from hypertuna.swimming.yielding import too_soft
 
     assert too_soft(0.123) == (
-        "no steady beat: the tail is too soft, k/k_r = 0.12 (stiffness of the hinge over that at resonance)."
+        "No steady beat: the tail is too soft, k/k_r = 0.12 (stiffness of the hinge over that at resonance)."
     )
     assert "too soft" not in too_soft(2.0)
 

@@ -122,9 +122,17 @@ def test_units_that_disagree_are_refused(tmp_path) -> None:
     text = path.read_text().replace("_x", "_x_mm").replace("_y", "_y_mm")
     path.write_text(text)
     assert "--unit or --scale must agree with the file, whose form is that of plain columns" in told(
-        path, scale=1.0, **FPS
+        path, scale=1.0, pixels=False, **FPS
     )
-    assert read_markers(path, frame_rate=RATE, pixels=True).place[0, 0] == pytest.approx(swim()[0, 0])
+    assert "--unit must be 0.001 m, as the file says, but is px: leave out --unit and --scale" in told(path, **FPS)
+    down = read_markers(path, frame_rate=RATE, y_down=True)
+    assert down.place[0, 0] == pytest.approx(swim()[0, 0])
+    path.write_text(text.replace("_mm", "_px"))
+    assert "--unit must be px, as the file says, but is a length" in told(path, scale=None, pixels=False, **FPS)
+    assert read_markers(path, **PX, **FPS).place[0, 0] == pytest.approx(swim()[0, 0])
+    path.write_text(text.replace("_mm", "_in"))
+    inches = read_markers(path, frame_rate=RATE, y_down=True)
+    assert inches.place[0, 0] == pytest.approx(25.4 * swim()[0, 0])
     path.write_text(text.replace("nose_x_mm", "nose_x_cm"))
     assert "names of columns must have one unit, but is cm, mm" in told(path, **FPS)
 

@@ -208,7 +208,7 @@ EXPECTED = {  # by the README of the cases: frames that are used and the last ti
     "visible-words": (48, 0.7833),
     "tail-first": "the robot moves tail first all the time",
     "no-header-savetxt": "has no line of names above its numbers",
-    "motive-header": "must agree with the file, whose form is that of Motive",
+    "motive-header": "--unit must be 1 m, as the file says, but is px",
     "two-animals-centroids": "is of the form of idtracker.ai",
 }
 

@@ -151,11 +151,51 @@ def test_a_direction_without_a_length_is_refused():
         _seen_from_above("file", "/odom", np.zeros((2, 3)), np.zeros((2, 4)), View())
 
 
-def test_samples_out_of_order_are_sorted_and_repeats_told(tmp_path):
-    rows = [f"{t},{t},0,0,1,0,0,0\n" for t in [*range(19, -1, -1), 5]]
-    run = read_pose_run(FISH, saved(tmp_path, "run.csv", ("t,x,y,z,qw,qx,qy,qz\n" + "".join(rows)).encode()))
-    assert run.time.tolist() == run.pose[:, 0].tolist() == list(range(20))
+TABLE = "{},x,y,z,qw,qx,qy,qz,j1,j2\n"
+
+
+def table(tmp_path, times, head="time_s", scale=1.0, angle=0.2):
+    """A table of a body that swims by 0.1 m a second, at times [s]."""
+    rows = [f"{t:.7g},{scale * 0.1 * t:.7g},0,0,1,0,0,0,{angle},{-angle}\n" for t in times]
+    return saved(tmp_path, "run.csv", (TABLE.format(head) + "".join(rows)).encode())
+
+
+TIMES = np.arange(30) / 50
+
+
+def test_a_repeated_time_is_told(tmp_path):
+    run = read_pose_run(FISH, table(tmp_path, [*TIMES[:9], *TIMES[8:]]))
+    assert run.time == pytest.approx(TIMES)
     assert run.notes == ("1 rows at the time of another are left out",)
+
+
+def test_a_clock_says_its_unit(tmp_path):
+    assert read_pose_run(FISH, table(tmp_path, 1000 * TIMES, "t_ms", 1e-3)).time == pytest.approx(TIMES)
+
+
+@pytest.mark.parametrize(
+    ("words", "given"),
+    [
+        (
+            "column time must be in s, .* growing by 20: if it is in ms, call it time_ms",
+            {"times": 1000 * TIMES, "head": "time"},
+        ),
+        (
+            "line 32, time_s must not be before the row above, at 0.58, but is 0.004: cut",
+            {"times": [*TIMES, *TIMES + 0.004]},
+        ),
+        ("line 3, time_s must not be before", {"times": TIMES[::-1]}),
+        ("less than 20 lengths a second, .*: are they in mm or cm", {"times": TIMES, "scale": 1000}),
+        ("less than 20 lengths a second, .*: are they in mm.$", {"times": TIMES, "scale": 30000}),
+        (
+            "j1 must bend by less than half a turn, but is 20 rad: are they in deg. Then call it j1_deg",
+            {"times": TIMES, "angle": 20},
+        ),
+    ],
+)
+def test_a_table_in_other_units_is_refused(words, given, tmp_path):
+    with pytest.raises(InputError, match=words):
+        read_pose_run(FISH, table(tmp_path, **given), joints=["j1", "j2"])
 
 
 def test_the_command_writes_what_replay_reads(tmp_path):

@@ -75,6 +75,18 @@ def test_what_matlab_leaves_in_doubt_is_refused(tmp_path, arrays, sentence) -> N
     [
         ("Timecode", numbers("00:00:00:{:02}"), FPS, "a time code counts frames: write the number of each frame"),
         ("recorded", numbers("12:30:{:02}.5"), FPS, "column recorded looks like a clock, but its name is not known"),
+        (
+            "when",
+            numbers("05/04/2026 12:30:{:02} PM"),
+            FPS,
+            "column when looks like a clock, but its name is not known",
+        ),
+        (
+            "when",
+            numbers("2026-05-04_12-30-{:02}"),
+            FPS,
+            "column when numbers the rows by names, but nothing says what",
+        ),
         ("moment", [f"{k / RATE:.1f}" for k in FRAMES], FPS, "column moment grows from row to row, but nothing says"),
         ("moment", ["", *numbers()[1:]], FPS, "column moment grows from row to row, but nothing says"),
         ("timestamp", seconds(1e-7, digits=0), {}, "or give --frame-rate: 6 Hz in us, 60 Hz in 100 ns"),
@@ -114,3 +126,8 @@ def test_clocks_that_disagree_are_refused(tmp_path) -> None:
     )
     np.savez(tmp_path / "trex.npz", timestamp=1e6 * TIME, frame_rate=np.array(RATE), **poses)
     assert read_markers(tmp_path / "trex.npz", **PX).time == pytest.approx(TIME)
+
+
+def test_the_name_of_the_film_in_each_row_is_no_frame(tmp_path) -> None:
+    path = table(tmp_path, "file,time_s", [f"swim.mp4,{time}" for time in seconds()])
+    assert read_markers(path, **PX).time == pytest.approx(TIME, abs=1e-6)

@@ -4,18 +4,15 @@ import math
 from collections.abc import Sequence
 from typing import Any, Unpack
 
-from hypertuna.description.new import LINKS, SHORTEST, Sizes, new_robot, shape_of
+from hypertuna.description.new import LINKS, SEGMENTS, SHORTEST, Sizes, new_robot, shape_of
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.swimming.yielding import reduced_inertia, softness
 
-LEAST_LINKS = 3  # links of the robot, including the undriven one
-SEGMENTS = 3  # segments of a flexible fin
-# Stiffness over that of resonance, k/k_r: one hinge was most efficient at 1.6, and within a tenth of the best from 0.8
-# to 2.8 (docs/model.md).
-RATIO = 1.6
-ZETA = 0.05  # damping over the critical damping
-MODULUS = 2.4e9  # Pa, Young's modulus of polycarbonate
+LEAST_LINKS = 3
+RATIO = 1.6  # k/k_r: where the swims of one hinge were most efficient, 0.8 to 2.8 within a tenth (docs/model.md)
+ZETA = 0.05  # damping over the critical one
+MODULUS = 2.4e9  # Pa, of polycarbonate
 
 
 def plate_springs(length: Sequence[float], height: Sequence[float], thickness: float, modulus: float) -> list[float]:

@@ -167,8 +167,9 @@ def identify_command(
     elif cluster is not None:
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
-    opt.with_rigid_hinge(fish, "in recordings of joint angles")
     runs = read_trials(trials, fish)
+    if runs.recordings:
+        opt.with_rigid_hinge(fish, "in recordings of joint angles")
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)

@@ -10,7 +10,7 @@ from hypertuna.cli.command import App
 from hypertuna.cli.console import command_line, progress_bar
 from hypertuna.cli.emit import emit, made_by
 from hypertuna.cli.experiment import ask_command, tell_command
-from hypertuna.cli.search import BodyLimits, Design, RobustOptions, SearchOptions, SwimLimits, design_of
+from hypertuna.cli.search import BodyLimits, Design, RobustOptions, SearchOptions, SwimLimits, design_of, positive
 from hypertuna.cli.shards import connected
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.writer import robot_text, write_robot
@@ -35,7 +35,7 @@ def optimize_command(
     limits: SwimLimits,
     body: BodyLimits,
     design: Design = None,
-    min_speed: Annotated[float | None, opt.number("--min-speed", "m/s", "Minimum speed in m/s.")] = None,
+    min_speed: Annotated[float | None, positive("--min-speed", "m/s", "Minimum speed in m/s.")] = None,
     checkpoint: opt.Checkpoint = None,
     cluster: opt.Cluster = None,
     plot: opt.Plot = None,
@@ -52,8 +52,8 @@ def optimize_command(
         _check_alone(context)
         return
     subject = robot.load(output)
-    all_limits = limits.make(subject, speed=min_speed, **body.arguments())
-    if output is not None:  # checks that the result can be written before a long search for it
+    all_limits = limits.make(subject, speed=min_speed, **body.arguments(subject))
+    if output is not None:  # tried before the search, whose result must not be lost
         groups = [0.0] * len(subject.joints)
         robot_text(_with_best(subject, Gait.from_degrees(frequency=1.0, amplitude=groups, phase=groups)))
     how = search.arguments() | vars(robust) | {"checkpoint": checkpoint, "design": design_of(design)}

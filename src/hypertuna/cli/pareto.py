@@ -59,7 +59,7 @@ def pareto_command(
             generations=generations,
             bounds=bounds_of(bounds),
             design=design_of(design),
-            limits=limits.make(subject, **body.arguments()),
+            limits=limits.make(subject, **body.arguments(subject)),
             min_speed=min_speed,
             polish=not no_polish,
             seed=seed,

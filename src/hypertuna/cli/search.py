@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -13,8 +14,10 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import Limit, gait_limits
 from hypertuna.optimization.optimize import METHODS
+from hypertuna.ranges import POSITIVE
 
 T = TypeVar("T")
+positive = partial(opt.number, limits=POSITIVE)  # an option of a limit
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ class GaitLimits:
     """Options: limits that depend on the gait alone."""
 
     max_joint_rate: Annotated[
-        float | None, opt.number("--max-joint-rate", "deg/s", "Maximum rate of a joint group in deg/s.")
+        float | None, positive("--max-joint-rate", "deg/s", "Maximum rate of a joint group in deg/s.")
     ] = None
     amplitude_by_bandwidth: Annotated[
         bool,
@@ -98,7 +101,7 @@ class GaitLimits:
 class SwimLimits(GaitLimits):
     """Options: limits on a gait, and on the torques and Strouhal number of its swim."""
 
-    max_torque: Annotated[float | None, opt.number("--max-torque", "N m", "Maximum torque of a joint in N m.")] = None
+    max_torque: Annotated[float | None, positive("--max-torque", "N m", "Maximum torque of a joint in N m.")] = None
     strouhal: Annotated[Sequence[float] | None, opt.interval("--strouhal", "1", "Range of the Strouhal number.")] = None
 
     def make(self, robot: Robot, **limits: Any) -> tuple[Limit, ...]:
@@ -121,14 +124,17 @@ Design = Annotated[
 class BodyLimits:
     """Options: limits on the body of a design."""
 
-    max_mass: Annotated[float | None, opt.number("--max-mass", "kg", "Maximum mass of the robot in kg.")] = None
-    max_length: Annotated[float | None, opt.number("--max-length", "m", "Maximum length of the robot in m.")] = None
+    max_mass: Annotated[float | None, positive("--max-mass", "kg", "Maximum mass of the robot in kg.")] = None
+    max_length: Annotated[float | None, positive("--max-length", "m", "Maximum length of the robot in m.")] = None
     max_bend: Annotated[
-        float | None, opt.number("--max-bend", "deg", "Maximum angle of the passive hinge in degrees.")
+        float | None, positive("--max-bend", "deg", "Maximum angle of each passive hinge in degrees.")
     ] = None
 
-    def arguments(self) -> dict[str, float | None]:
+    def arguments(self, robot: Robot) -> dict[str, float | None]:
         """Return the limits as arguments of `gait_limits`."""
+        if self.max_bend is not None and not robot.hinges:
+            fix = "leave it out, or add the table [hinge]"
+            raise InputError("needs a passive hinge, which the robot lacks", key="--max-bend", fix=fix)
         bend = None if self.max_bend is None else float(np.radians(self.max_bend))
         return {"mass": self.max_mass, "length": self.max_length, "bend": bend}
 

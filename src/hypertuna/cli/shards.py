@@ -58,9 +58,10 @@ def write_shards(
         return False
     if places.shard_size is not None:
         SIZES.check(places.shard_size, "--shard-size", "leave it out for the default")
+    one_file = "write one file, -o NAME.nc or -o NAME.csv"
     for key, value in refused.items():
         if value is not None:
-            fix = "leave it out: the same command resumes" if key == "--checkpoint" else "merge the shards first"
+            fix = "leave it out: the same command resumes" if key == "--checkpoint" else one_file
             raise InputError("cannot be combined with a folder of shards", key=key, value=value, fix=fix)
     options |= {"size": places.shard_size, "part": places.shard or (1, 1), "command": _placeless(sys.argv[1:])}
     with progress_bar("shards", parts="shard") as progress, connected(places.cluster) as executor:

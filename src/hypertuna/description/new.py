@@ -20,14 +20,14 @@ LINKS = Whole(min=2, max=20)
 LENGTH = Range(min=0.03, max=10.0, unit="m")
 SLENDER = Range(min=0.03, max=0.45)  # height over length: outside, mass or length has a slip
 FLAT = Range(min=0.15, max=2.0)  # width over height
-FLOATS = Range(min=1 / 3, max=3.0)  # mass of the displaced water over the robot's mass
-SPAN = Range(min=0.02, max=0.6)  # span of the tail fin over the length
-CHORD = Range(min=0.01, max=0.4)  # chord of the tail fin over the length
-SHORTEST = 0.02  # length of the shortest link over the length of the robot
-# Estimates of the gait.
-SWING, LAG = 40.0, 80.0  # deg, sum of the joints' amplitudes, and phase from the first joint to one beyond the last
-AMPLITUDE = 30.0  # deg, amplitude of a single joint
-CRUISE = 2.0, 0.3  # frequency [Hz] of a robot of this length [m]; it falls with the root of the length
+FLOATS = Range(min=1 / 3, max=3.0)  # mass of the water that the sections displace over the robot's
+SPAN = Range(min=0.02, max=0.6)  # of the tail fin, over the length
+CHORD = Range(min=0.01, max=0.4)  # of the tail fin, over the length
+SHORTEST = 0.02  # of a link, over the length of the robot
+SEGMENTS = 3  # of a flexible fin
+SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
+AMPLITUDE = 30.0  # deg, of a single joint
+CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
 BANDWIDTH = 5.0  # Hz, of joints that servos drive
 
 OWN = ("height", "width", "fin_span", "fin_chord")  # sizes that [sources] mentions if they are given

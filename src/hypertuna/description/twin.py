@@ -1,11 +1,12 @@
 """Reasons why a robot has no twin, and the command that writes a robot of its size that has one."""
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hypertuna import _core
-from hypertuna.description.new import new_robot
+from hypertuna.description.new import SEGMENTS, SHORTEST, new_robot
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.actuator import Hinge
 from hypertuna.description.schema.body import AXLE, DRIVES
@@ -98,17 +99,32 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
     kinds = [group.drive for group in robot.joints if group.driven]
     drive = next((one for one in reversed(DRIVES.values()) if one in kinds), AXLE)
     most = drive.on_board if board else _core.MAX_JOINTS
-    names = [group.name for group in robot.joints]
-    others = [f"J{j}" for j in range(1, min(most, len(names)) + 1)]
-    size: dict[str, Any] = {"lengths": robot.links.length, "mass": robot.body.mass}
-    with_names = [{**size, "joints": names}] if len(names) <= most else []
-    candidates = [*with_names, {**size, "joints": others}, {"lengths": robot.links.length, "joints": others}, {}]
+    tail, lengths = _tail(robot)
+    count = min(most, len(robot.joints))
+    names, others = [group.name for group in robot.joints], [f"J{j}" for j in range(1, count + 1)]
+    if tail != "driven" and round((len(lengths) - 1) * (1 - 1 / count)) == len(lengths) - 2:
+        names, others = [*names, "fin"], [*others, "fin"]  # of a group that the tail takes the only link from
+    size: dict[str, Any] = {"lengths": lengths, "mass": robot.body.mass}
+    with_names = [{**size, "joints": names}] if len(robot.joints) <= most else []
+    candidates = [*with_names, {**size, "joints": others}, {"lengths": lengths, "joints": others}, {}]
     options = next(one for one in candidates if _accepted(one))
     command = ["hypertuna", "robot", "new", f"{robot.name}-{'sea' if sea else 'twin'}.toml"]
     for name, value in options.items():
         values = value if isinstance(value, Sequence) else [value]
         command += [f"--{name}", ",".join(one if isinstance(one, str) else f"{one:g}" for one in values)]
+    command += ["--tail", tail] * (tail != "driven")
     return shlex.join([*command, "--actuation", drive.actuation, *["--sea"] * sea])
+
+
+def _tail(robot: Robot) -> tuple[str, list[float]]:
+    """Return the tail that is most like a robot's for `robot new`, and the lengths of the links with it [m]."""
+    lengths = list(robot.links.length)
+    last = len(lengths) - 1
+    undriven = last - max((link for group in robot.joints for link in group.links), default=last)
+    fin = math.fsum(lengths[-SEGMENTS:])
+    if undriven >= SEGMENTS and fin >= SEGMENTS * SHORTEST * math.fsum(lengths):
+        return "flexible", [*lengths[:-SEGMENTS], fin]
+    return "passive" if undriven else "driven", lengths
 
 
 def _accepted(options: Mapping[str, Any]) -> bool:

@@ -91,8 +91,9 @@ def columns_csv(facts: Mapping[str, Any], columns: Mapping[str, Iterable[Any]], 
 def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str]) -> dict[str, Any]:
     """Return variables and coordinates as columns NAME_LABEL_unit: angles in degrees, pressures in kPa, codes in words.
 
-    Labels of a dimension (joints, sides) are parts of column names; every combination of the other dimensions is a row.
-    `names` may map variables to the names of their columns, which may end in the unit.
+    A dimension with labels (joints, sides) stands in the names of columns, every combination of the others is a row.
+    `names` may map variables to the names of their columns, which may end in the unit. The attribute ``key`` of a
+    number of a robot's file is the name of its column.
     """
     import numpy as np  # imported here: `hypertuna version` does not need it
 
@@ -107,6 +108,9 @@ def variable_columns(data: xr.Dataset, names: Mapping[str, str] | Iterable[str])
         unit, values = _unit_and_values(variable)
         full = variable.copy(data=values).expand_dims({dim: n for dim, n in rows.items() if dim not in variable.dims})
         table = full.transpose(*labeled, *rows).values.reshape(*(len(labels[dim]) for dim in labeled), -1)
+        if "key" in variable.attrs:
+            columns[variable.attrs["key"]] = table
+            continue
         for index in np.ndindex(*table.shape[:-1]):
             parts = [head, *(labels[dim][k] for dim, k in zip(labeled, index, strict=True))]
             column = "_".join(str(part).replace("-", "_") for part in parts)

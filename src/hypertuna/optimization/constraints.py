@@ -11,6 +11,7 @@ from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError
 from hypertuna.ranges import POSITIVE
 from hypertuna.swimming.gait import Gaits
+from hypertuna.swimming.yielding import bend_name
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def gait_limits(
     mass, length : float, optional
         Max mass [kg] and length [m] of the robot, for searches over its design.
     bend : float, optional
-        Max angle of the passive hinge [rad], which has no derivatives.
+        Max angle of each passive hinge [rad]; it has no derivatives.
 
     Returns
     -------
@@ -103,7 +104,8 @@ def gait_limits(
         if not robot.hinges:
             rule, fix = "is of a passive hinge, which the robot lacks", "leave it out, or add the table [hinge]"
             raise InputError(rule, key="bend", file=robot.file or None, fix=fix)
-        limits.append(Limit("bend_peak", bend, unit="deg", scale=np.pi / 180))
+        names = [bend_name(robot, "bend_peak", d) for d in range(len(robot.hinges))]
+        limits += [Limit(name, bend, unit="deg", scale=np.pi / 180) for name in names]
     return tuple(limits)
 
 

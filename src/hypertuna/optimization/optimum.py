@@ -102,8 +102,8 @@ def make_optimum(
     near_best = _near_best(problem, best) if feasible and target.expected is None else {}
     exact = feasible and target.expected is not None and not (missed or problem.non_differentiable or problem.robust)
     robots = len(problem.robots)
-    gaps = zip(space.names, best.x[0] - space.lower, space.upper - best.x[0], space.upper - space.lower, strict=True)
-    bounds = {name: "lower" if low < high else "upper" for name, low, high, w in gaps if min(low, high) < NEAR * w}
+    on_bounds = zip(space.names, *_on_bounds(space, best.x[0]), strict=True)
+    bounds = {name: "lower" if low else "upper" for name, low, high in on_bounds if low or high}
     return Optimum(
         robot=robot,
         objective=target,
@@ -115,7 +115,7 @@ def make_optimum(
         seed=seed,
         evaluations=optimizer.evaluations * robots,
         seconds=seconds,
-        stop=stop if feasible else f"{stop} {_infeasible_sentence(margins)}",
+        stop=stop if feasible else f"{stop} {_infeasible_sentence(margins)} {problem.refusal(best.x[0])}".rstrip(),
         history=np.array(optimizer.history),
         swum=np.cumsum(optimizer.batches) * robots,
         margins=tuple(margins[1:]),
@@ -134,6 +134,12 @@ def make_optimum(
             )
         ),
     )
+
+
+def _on_bounds(space: DesignSpace, x: Array) -> list[NDArray[np.bool_]]:
+    """Return which coordinates (dim,) are on the lower bound and on the upper: near it, beside range and bound."""
+    width, ends = space.upper - space.lower, (space.lower, space.upper)
+    return [abs(x - end) < NEAR * np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:
@@ -210,7 +216,7 @@ def _weight_threshold(problem: Problem, best: Evaluation) -> float:
     assert evaluation.value_jacobian is not None
     assert evaluation.speed_gradient is not None
     assert evaluation.violation_jacobian is not None
-    inside = np.minimum(best.x[0] - space.lower, space.upper - best.x[0]) > NEAR * width
+    inside = ~np.logical_or(*_on_bounds(space, best.x[0]))
     active = evaluation.violation_jacobian[0, 1:][-evaluation.violation[0, 1:] < NEAR]
     columns = np.vstack([evaluation.speed_gradient[0], active])[:, inside] * width[inside]
     gradient = evaluation.value_jacobian[0, 0, inside] * width[inside]

@@ -97,7 +97,8 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
         facts |= {f"reference_{name}": float(r) for name, r in zip(self.objectives, self.reference, strict=True)}
         facts |= {"objectives": " ".join(self.objectives), "evaluations": self.evaluations}
         for variable in self.space.variables:
-            variables[variable.label] = ("gait", self.designs[variable.name], variable.attributes)
+            attributes = variable.attributes | {"key": variable.name}
+            variables[variable.label] = ("gait", self.designs[variable.name], attributes)
         return self._swims().assign(variables).assign_attrs(facts)
 
     def _swims(self) -> xr.Dataset:
@@ -204,9 +205,10 @@ def pareto(
         polished = _polished(recorded, evolved) if polish and not without_derivatives and len(evolved.x) else evolved
         front = polished.rows(np.argsort(-polished.value[:, 0], kind="stable"))
         residual: Any = np.nan
-        if not without_derivatives:
+        if len(front.x) and not without_derivatives:
             residual = stationarity(recorded, recorded.evaluate(front.x, derivatives=True), _scale(evolved))
         report(total)
+    refusal = "" if len(evolved.x) else problem.refusal(recorded.last)
     sign = np.array([target.terms[0][1] for target in targets])
     reference = evolved.value.max(axis=0) + BEYOND * _scale(evolved) if len(evolved.x) else np.full(len(names), np.nan)
     return Front(
@@ -223,7 +225,7 @@ def pareto(
         polished=polished is not evolved,
         evaluations=recorded.evaluations,
         seconds=time.perf_counter() - start,
-        stop=f"{search.stop} {_polish_sentence(evolved, front, polish, without_derivatives)}",
+        stop=f"{search.stop} {_polish_sentence(evolved, front, polish, without_derivatives)} {refusal}".rstrip(),
         robust=problem.robust,
     )
 
@@ -245,6 +247,7 @@ class _Recorded:
 
         columns = self._journal.answer({"x": x, "derivatives": derivatives}, work)
         self.evaluations += len(x) * len(self.problem.robots)
+        self.last = x[-1]
         self._batches += 1
         self._report(self._batches)
         return Evaluation(x, quantities={}, **{name: np.array(columns[name], dtype=np.float64) for name in names})

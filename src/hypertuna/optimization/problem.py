@@ -22,7 +22,7 @@ from hypertuna.ranges import Whole, check_choice
 from hypertuna.swimming.beat import DEFAULT_STEPS, DIFFERENTIABLE, QUANTITIES, STATUSES, directional_derivatives, settle
 from hypertuna.swimming.designs import model_features, rates
 from hypertuna.swimming.gait import Gaits
-from hypertuna.swimming.yielding import BEND
+from hypertuna.swimming.yielding import bend_table
 
 PART = 16  # points per task of an executor
 MIN_STRIDE = 1e-3  # body lengths per beat: a gait with a shorter stride stands still
@@ -68,7 +68,8 @@ class Problem:
     @property
     def non_differentiable(self) -> tuple[str, ...]:
         """Quantities in objectives and limits that have no derivatives."""
-        return tuple(name for name in self.needs if name in (*QUANTITIES, *BEND) and name not in DIFFERENTIABLE)
+        swum = {*QUANTITIES, *bend_table(self.robot)}
+        return tuple(name for name in self.needs if name in swum and name not in DIFFERENTIABLE)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -103,6 +104,15 @@ class Problem:
         if self.robust is None:
             return {name: np.concatenate([each[name] for each in rows[0]]) for name in names}
         return {name: np.stack([np.concatenate([each[name] for each in row]) for row in rows]) for name in names}
+
+    def refusal(self, x: Array) -> str:
+        """Return the sentence with which a robot at one point (dim,) is refused; empty if all swim there."""
+        try:
+            for robot in self.robots:
+                settle(self.space.robot(robot, x), self.space.gaits(x[np.newaxis]), steps=self.steps)
+        except InputError as error:
+            return f"A robot of the search was refused: {error}"
+        return ""
 
     def judge(self, x: Array, quantities: Mapping[str, Any]) -> Evaluation:
         """Evaluate objectives and limits from simulated or measured quantities, in the form that `swim` returns."""

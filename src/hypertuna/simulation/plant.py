@@ -271,9 +271,7 @@ def plan_command(
     command: dict[str, Any] = {"since": 0.0, "armed": 1.0, "frequency": gait.frequency}
     command |= {name: np.atleast_2d(values) for name, values in angles.items()}
     command |= {} if fins is None else {"fin": fins(ticks, tick)}
-    if speed is None:
-        settled = settled_speed(robot, gait)
-        speed = settled if math.isfinite(settled) else 0.0
+    speed = _settled_start(robot, gait) if speed is None else speed
     core = {
         "plant": parts.plant,
         "command": _core.GaitCommand(controller, command, lost_at=command_lost_at),
@@ -297,6 +295,17 @@ def plan_command(
         "step": tick / steps,
     }
     return PlannedRun(fields, core)
+
+
+def _settled_start(robot: Robot, gait: Gait) -> float:
+    """Return the speed of the settled beat [m/s], with which a run at sea begins; 0 where the search finds none."""
+    try:
+        settled = settled_speed(robot, gait)
+    except InputError as error:
+        start = "a run at sea begins with the speed of the settled beat"
+        fix = f"{start}; give less, leave the hinge out for a rigid joint, or run `twin`, which begins at rest"
+        raise InputError(error.rule, file=error.file, key=error.key, value=error.value, fix=fix) from None
+    return settled if math.isfinite(settled) else 0.0
 
 
 def _named(record: dict[str, Array], rows: int, robot: Robot) -> dict[str, Array]:

@@ -18,16 +18,31 @@ STENCIL = np.arange(-2.0, 3.0)  # points [steps]; exact for polynomials of degre
 STEP = 1e-4  # step over the value, or over a hundredth of its range if that is more
 
 
-def design_of(robot: Robot, ends: Mapping[str, tuple[float, float]]) -> tuple[Variable, ...]:
-    """Return numbers of a robot's file as variables; ends: low and high by key. Each must affect the settled beat."""
+def design_of(
+    robot: Robot, ends: Mapping[str, tuple[float, float]], *, derivatives: bool = True
+) -> tuple[Variable, ...]:
+    """Return a robot's numbers as variables, from low and high by key; refuse one that changes no settled beat.
+
+    With `derivatives`, refuse also one that settled beats have no derivative by.
+    """
     design = variables(robot, ends)
     for variable in design:
-        low, high = (beat_features(designed(robot, (variable,), (end,))) for end in (variable.low, variable.high))
-        if np.array_equal(low, high):
+        low, high = (designed(robot, (variable,), (end,)) for end in (variable.low, variable.high))
+        if not np.array_equal(beat_features(low), beat_features(high)):
+            continue
+        if np.array_equal(_shares(low), _shares(high)):
             rule = "must change how the robot swims, but its derivative is zero everywhere"
             fix = f"leave it out: {_why_idle(robot, variable)}"
             raise InputError(rule, key=f"design {variable.name}", file=robot.file or None, fix=fix)
+        if derivatives:
+            rule, fix = "has no derivative beside passive hinges", "try its values one by one, by `sweep --design`"
+            raise InputError(rule, key=f"design {variable.name}", file=robot.file or None, fix=fix)
     return design
+
+
+def _shares(robot: Robot) -> list[float]:
+    """Return the shares of all joints in their groups' bends, which settled beats beside hinges depend on too."""
+    return [share for group in robot.joints for share in group.share]
 
 
 def model_features(robot: Robot) -> Array:
@@ -82,8 +97,6 @@ def _why_idle(robot: Robot, one: Variable) -> str:
         return f"the robot swims in {robot.model.water} water (model.water, or --water)"
     if "bandwidth" in one.name and robot.model.joints == "ideal":
         return "the robot's joints are ideal (model.joints, or --joints)"
-    if ".tendons." in one.name and robot.hinges:
-        return "beside passive hinges there is no derivative by it; try its values one by one, by --set"
     if table == "fin":
         return f"{robot.model.water} water knows the fin's area alone"
     return "a settled beat does not know it"

@@ -144,7 +144,10 @@ def _sweep_designs(
     for name, first in swims[0].data_vars.items():
         stack = np.stack([result[name].values for result in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
-    coordinates = {v.label: (v.label, values, v.attributes) for v, values in zip(found, levels, strict=True)}
+    coordinates = {
+        one.label: (one.label, values, one.attributes | {"key": one.name})
+        for one, values in zip(found, levels, strict=True)
+    }
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
 
@@ -157,7 +160,8 @@ def design_robots(
         if len({float(value) for value in values}) < max(2, len(values)):
             fix = "give two or more; --set changes a value for good"
             raise InputError("must be different values", key=f"design {key}", value=shown(values), fix=fix)
-    found = design_of(robot, {key: (float(min(values)), float(max(values))) for key, values in design.items()})
+    ends = {key: (float(min(values)), float(max(values))) for key, values in design.items()}
+    found = design_of(robot, ends, derivatives=False)
     places = list(itertools.product(*([float(value) for value in values] for values in design.values())))
     check_count(gaits * len(places))
     return found, [designed(robot, found, place) for place in places]

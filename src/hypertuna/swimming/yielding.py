@@ -239,9 +239,9 @@ def moment_power(robot: Robot, clock: Array, joints: Array) -> Array:
 
 
 def too_soft(ratio: float) -> str:
-    """Return a text of the reason why a search found no beat, from the hinges' softness k/k_r."""
+    """Return a sentence on the reason why a search found no beat, from the hinges' softness k/k_r."""
     why = "the tail is too soft, " if ratio < SOFT else ""
-    return f"no steady beat: {why}k/k_r = {ratio:.2g} (stiffness of the hinge over that at resonance)."
+    return f"No steady beat: {why}k/k_r = {ratio:.2g} (stiffness of the hinge over that at resonance)."
 
 
 def folds(bends: tuple[Bend, ...]) -> str:

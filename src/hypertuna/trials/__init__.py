@@ -10,6 +10,7 @@ form_arrays, form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook: the bi
 pose_import: poses and joint angles of other programs.
 clock, swimming_plane, markers: their times, their plane, and what counts as seen.
 chain, marker_places, marker_order, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
+head_motion: motions that no body makes.
 plausibility: runs far from the model.
 start, smoothing, replay, comparison: how a run begins; joint angles as functions of time, swum by the model, and
 compared with the tracks.

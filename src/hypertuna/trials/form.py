@@ -1,17 +1,21 @@
 """Base of the text forms: read points from named columns, recognize columns of time and frames."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points
 
-AXES = {"x": 0, "y": 1, "z": 2}  # index of a coordinate
-# Fix in errors.
+# Units of length in names of columns [m]; none of pixels.
+UNITS = {
+    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254, "inch": 0.0254, "ft": 0.3048,
+    "px": None, "pixel": None, "pixels": None,
+}  # fmt: skip
+AXES = {"x": 0, "y": 1, "z": 2}
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
 
 
@@ -21,6 +25,7 @@ class Text(NamedTuple):
     name: str
     recognized: Callable[[Grid], bool]
     read: Callable[[Grid, str | None], Points]
+    individuals: bool = False  # whether it may hold several animals or cameras
 
 
 def of_columns(
@@ -38,6 +43,10 @@ def of_columns(
     for name, axes in columns.items():
         if axis := next((axis for axis in "xy" if axis not in axes), None):
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
+    flat = [name for name, axes in columns.items() if "z" not in axes]
+    if 0 < len(flat) < len(columns):
+        fix = "give z of all markers, or of none"
+        raise InputError("must have a column of z, like others", file=samples.file, key=f"marker {flat[0]}", fix=fix)
     spatial = all("z" in axes for axes in columns.values())
     place = np.full((len(samples.rows), len(columns), 3 if spatial else 2), np.nan)
     weight = np.full(place.shape[:2], np.nan)
@@ -74,6 +83,20 @@ TIME = re.compile(
     rf"(?P<unit>{'|'.join(SECONDS)}|hhmmss[a-z]*)?|(?P<bare>{'|'.join(SECONDS)}))"
 )
 INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
+
+
+def unit_of(file: str, units: Iterable[str | None]) -> dict[str, Any]:
+    """Return the unit that the names of columns of coordinates state, as fields of `Points`; it must be one."""
+    words = {(unit or "").lower() for unit in units}
+    if len(words) > 1:
+        value, fix = ", ".join(sorted(unit or "none" for unit in words)), "write all coordinates in one unit"
+        raise InputError("must have one unit", file=file, key="names of columns", value=value, fix=fix)
+    word = next(iter(words), "")
+    if word and word not in UNITS:
+        rule, value = f"must be one of {', '.join(UNITS)}", shown(word)
+        raise InputError(rule, file=file, key="the unit in names of columns", value=value, fix="convert the places")
+    length = UNITS.get(word)
+    return {"length_unit": length, "in_pixels": bool(word) and length is None}
 
 
 def plain(name: str) -> str:

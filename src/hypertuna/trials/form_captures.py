@@ -9,7 +9,7 @@ from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import Text, of_columns
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid
-from hypertuna.trials.points import Points, choose_individual
+from hypertuna.trials.points import Points, choose_individual, no_individuals
 
 MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}  # in m
 Y_UP, Z_UP = 1, 2  # index of the axis that points up
@@ -30,6 +30,9 @@ def _motive(grid: Grid, individual: str | None) -> Points:
     """Read an export of Motive: settings, lines of type and name of each column, then frame, time, x, y, z, ..."""
     settings = grid.rows[0][1]
     info = {key.lower(): value for key, value in zip(settings[::2], settings[1::2], strict=False)}
+    if (space := info.get("coordinate space", "Global")).lower() != "global":
+        fix = "export again with the coordinate space Global: local places are those in a rigid body's own frame"
+        raise InputError("must be Global", file=grid.file, key="Coordinate Space", value=shown(space), fix=fix)
     top = _top(grid)
     head_row = next((k for k, row in enumerate(top) if row[:1] == ["frame"]), None)
     lines = {row[1]: k for k, row in enumerate(top[:head_row]) if len(row) > 2 and row[1] in ("type", "name")}
@@ -130,6 +133,8 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
     head = grid.rows[0][1]
     matches = {k: match for k, name in enumerate(head) if (match := DIGITIZED.fullmatch(name.lower()))}
     cameras = [f"cam{match['camera']}" for match in matches.values() if match["camera"]]
+    if individual is not None and not cameras:
+        raise no_individuals(grid.file, individual)
     camera = choose_individual(grid.file, cameras, individual, what="camera") if cameras else None
     columns: dict[str, dict[str, int]] = {}
     for k, match in matches.items():
@@ -154,5 +159,5 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
 TEXTS = (
     Text("Motive", _is_motive, _motive),
     Text("Qualisys", _is_qualisys, _qualisys),
-    Text("DLTdv", _is_digitized, _digitized),
+    Text("DLTdv", _is_digitized, _digitized, individuals=True),
 )

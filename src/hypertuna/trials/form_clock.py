@@ -1,5 +1,6 @@
 """Columns of time and frames in forms of text: one reader for all, that refuses a clock of which nothing is known."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,8 +9,10 @@ import numpy as np
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import INDEX, TIME, plain, seconds_per_unit, time_and_frame
-from hypertuna.trials.grid import Samples, clock_time
+from hypertuna.trials.grid import Samples
 
+LIKE, DIGIT = re.compile(r"\d:\d\d"), re.compile(r"\d")
+FILE = re.compile("files?(name|path)?")
 GROWING = 3  # rows from which on a column of growing numbers may be a clock
 MOST = 0.9  # part of the cells of a column that makes it a clock
 SAME_SPAN = 0.05  # relative difference of two clocks that agree
@@ -22,7 +25,7 @@ def clock_columns(
 
     used: columns of coordinates, likelihoods, names; head: names of columns, where not those of the samples.
     """
-    names = ["" if k in used else name for k, name in enumerate(head or samples.head)]
+    names = ["" if k in used or _is_label(samples, k, name) else name for k, name in enumerate(head or samples.head)]
     time, second, frame = time_and_frame(names)
     fields: dict[str, Any] = {}
     if time is not None:
@@ -41,6 +44,11 @@ def clock_columns(
     return _with_frame(samples, names, frame, fields), notes
 
 
+def _is_label(samples: Samples, column: int, name: str) -> bool:
+    """Return whether a column of files names the film, the same one in each row."""
+    return bool(FILE.fullmatch(plain(name))) and len(set(samples.text(column))) == 1 < len(samples.rows)
+
+
 def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: dict[str, Any]) -> dict[str, Any]:
     """Return fields of `Points` with those of a column of frames."""
     if frame is None:
@@ -51,7 +59,8 @@ def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: d
 def _check_others(samples: Samples, names: list[str], fields: dict[str, Any]) -> None:
     """Check that other columns of time, whose names say their units, span as long as the one that is read."""
     for k, name in enumerate(names):
-        unit = seconds_per_unit(match) if (match := TIME.fullmatch(plain(name))) else None
+        match = TIME.fullmatch(plain(name))
+        unit = seconds_per_unit(match) if match and match["unit"] else None
         if unit is None or fields["time_unit"] is None or name == fields["time_name"] or not samples.rows:
             continue
         span = float(np.ptp(samples.times(k)[0])) * unit
@@ -93,5 +102,7 @@ def _looks_like_a_clock(texts: list[str], values: Any, step: Any) -> str:
     """Return what a column of no known name looks like, of cells, their numbers, and steps between these; or ""."""
     if len(step) + 1 >= MOST * len(values) and (step >= 0).all() and (step > 0).any():
         return "grows from row to row, but nothing says what it counts"
-    times = sum(clock_time(text) is not None for text in texts)
-    return "looks like a clock, but its name is not known" if times >= MOST * len(texts) and len(set(texts)) > 1 else ""
+    if sum(bool(LIKE.search(text)) for text in texts) >= MOST * len(texts) and len(set(texts)) > 1:
+        return "looks like a clock, but its name is not known"
+    named = len(step) == 0 and texts == sorted(set(texts)) and all(DIGIT.search(text) for text in texts)
+    return "numbers the rows by names, but nothing says what these are" if named else ""

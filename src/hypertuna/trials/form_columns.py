@@ -1,26 +1,25 @@
 """Text forms with plain columns: a row per frame (nose_x, nose_y, ...; Anipose), or per frame and marker."""
 
 import re
+from typing import Any
 
 import numpy as np
 
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import FIX, Text, of_columns, one_point, plain, time_and_frame
+from hypertuna.trials.form import FIX, SECONDS, UNITS, Text, of_columns, one_point, plain, time_and_frame, unit_of
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
-from hypertuna.trials.points import Points, choose_individual
-from hypertuna.trials.tracks import LENGTHS
+from hypertuna.trials.points import Points, choose_individual, no_individuals
 
 # Patterns of column names.
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
-OTHERS = ("error", "ncams")  # columns of Anipose that are not used
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))  # alternatives of a regular expression
-UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|px|pixels?)[)\]]?)?"  # such as _mm or (mm); may be missing
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)  # such as nose_x
-NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)  # such as x1
-# Names of the column with the names of markers, and of that with the names of animals.
+OTHERS = ("error", "ncams")  # of Anipose, without a use
+AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
+UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
+NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}  # columns that only Anipose writes
@@ -102,7 +101,8 @@ def _plain(grid: Grid, individual: str | None) -> Points:
         names = next(line for line, row in grid.rows if len(row) == widest)
         fix = f"remove the lines above line {names}, if that has the names"
         raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
-    samples = grid.below(1, head)
+    _check_below(grid)
+    samples = _of_animal(grid.below(1, head), individual)
     time, _, frame = time_and_frame(head)
     markers, unit, ignored = _columns(samples, {time, frame})
     used = [k for axes in markers.values() for k in axes.values()]
@@ -114,19 +114,43 @@ def _plain(grid: Grid, individual: str | None) -> Points:
         samples,
         {name: {a: k for a, k in axes.items() if a != "other"} for name, axes in markers.items()},
         words=True,
-        length_unit=unit,
+        **unit,
         notes=notes,
         ignored=() if anipose else tuple(ignored),
         **clock,
     )
 
 
-def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], float | None, list[str]]:
-    """Return each marker's columns by axis or "weight", the length unit in their names [m], and the unused names."""
+def _check_below(grid: Grid) -> None:
+    """Check that the line below the names has no units, and that the names are none of poses."""
+    if len(grid.rows) > 1 and {*grid.cells(1)} - {""} <= {*UNITS, *SECONDS} and any(grid.cells(1)):
+        fix = "remove it, and write them into the names: time_s, nose_x_mm"
+        raise InputError("holds units", file=grid.file, key=f"line {grid.rows[1][0]}", fix=fix)
+    if {"qw", "qx", "qy", "qz"} <= {name.rpartition(".")[2].strip("_") for name in grid.cells(0)}:
+        fix = "import them by hypertuna trials import poses"
+        raise InputError("holds poses, and no markers", file=grid.file, fix=fix)
+
+
+def _of_animal(samples: Samples, individual: str | None) -> Samples:
+    """Return the rows of one animal, where a column names several; without such a column there is none to choose."""
+    for k, name in enumerate(samples.head):
+        animals = samples.text(k)
+        if ANIMAL.fullmatch(plain(name)) and len(set(animals)) < len(animals):
+            animal = choose_individual(samples.file, animals, individual)
+            return samples.only([row for row, one in enumerate(animals) if one == animal])
+    if individual is not None:
+        raise no_individuals(samples.file, individual)
+    return samples
+
+
+def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[str, int]], dict[str, Any], list[str]]:
+    """Return each marker's columns by axis and weight, the unit in names as fields of `Points`, and unused names."""
     found: dict[str, dict[str, int]] = {}
     ignored, units = [], set()
     for k, name in enumerate(samples.head):
-        match = NAMED.fullmatch(name) or NUMBERED.fullmatch(name)
+        # pandas calls the second of two columns x that stand there x.1
+        bare = f"{name}.0" if name.lower() in ("x", "y", "z") and f"{name}.1" in samples.head else name
+        match = NAMED.fullmatch(bare) or NUMBERED.fullmatch(bare)
         if k in taken:
             continue
         if match:
@@ -134,7 +158,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
             found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
             if axis in "xyz":
                 units.add((match["unit"] or "").lower())
-        elif name:
+        elif name and not ANIMAL.fullmatch(plain(name)):
             ignored.append(name)
     # columns such as "body" or "yaw" match the pattern but are no coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
@@ -144,10 +168,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
             axis = "y" if "x" in found[name] else "x"
             raise InputError(f"must have a column of {axis}", file=samples.file, key=f"marker {name}", fix=FIX)
         ignored += [samples.head[k] for k in found.pop(name).values()]
-    if len(units) > 1:
-        value, fix = ", ".join(sorted(unit or "none" for unit in units)), "write all coordinates in one unit"
-        raise InputError("must have one unit", file=samples.file, key="names of columns", value=value, fix=fix)
-    return found, LENGTHS.get(next(iter(units), "")), ignored
+    return found, unit_of(samples.file, units), ignored
 
 
 def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
@@ -177,7 +198,7 @@ def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
 
 # Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
-    Text("rows of frames and markers", _is_long, _long),
-    Text("a table of tracked objects", _is_lone, _lone),
-    Text("plain columns", lambda grid: True, _plain),
+    Text("rows of frames and markers", _is_long, _long, individuals=True),
+    Text("a table of tracked objects", _is_lone, _lone, individuals=True),
+    Text("plain columns", lambda grid: True, _plain, individuals=True),
 )

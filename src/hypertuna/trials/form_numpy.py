@@ -91,6 +91,7 @@ def _of_trex(file: str, arrays: dict[str, Array], names: tuple[str, ...], place:
         np.full(place.shape[:2], np.nan),
         Rows("row", np.arange(1.0, len(place) + 1)),
         time=None if time is None else np.where(np.isfinite(time), time, np.nan),
+        y_down=True,
         time_unit=1.0 if clock == "time" else None,
         time_name=clock or "time",
         frame=None if frame is None else np.where(np.isfinite(frame), frame, np.nan),

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from hypertuna.errors import InputError
-from hypertuna.trials.form import Text, of_columns, one_point
+from hypertuna.trials.form import Text, of_columns, one_point, unit_of
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import Grid, Samples
 from hypertuna.trials.points import Points, choose_individual
@@ -105,7 +105,6 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
 
 # A column of TRex, such as poseX0 (cm): axis, number of the point, unit; and units [m], None for pixels.
 TREX = re.compile(r"pose([XY])(\d+)(?: \((\w+)\))?", re.IGNORECASE)
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None, None: None}
 
 
 def _is_trex(grid: Grid) -> bool:
@@ -117,8 +116,10 @@ def _trex(grid: Grid, individual: str | None) -> Points:
     head = grid.rows[0][1]
     samples = grid.below(1, head)
     columns: dict[str, dict[str, int]] = {}
+    units = set()
     for k, name in enumerate(head):
         if match := TREX.fullmatch(name):
+            units.add(match[3])
             columns.setdefault(f"pose{match[2]}", {})[match[1].lower()] = k
     if not columns:
         raise one_point("TRex", grid.file, "add poseX, poseY or midlines to output_fields")
@@ -126,14 +127,16 @@ def _trex(grid: Grid, individual: str | None) -> Points:
     clock, notes = clock_columns(samples, [k for axes in columns.values() for k in axes.values()])
     if clock.get("time_name", "").lower() == "time":
         clock["time_unit"] = 1.0  # of TRex's own column
-    return of_columns("TRex", samples, columns, infinite=True, notes=notes, **clock)
+    return of_columns(
+        "TRex", samples, columns, infinite=True, notes=notes, y_down=True, **unit_of(grid.file, units), **clock
+    )
 
 
 def _is_idtracker(grid: Grid) -> bool:
     """Return whether the column names are those of idtracker.ai: seconds, then animals' centers x1, y1, x2, y2, ..."""
     head = grid.cells(0)
     centers = [f"{axis}{k // 2 + 1}" for k, axis in enumerate("xy" * (len(head) // 2))]
-    return len(head) > 2 and head[0] in ("seconds", "time(s)") and head[1:] == centers
+    return len(head) > 2 and head[0] in ("seconds", "time(s)", "time", "timestamp") and head[1:] == centers
 
 
 def _idtracker(grid: Grid, individual: str | None) -> Points:
@@ -143,8 +146,8 @@ def _idtracker(grid: Grid, individual: str | None) -> Points:
 
 # Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
-    Text("DeepLabCut", _is_deeplabcut, _deeplabcut),
-    Text("SLEAP", _is_sleap, _sleap),
+    Text("DeepLabCut", _is_deeplabcut, _deeplabcut, individuals=True),
+    Text("SLEAP", _is_sleap, _sleap, individuals=True),
     Text("TRex", _is_trex, _trex),
     Text("idtracker.ai", _is_idtracker, _idtracker),
 )

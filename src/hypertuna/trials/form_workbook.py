@@ -1,10 +1,11 @@
 """Read tracked points from sheets of workbooks (.xlsx), like cells of text files. Needs the extra `xlsx`."""
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.io.door import CELLS, MB, ROWS, archived, damage, opened
 from hypertuna.io.extras import need
 from hypertuna.trials.forms import points_of_grid
@@ -17,14 +18,16 @@ MAX_UNPACKED = 512 * MB  # largest size of a workbook's unpacked texts; a millio
 def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of the first sheet of a workbook."""
     need("xlsx", "openpyxl", by="workbooks")
-    return points_of_grid(_grid(path), individual)
+    grid, others = _grid(path)
+    points = points_of_grid(grid, individual)
+    return replace(points, notes=(*points.notes, *others))
 
 
-def _grid(path: str | Path) -> Grid:
-    """Return the grid of the first sheet that has more than one line."""
+def _grid(path: str | Path) -> tuple[Grid, tuple[str, ...]]:
+    """Return the grid of the first sheet that has more than one line, and a sentence on others; no second like it."""
     from openpyxl import load_workbook
 
-    file, rows = str(path), []
+    file, found = str(path), {}
     errors: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
     try:
         with opened(path, "points") as stream, warnings.catch_warnings(action="ignore"):
@@ -33,12 +36,20 @@ def _grid(path: str | Path) -> Grid:
             for sheet in book.worksheets:
                 rows = _rows(file, sheet)
                 if len(rows) > 1:
-                    return Grid(file, rows)
+                    found[str(sheet.title)] = rows
     except InputError as error:
         raise InputError(error.rule, file=file, key=error.key, value=error.value, fix=error.fix) from None
     except errors:
         fix = "save it again as .xlsx, or the sheet as CSV"
         raise InputError("must be a whole workbook (.xlsx)", file=file, value="not", fix=fix) from None
+    if found:
+        (name, rows), *others = found.items()
+        if alike := [other for other, others_rows in others if others_rows[0][1] == rows[0][1]]:
+            rule, fix = "must have one sheet of a run", "save each run in a file of its own"
+            value = f"{shown(name)} and {shown(alike[0])} with the same columns"
+            raise InputError(rule, file=file, value=value, fix=fix)
+        notes = (f"the sheet {shown(name)} is read, and of {len(others)} others nothing",) if others else ()
+        return Grid(file, rows), notes
     fix = "give a sheet with a line of column names, then one line per frame"
     raise InputError("must be a table", file=file, value="empty", fix=fix)
 

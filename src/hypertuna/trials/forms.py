@@ -13,7 +13,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 from hypertuna.trials import form_captures, form_columns, form_poses
 from hypertuna.trials.grid import Grid, read_grid
-from hypertuna.trials.points import Points
+from hypertuna.trials.points import Points, no_individuals
 
 FIRST_BYTES = 512  # number of first bytes from which a file's form is recognized
 
@@ -24,8 +24,9 @@ class Form(NamedTuple):
     name: str
     suffixes: tuple[str, ...]
     begins: tuple[bytes, ...] = ()
-    read: str = ""  # "module:function", called with (path, individual), imported when needed
-    fix: str = ""  # advice for a form that cannot be read
+    read: str = ""  # "module:function" of (path, individual), imported when it is needed
+    fix: str = ""  # for a form that is not read: what to do
+    individuals: bool = False  # whether it may hold several animals, or variables
     tracks: bool = False  # whether it holds tracked points and nothing else
 
 
@@ -34,13 +35,13 @@ EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Expor
 POSES = "import its poses: hypertuna trials import poses"
 FORMS: tuple[Form, ...] = (
     Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP", tracks=True),
-    Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read"),
-    Form("MATLAB 7.3", (), (b"MATLAB 7.3 MAT-file",), "hypertuna.trials.form_hdf5:read"),
-    Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read"),
+    Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read", individuals=True),
+    Form("MATLAB 7.3", (), (b"MATLAB 7.3 MAT-file",), "hypertuna.trials.form_hdf5:read", individuals=True),
+    Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read", individuals=True),
     Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read", tracks=True),
     Form("an array of NumPy", (".npy",), (b"\x93NUMPY",), "hypertuna.trials.form_numpy:read"),
     Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read"),
-    Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read"),
+    Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read", individuals=True),
     Form("an old workbook", (".xls", ".ods"), (b"\xd0\xcf\x11\xe0",), fix="save it as .xlsx, or the sheet as CSV"),
     Form("a log (MCAP)", (".mcap",), (b"\x89MCAP0",), fix=POSES),
     Form("a bag of ROS 2", (".db3",), (b"SQLite format 3",), fix=POSES),
@@ -59,6 +60,8 @@ def read_points(path: str | Path, individual: str | None = None) -> Points:
         if form.fix:
             rule = f"must be a file of tracked points, but is of the form of {form.name}"
             raise InputError(rule, file=str(path), fix=form.fix)
+        if individual is not None and not form.individuals:
+            raise no_individuals(str(path), individual)
         module, _, function = form.read.partition(":")
         points: Points = getattr(import_module(module), function)(path, individual)
         return points
@@ -67,7 +70,10 @@ def read_points(path: str | Path, individual: str | None = None) -> Points:
 
 def points_of_grid(grid: Grid, individual: str | None) -> Points:
     """Return the points of a text file or a sheet, read by the first text form that recognizes it."""
-    return next(form for form in TEXTS if form.recognized(grid)).read(grid, individual)
+    form = next(form for form in TEXTS if form.recognized(grid))
+    if individual is not None and not form.individuals:
+        raise no_individuals(grid.file, individual)
+    return form.read(grid, individual)
 
 
 def binary_form(path: str | Path) -> Form | None:

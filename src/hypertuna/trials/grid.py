@@ -16,14 +16,32 @@ from hypertuna.io.tables import parse_float, read_lines, split_line
 from hypertuna.ranges import CELL
 from hypertuna.trials.points import Rows
 
-MISSING = ("", "nan", "na", "n/a", "none", "null", "-", "<na>", "#n/a")
-WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0}  # visibility of a point
-MARKS, FIRST_LINES = (";", "\t", ","), 30  # separators of cells; number of lines searched for them
-DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")  # a number such as 1,5 or 1,5e-3
-IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # frame number at the end of an image's name
+MISSING = (
+    "",
+    "nan",
+    "na",
+    "n/a",
+    "none",
+    "null",
+    "-",
+    "<na>",
+    "#n/a",
+    "-nan",
+    "-nan(ind)",
+    "1.#qnan",
+    "1.#ind",
+    "-1.#ind",
+)
+WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
+MARKS, FIRST_LINES = (";", "\t", ","), 30  # between cells, and lines in which they are sought
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+IMAGE = re.compile(
+    r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
+)  # the number of a frame at the end of its image's name
 
 
 DATED = re.compile(r"(19|20)\d\d[-_]?\d\d[-_]?\d\d[-_T. ]\d\d[-_h.]?\d\d[-_m.]?\d\d[-_s.]\d", re.ASCII)
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
 TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second
 
@@ -76,7 +94,15 @@ class Samples:
 
         words, infinite: whether cells with words of `WORDS` or infinite numbers may occur; limit: check for `CELL`.
         """
-        return np.fromiter(self._numbers(column, words, infinite, limit), float, len(self.rows))
+        values = np.fromiter(self._numbers(column, words, infinite, limit), float, len(self.rows))
+        whole, size = values == np.round(values), np.abs(values)
+        parts, large = size[~whole & np.isfinite(values)], size[whole & (size >= 100)]
+        if len(parts) and len(large) and 10 * parts.max() < large.min():  # 998 beside 1,059
+            for line, row in (row for row, part in zip(self.rows, ~whole, strict=True) if part):
+                if THOUSANDS.fullmatch(row[column]):
+                    fix = "write numbers without a separator of thousands"
+                    raise self._error(line, column, "must be of the size of the others", shown(row[column]), fix)
+        return values
 
     def _numbers(self, column: int, words: bool, infinite: bool, limit: bool) -> Iterator[float]:
         point_seen = comma_seen = False
@@ -200,4 +226,7 @@ def read_grid(path: str | Path) -> Grid:
     if not counts(mark) and len(content[0][1].split()) > 2:
         fix = "save it with commas, semicolons or tabs between the cells"
         raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)
-    return Grid(file, [(n, split_line(line, file, n, mark)) for n, line in content], comment)
+    rows = [(n, split_line(line, file, n, mark)) for n, line in content]
+    while len(rows) > 2 and not any(rows[-1][1]):  # as Excel leaves them
+        rows.pop()
+    return Grid(file, rows, comment)

@@ -16,6 +16,7 @@ from hypertuna.swimming.model import parameter_names
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.manifest import Recording
+from hypertuna.trials.plausibility import implausible_recording
 from hypertuna.trials.replay import AXES, BORDER, joint_grid, replay_jacobian, seen_from_start
 from hypertuna.trials.smoothing import SmoothSeries
 from hypertuna.trials.start import Unknown, beat_of, begin_of, between, fit_begin, head_of
@@ -142,6 +143,11 @@ class Tracked(Kind[Recording]):
     def rows(self, robot: Robot, trials: Sequence[Recording], lowest: Mapping[str, float]) -> list[Rows]:
         """Return each recording's rows: x of all frames of all runs, then y, then yaw."""
         return [_rows(robot, recording, lowest.get(f"time_offset[{recording.name}]")) for recording in trials]
+
+    def implausible(self, trials: Sequence[Recording], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Return errors on recordings that must be in wrong units, and warnings on those that are unlikely."""
+        results = [implausible_recording(recording, robot) for recording in trials]
+        return [error for errors, _ in results for error in errors], [text for _, texts in results for text in texts]
 
     def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
         """Return a warning if validation runs repeat joint motions of the training runs."""

@@ -21,6 +21,7 @@ from hypertuna.trials.marker_order import in_order
 from hypertuna.trials.marker_places import Places, equal_spacing, moved, read_places, straight
 from hypertuna.trials.marker_run import Frames, MarkerRun
 from hypertuna.trials.markers import Markers, read_markers
+from hypertuna.trials.plausibility import bend_limits
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
 
 ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last step
@@ -87,7 +88,7 @@ def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) ->
         where = _learned(robot, where, used, fitted)
     chain, fit = fitted(where, used)
     stretches = stretches_of(used.time, np.flatnonzero(fit.determined))
-    return MarkerRun(Path(markers.file).stem, used, where, chain, fit, stretches, _limits(robot))
+    return MarkerRun(Path(markers.file).stem, used, where, chain, fit, stretches, bend_limits(robot))
 
 
 def _check_size(robot: Robot, markers: Markers) -> None:
@@ -137,14 +138,6 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
         if np.abs(shift).max() < MAX_SHIFT * max(fit.noise, 1e-6):
             break
     return where
-
-
-def _limits(robot: Robot) -> Array:
-    """Return each joint group's largest angle (groups,) [rad] in the robot's description, NaN if not stated."""
-    bounds = robot.gait_bounds
-    by_gaits = [high for _, high in bounds.amplitude] if bounds is not None else [math.nan] * len(robot.joints)
-    described = (group.bend_max or group.amplitude_max for group in robot.joints)
-    return np.array([limit or high for limit, high in zip(described, by_gaits, strict=True)])
 
 
 def write_marker_runs(

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
+from hypertuna.trials.head_motion import OFTEN, jump_sentences, jumps_of, repeats_of, tail_first
 from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
+from hypertuna.trials.plausibility import BEYOND
 from hypertuna.trials.tracks import MIN_SAMPLES
 
 Frames = NDArray[np.intp]  # indices of frames
 
-LENGTH_TOLERANCE = 0.03  # largest relative difference between the line through the markers and the chain
-OFFSET_NOISES = 1.0  # offset of a marker from its place, in units of the noise, beyond which the place is in doubt
-MAX_NAMED = 3  # doubtful markers that warnings name
-MAX_REJECTED = 0.25  # fraction of rejected markers beyond which the chain may not fit the robot
-AMPLITUDE_RATIO = 1.5  # ratio of a joint's angle to its described amplitude, beyond which the user is warned
-BACKWARD = 0.05  # body lengths that a run must move, to tell whether it moves tail first
+LENGTH_TOLERANCE = 0.03  # relative: the line through the markers longer or shorter than the chain's by more
+OFFSET_NOISES = 1.0  # mean residual of a marker over the noise, beyond which its place is in doubt
+WORST = 3  # markers that are named
+MANY = 0.25  # of the markers rejected: the chain may not be that of these markers
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,11 @@ class MarkerRun:
             if angle > AMPLITUDE_RATIO * limit:
                 bends = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
                 sentences.append(f"{bends} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
-        if self._backward():
+        sentences += jump_sentences(self.markers.time, *self._jumps)
+        if repeated := repeats_of(self.markers.place):
+            frames = "1 frame repeats" if repeated == 1 else f"{repeated} frames repeat"
+            sentences.append(f"{frames} the one before: are lost ones filled in? Leave them empty")
+        if tail_first(self.head, self.stretches, float(self.chain.length.sum())):
             text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
             sentences.append(f"{text}; give them from nose to tail, or --tail-first")
         return sentences
@@ -187,17 +191,10 @@ class MarkerRun:
         along, across = self.offsets[m] + (self.places.along[m], self.places.across[m])
         return f"along_m = {along:.4f} and across_m = {across:.4f} on link {self.places.link[m]} would fit"
 
-    def _backward(self) -> bool:
-        """Return whether the head always moves against the direction that it faces."""
-        for frames in self.stretches:
-            lag = max(len(frames) // 3, 1)
-            pose = self.head[frames]
-            facing = np.stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])], axis=1)
-            mean = np.cumsum(np.vstack([np.zeros(2), facing]), axis=0)
-            moved = ((pose[lag:, :2] - pose[:-lag, :2]) * (mean[lag:-1] - mean[: -lag - 1])).sum(axis=1) / lag
-            if not len(moved) or moved.max() >= 0 or moved.min() > -BACKWARD * self.chain.length.sum() / 3:
-                return False
-        return bool(self.stretches)
+    @cached_property
+    def _jumps(self) -> tuple[Frames, Frames]:
+        """Frames before which the head flips, and those before which it leaps away."""
+        return jumps_of(self.markers.time, self.head, self.stretches, float(self.chain.length.sum()))
 
     def refusal(self) -> InputError | None:
         """Return the error to raise if no part of the run can be used, with its cause and advice; otherwise None.
@@ -210,6 +207,11 @@ class MarkerRun:
             )
             value, fix = f"{100 * (1 - self.length_ratio):.0f} % shorter", _scale_fix(self.length_ratio)
             return InputError(rule, file=self.markers.file, key="the line through the markers", value=value, fix=fix)
+        steps = sum(len(frames) - 1 for frames in self.stretches)
+        if steps and (jumps := sum(map(len, self._jumps))) > OFTEN * steps:
+            rule, value = "must go on from frame to frame", f"flipping or leaping away in {jumps} of {steps} steps"
+            fix = "the labels change ends, or animals are mixed up: mend the track, or choose one animal"
+            return InputError(rule, file=self.markers.file, key="the head", value=value, fix=fix)
         if self.stretches:
             return None
         fit, names, file = self.fit, self.places.names, self.markers.file

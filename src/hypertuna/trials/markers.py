@@ -13,10 +13,11 @@ from hypertuna.trials.forms import read_points
 from hypertuna.trials.points import Points
 from hypertuna.trials.swimming_plane import on_plane
 
-MIN_FRAMES = 12  # of a run
-MAX_LIKELIHOOD = 1.5  # larger likelihoods cannot be fractions of 1: they are flags or percent
-PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # scale of percent; flags of visibility: missing, hidden, seen
-SCALE_TOLERANCE = 0.01  # relative difference up to which two scales agree
+MIN_FRAMES = 12
+SURE = 1.5  # a likelihood beyond it is no part of 1
+PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # flags of visibility: missing, hidden, seen
+PARTS = 1.5  # px: places within it are parts of a picture
+SAME_UNIT = 0.01  # relative difference of two scales that are the same
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,8 @@ def markers_of(
     min_likelihood: float = 0.5,
     vertical: str | None = None,
 ) -> Markers:
-    """Convert tracked points to markers in m and s, and drop those of low weight; options: as of `read_markers`."""
-    scale, notes = _scale(points, scale)
+    """Return tracked points as markers in m and s, without those of low weight; options: as of `read_markers`."""
+    scale, notes = _scale(points, scale, pixels)
     time, clock_notes = clock_of(points, frame_rate)
     if len(time) < MIN_FRAMES:
         fix = "record a longer run"
@@ -107,11 +108,20 @@ def markers_of(
     return Markers(time, place, weight, points.names, points.file, points.ignored, points.form, all_notes)
 
 
-def _scale(points: Points, given: float | None) -> tuple[float, tuple[str, ...]]:
-    """Return the scale [m per unit] that the user or the file states, and notes on it; both must agree."""
+def _scale(points: Points, given: float | None, pixels: bool) -> tuple[float, tuple[str, ...]]:
+    """Return the scale [m per unit] that the user or the file states, and sentences on it; they must agree."""
     if given is not None:
         POSITIVE.check(given, "scale", "give meters per unit")
     file_scale = points.length_unit
+    if points.in_pixels != pixels and (points.in_pixels or file_scale is not None):
+        of_file = "px" if points.in_pixels else f"{file_scale:g} m"
+        fix = "give --unit px and --scale in m/px" if points.in_pixels else "leave out --unit and --scale"
+        value = "px" if pixels else "a length"
+        raise InputError(f"must be {of_file}, as the file says", file=points.file, key="--unit", value=value, fix=fix)
+    if pixels and 0 < np.nanmax(np.abs(points.place), initial=0.0) <= PARTS:
+        rule, value = "must be pixels", f"within {PARTS:g}: parts of the picture's width and height?"
+        fix = "multiply x by the width and y by the height of the picture in px"
+        raise InputError(rule, file=points.file, key="the places of the markers", value=value, fix=fix)
     if file_scale is None:
         return 1.0 if given is None else given, ()
     if given is not None and abs(given / file_scale - 1) > SCALE_TOLERANCE:
@@ -129,10 +139,10 @@ def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
     if len(stated) and stated.max() > MAX_LIKELIHOOD:
         if np.isin(stated, FLAGS).all():
             weight, notes = np.minimum(weight, 1.0), ("visibility is taken as 0 missing, 1 hidden, 2 seen",)
-        elif stated.max() <= PERCENT and float(np.median(stated)) > MAX_LIKELIHOOD:
+        elif PERCENT / 2 <= stated.max() <= PERCENT and float(np.median(stated)) > SURE:
             weight, notes = weight / PERCENT, ("likelihoods are taken as percent",)
         else:
-            rule, fix = "must be parts of 1, or percent", "scale the column"
+            rule, fix = "must be parts of 1, or percent", "scale the column; of logits, take 1/(1 + exp(-logit))"
             value = f"up to {stated.max():g}"
             raise InputError(rule, file=points.file, key="the likelihood of the markers", value=value, fix=fix)
     if len(stated) and stated.min() < 0 and stated.max() <= 0:

@@ -1,14 +1,18 @@
-"""Find files of unlikely steady runs: angles in radians, or speeds far from the model's."""
+"""Errors and warnings on files of unlikely runs: angles in radians, speeds far from the model's or from any body's."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import sweep
+from hypertuna.trials.head_motion import FASTEST, FLIP, OFTEN, speed_of, tail_first
+from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.tracks import Track
 
 FAR = 10.0  # ratio of measured to computed values (or its inverse) that estimated coefficients rarely explain
 # Ratio of speeds beyond which a unit must be wrong. Speed is proportional to the root of thrust over drag, so a factor
@@ -19,7 +23,10 @@ CAUSES = (
     "likely causes are another unit of speed or frequency, amplitudes from peak to peak, phases of the wrong sign, or "
     "a wrong length, area or drag of the robot"
 )
-MIN_AMPLITUDE = math.radians(1.6)  # rad: a smaller largest amplitude is likely in radians, read as degrees
+BEYOND = 1.5  # times the amplitude that a joint is described to make
+STILL = 0.01  # lengths a second: a beating body that goes slower all the time does not swim
+SPINNING = math.radians(3000)  # rad/s, beyond a head that yaws by 30 deg at 15 Hz
+RADIANS = math.radians(1.6)  # rad, amplitude: angles of beats in radians look like degrees below it
 
 
 def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
@@ -56,3 +63,55 @@ def _speed_ratio(runs: Sequence[SteadyRun], robot: Robot) -> float:
     usable = np.isfinite(computed) & (computed != 0)
     ratios = np.array([run.speed for run in measured], dtype=float)[usable] / computed[usable]
     return float(np.median(np.abs(ratios))) if len(ratios) else 1.0
+
+
+def bend_limits(robot: Robot) -> Array:
+    """Return each joint group's largest angle (groups,) [rad] by the robot's description, NaN where it has none."""
+    bounds = robot.gait_bounds
+    by_gaits = [high for _, high in bounds.amplitude] if bounds is not None else [math.nan] * len(robot.joints)
+    described = (group.bend_max or group.amplitude_max for group in robot.joints)
+    return np.array([limit or high for limit, high in zip(described, by_gaits, strict=True)])
+
+
+def implausible_recording(recording: Recording, robot: Robot) -> tuple[list[InputError], list[str]]:
+    """Return errors on a recording that must be in wrong units, and warnings on one that is unlikely."""
+    largest, file, errors, warnings = np.max(np.abs(recording.joints.angle), axis=0), recording.joints.file, [], []
+    if largest.max() > math.pi:
+        rule, fix = "must bend by less than half a turn", "are the angles in deg? Then write unit = 'deg'"
+        value = f"{math.degrees(largest.max()):.0f} deg"
+        errors.append(InputError(rule, file=file, key="the joints", value=value, fix=fix))
+    elif 0 < largest.max() < RADIANS:
+        rule, fix = f"bend by {math.degrees(largest.max()):.2g} deg at most", "are the angles in radians?"
+        warnings.append(str(InputError(rule, file=file, key="the joints", fix=fix)))
+    else:
+        for group, angle, limit in zip(robot.joints, largest, bend_limits(robot), strict=False):
+            if angle > BEYOND * limit:
+                rule = f"bends by {math.degrees(angle):.0f} deg, and is described for {math.degrees(limit):.0f} deg"
+                warnings.append(str(InputError(rule, file=file, key=f"joint {group.name}", fix="check unit and order")))
+    beats = bool(largest.max() > 0)
+    for name, track in zip(recording.runs, recording.tracks, strict=True):
+        fault, unlikely = _implausible_track(track, robot.body.length, beats=beats)
+        key = f"run {name}"
+        errors += [InputError(*fault[:1], file=recording.file, key=key, fix=fault[1])] if fault else []
+        warnings += [str(InputError(rule, file=recording.file, key=key, fix=fix)) for rule, fix in unlikely]
+    return errors, warnings
+
+
+def _implausible_track(
+    track: Track, length: float, *, beats: bool
+) -> tuple[tuple[str, str] | None, list[tuple[str, str]]]:
+    """Return what makes a track impossible and what makes it unlikely, each with a fix."""
+    if len(track.time) < 3:
+        return None, []
+    speed, unlikely = speed_of(track.time, track.pose) / length, []
+    turn = np.abs(np.diff(track.pose[:, 2]))
+    if speed > FASTEST:
+        return (f"goes {speed:.3g} of the robot's lengths a second", "check length_unit and the unit of time"), []
+    if np.mean(turn > FLIP) > OFTEN or np.median(turn / np.diff(track.time)) > SPINNING:
+        return ("yaws faster than any head", "check angle_unit and the track"), []
+    fastest = speed_of(track.time, track.pose, part=0.9) / length
+    if beats and fastest < STILL:
+        unlikely.append((f"hardly moves, by {fastest:.2g} of the robot's lengths a second", "check length_unit"))
+    elif tail_first(track.pose, [np.arange(len(track.time))], length):
+        unlikely.append(("moves tail first all the time", "check yaw, yaw_zero_deg and clockwise, if it does not"))
+    return None, unlikely

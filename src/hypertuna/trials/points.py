@@ -35,15 +35,22 @@ class Points:
     where: Sequence[str]  # (rows,) name of each row in errors, such as "line 12"
     time: Array | None = None  # (rows,) as in the file, NaN where a cell is empty
     time_unit: float | None = None  # seconds per unit of `time`; None where the file does not say
-    frame: Array | None = None  # (rows,) frame numbers as in the file, NaN where a cell is empty
-    rate: float | None = None  # frames per second, if the file states it
-    length_unit: float | None = None  # meters per unit, if the file states it
+    frame: Array | None = None  # (rows,) numbers of frames as written, NaN where a cell is empty
+    rate: float | None = None  # frames per second, where the file says
+    length_unit: float | None = None  # meters per unit, where the file says
+    in_pixels: bool = False  # whether the file says so
     y_down: bool | None = None  # whether y points down; None where the form does not say
     vertical: int | None = None  # index of the axis that points up, if the form defines it
     ignored: tuple[str, ...] = ()  # names of unused columns
     notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
     time_name: str = "time"  # name of the time column
     frame_name: str = "frame"  # name of the frame column
+
+
+def no_individuals(file: str, chosen: str) -> InputError:
+    """Return the error to raise where an animal is chosen in a file that does not tell several apart."""
+    fix = "leave it out, or check which file this is"
+    return InputError("is for files of several animals", file=file, key="--individual", value=shown(chosen), fix=fix)
 
 
 def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, what: str = "animal") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,8 +19,10 @@ from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, de
 from hypertuna.io.files import write_atomically
 from hypertuna.io.tables import Table, parse_float, read_table
 from hypertuna.ranges import CELL
+from hypertuna.trials.clock import RATE, UNITS
+from hypertuna.trials.head_motion import FASTEST, speed_of
 from hypertuna.trials.importers import manifest_text
-from hypertuna.trials.tracks import MIN_SAMPLES
+from hypertuna.trials.tracks import LENGTHS, MIN_SAMPLES
 
 DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")  # names of axes
 MIN_HORIZONTAL = 0.5  # horizontal length of the head's unit vector, below which it points up or down
@@ -27,7 +30,9 @@ UNIT_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
 # Names of columns.
 QUATERNION = re.compile(r"(?:.*[_. ])?(?:q|quat|quaternion|orientation|rotation|rot)[_. ]?([xyzw])")
 PLACE = re.compile(r"(?:(?:.*[_. ])?(?:p|pos|position|translation|t)[_. ])?([xyz])(?:[_. ]m)?")
-SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")  # names of a time column
+STATED = re.compile(r"(?:time|t)_(ms|us|ns)")
+MOST = 0.9  # of the samples: single wrong angles of a sensor do not count
+SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
 
 
 @dataclass(frozen=True)
@@ -98,7 +103,7 @@ def read_pose_run(
         joint_clock = np.array([one.time if by_header else then for then, one in measured], dtype=np.int64)
         joint_time, keep, joint_notes = _ordered(_seconds(joint_clock, start), "joint angles")
         angle, pose_notes = np.array([one.position for _, one in measured])[keep], pose_notes + joint_notes
-    return _checked(PoseRun(_stem(path), file, source, time, pose, joint_time, angle, names, notes + pose_notes))
+    return _checked(robot, PoseRun(_stem(path), file, source, time, pose, joint_time, angle, names, notes + pose_notes))
 
 
 def _seconds(clock: NDArray[np.int64], start: int) -> Array:
@@ -230,7 +235,7 @@ def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str])
             if match := pattern.fullmatch(name):
                 found.setdefault(kind + match[1], k)
                 break
-    time = next((names.index(name) for name in SECONDS if name in names), None)
+    time, time_unit = _time_column(names)
     missing = [key for key in ("x", "y", "z", "qx", "qy", "qz", "qw") if key not in found]
     if missing or time is None:
         rule = "must have columns of time_s, x, y, z, qx, qy, qz, qw"
@@ -240,15 +245,47 @@ def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str])
     joints = _chosen_joints(robot, table.file, table.head, wanted) if wanted else ()
     columns = [time, *(found[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")), *map(table.head.index, joints)]
     values = _values(table, columns)
-    clock, keep, notes = _ordered(values[:, 0] - values[:, 0].min(), "rows")
+    _check_clock(table, table.head[time], time_unit, values[:, 0])
+    clock, keep, notes = _ordered((time_unit or 1.0) * (values[:, 0] - values[0, 0]), "rows")
     values = values[keep]
     pose = _seen_from_above(table.file, "the table", values[:, 1:4], values[:, 4:8], view)
     angle = values[:, 8:]
     if degrees := [name for name in joints if name.lower().endswith("deg")]:
         notes += (f"columns in deg: {', '.join(degrees)}",)
         angle = np.where([name in degrees for name in joints], np.radians(angle), angle)
+    for j in np.flatnonzero(np.quantile(np.abs(angle), MOST, axis=0) > math.pi)[:1] if joints else ():
+        value, fix = (
+            f"{angle[:, j].max():.3g} rad",
+            f"are they in deg? Then call it {joints[j].removesuffix('_deg')}_deg",
+        )
+        raise InputError("must bend by less than half a turn", file=table.file, key=joints[j], value=value, fix=fix)
     run = PoseRun(_stem(path), table.file, "the table", clock, pose, notes=notes)
-    return _checked(replace(run, joint_time=clock, angle=angle, joint_names=joints) if joints else run)
+    return _checked(robot, replace(run, joint_time=clock, angle=angle, joint_names=joints) if joints else run)
+
+
+def _time_column(names: Sequence[str]) -> tuple[int | None, float | None]:
+    """Return the index of the column of time, and its unit [s] where the name says it."""
+    for k, name in enumerate(names):
+        if name in SECONDS:
+            return k, None if name in ("time", "t") else 1.0
+        if match := STATED.fullmatch(name):
+            return k, UNITS[match[1]]
+    return None, None
+
+
+def _check_clock(table: Table, name: str, unit: float | None, time: Array) -> None:
+    """Refuse times that go back, as where another run begins, and times in another unit than s."""
+    for k in np.flatnonzero(np.diff(time) < 0)[:1] + 1:
+        key, rule = f"line {table.rows[k][0]}, {name}", f"must not be before the row above, at {time[k - 1]:g}"
+        fix = "cut the file where another run begins, or sort its rows by time"
+        raise InputError(rule, file=table.file, key=key, value=f"{time[k]:g}", fix=fix)
+    steps = np.diff(time)
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if unit is None and step > 0 and 1 / step not in RATE:
+        rule = f"must be in s, at a rate from {RATE.min:g} to {RATE.max:g} Hz, or say its unit"
+        likely = next((other for other in ("ms", "us", "ns") if 1 / (UNITS[other] * step) in RATE), "s")
+        fix = f"if it is in {likely}, call it {name}_{likely}"
+        raise InputError(rule, file=table.file, key=f"column {name}", value=f"growing by {step:.4g}", fix=fix)
 
 
 def _values(table: Table, columns: Sequence[int]) -> Array:
@@ -268,11 +305,20 @@ def _values(table: Table, columns: Sequence[int]) -> Array:
     return np.array(table.parse(numbers))
 
 
-def _checked(run: PoseRun) -> PoseRun:
-    """Check that a run has enough poses, and joint angles at the same time, and return it."""
+def _checked(robot: Robot, run: PoseRun) -> PoseRun:
+    """Return a run after checks that it has enough poses, and joint angles over the same time."""
     if len(run.time) < MIN_SAMPLES:
         rule, value = f"must hold at least {MIN_SAMPLES} poses", f"{len(run.time)} of {run.source}"
         raise InputError(rule, file=run.file, value=value, fix="record a longer run")
+    speed, length = speed_of(run.time, run.pose), robot.body.length
+    if speed > FASTEST * length:
+        likely = " or ".join(unit for unit in ("mm", "cm") if LENGTHS[unit] * speed < FASTEST * length)
+        rule, value = (
+            f"must go less than {FASTEST:g} lengths a second, of {length:.3g} m",
+            f"{speed / length:.3g} lengths",
+        )
+        fix = f"give x, y, z in m: are they in {likely}?" if likely else "check places and clock"
+        raise InputError(rule, file=run.file, key=f"the poses of {run.source}", value=value, fix=fix)
     if run.joint_time is not None and not (run.joint_time[0] < run.time[-1] and run.joint_time[-1] > run.time[0]):
         spans = [f"{one[0]:.6g} to {one[-1]:.6g} s" for one in (run.joint_time, run.time)]
         rule = "must be measured while the poses are"

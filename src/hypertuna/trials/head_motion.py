@@ -1,0 +1,90 @@
+"""Motions that no body makes: a head that flips, leaps or moves tail first, frames that repeat the one before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hypertuna.arrays import Array
+
+Frames = NDArray[np.intp]
+
+FLIP = math.pi / 2  # rad: half of a flip. What turns by more in a frame has no known sense of turn, either
+FASTEST = 20.0  # lengths a second: beyond the bursts of fish
+APART = 0.5  # lengths: another animal is at least as far away
+OFTEN = 0.1  # of the steps: more jumps leave no stretch of frames that would do
+BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
+RESOLVED = 3.0  # finest steps of a coordinate: slower motion repeats frames by its rounding
+
+
+def jumps_of(time: Array, pose: Array, stretches: Sequence[Frames], length: float) -> tuple[Frames, Frames]:
+    """Return the frames before which the head (frames, 3) [m, m, rad] flips, and those before which it leaps away."""
+    flips, leaps = [], []
+    for frames in stretches:
+        step, interval = np.diff(pose[frames], axis=0), np.diff(time[frames])
+        turn = np.abs((step[:, 2] + math.pi) % (2 * math.pi) - math.pi)
+        far = np.linalg.norm(step[:, :2], axis=1) > length * (APART + FASTEST * interval)
+        flips.append(frames[1:][turn > FLIP])
+        leaps.append(frames[1:][far & (turn <= FLIP)])
+    none = np.zeros(0, dtype=np.intp)
+    return np.concatenate([none, *flips]), np.concatenate([none, *leaps])
+
+
+def jump_sentences(time: Array, flips: Frames, leaps: Frames) -> list[str]:
+    """Return sentences on jumps of the head."""
+    sentences = []
+    for jumps, what, cause in (
+        (flips, "flips", "the labels change ends, or another animal is taken"),
+        (leaps, "leaps away", "another animal is taken, or the clock has a gap"),
+    ):
+        if len(jumps):
+            k, more = int(jumps[0]), f", the first of {len(jumps)} times" if len(jumps) > 1 else ""
+            sentences.append(
+                f"the head {what} between {time[k - 1]:.4f} and {time[k]:.4f} s{more}: {cause}; "
+                "mend the track, or leave the markers of these frames empty"
+            )
+    return sentences
+
+
+def repeats_of(place: Array) -> int:
+    """Return how many frames of markers (frames, markers, 2) repeat the one before while the body moves.
+
+    A body at rest may repeat frames. It does not stop from its usual speed within a frame, and start so, too.
+    """
+    step = np.asarray(np.abs(np.diff(place, axis=0)))
+    moved = step[np.isfinite(step) & (step > 0)]
+    seen, same = np.asarray(np.isfinite(place).all(axis=2)), np.isnan(step) | (step == 0)
+    still = np.asarray(same.all(axis=(1, 2)) & (seen[1:] == seen[:-1]).all(axis=1) & seen[1:].any(axis=1))
+    if not still.any() or not len(moved):
+        return 0
+    size = np.max(np.nan_to_num(step), axis=(1, 2))
+    usual = float(np.median(size[~still]))
+    if usual <= RESOLVED * float(moved.min()):
+        return 0
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    return sum(
+        int(end - begin)
+        for begin, end in zip(ends[::2], ends[1::2], strict=True)
+        if begin > 0 and end < len(size) and min(size[begin - 1], size[end]) > usual / 2
+    )
+
+
+def tail_first(pose: Array, stretches: Sequence[Frames], length: float) -> bool:
+    """Whether a head (frames, 3) [m, m, rad] moves against the direction that it faces, all the time."""
+    for frames in stretches:
+        lag = max(len(frames) // 3, 1)
+        own = pose[frames]
+        facing = np.stack([np.cos(own[:, 2]), np.sin(own[:, 2])], axis=1)
+        mean = np.cumsum(np.vstack([np.zeros(2), facing]), axis=0)
+        moved = ((own[lag:, :2] - own[:-lag, :2]) * (mean[lag:-1] - mean[: -lag - 1])).sum(axis=1) / lag
+        if not len(moved) or moved.max() >= 0 or moved.min() > -BACKWARD * length / 3:
+            return False
+    return bool(stretches)
+
+
+def speed_of(time: Array, pose: Array, *, part: float = 0.5) -> float:
+    """Return the speed of the head from frame to frame [m/s], the median or the value of another part of the frames."""
+    return float(np.quantile(np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1) / np.diff(time), part))

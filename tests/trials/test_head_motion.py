@@ -1,0 +1,111 @@
+"""Motions that no body makes are told in tracks of markers, and in recordings of a manifest."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from program import Run
+
+CASES = Path(__file__).parents[3] / "shared" / "cases"
+THREE = str(CASES / "three.toml")
+
+
+def markers(tmp_path: Path, change) -> str:
+    """Write the markers of the reference, 48 frames at 60 Hz, after a change of places (frames, markers, 2) [px]."""
+    head, *rows = csv.reader((CASES / "markers-reference.csv").read_text().splitlines())
+    data = np.array(rows, dtype=float)
+    place = change(data[:, 1:].reshape(len(data), -1, 2).copy()).reshape(len(data), -1)
+    names = ["time_s", *head[1:]]
+    lines = [f"{k / 60:.4f}," + ",".join(f"{x:.1f}" for x in row) for k, row in enumerate(place)]
+    (tmp_path / "a.csv").write_text("\n".join([",".join(names), *lines]).replace("nan", "") + "\n")
+    return str(tmp_path / "a.csv")
+
+
+def imported(run: Run, tmp_path: Path, change) -> tuple[int, str]:
+    """Return exit code and all sentences of the import of changed markers."""
+    words = ("--robot", THREE, "--unit", "px", "--scale", "0.001", "-o", str(tmp_path / "out.toml"), "--json")
+    code, output, errors = run("trials", "import", "markers", markers(tmp_path, change), *words)
+    return code, errors if code else " ".join(json.loads(output)["runs"][0]["warnings"])
+
+
+def flipped(frames):
+    def change(place):
+        place[frames] = place[frames, ::-1]
+        return place
+
+    return change
+
+
+def elsewhere(place):
+    place[24:] += 500
+    return place
+
+
+def filled(place):
+    place[20:26] = place[19]
+    return place
+
+
+def resting(place):
+    """As at rest before it begins: the body's first place, to the pixel, repeats."""
+    place[:10] = place[10]
+    return place
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (flipped(range(20, 32)), "the head flips between 0.3167 and 0.3333 s, the first of 2 times"),
+        (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
+        (filled, "6 frames repeat the one before: are lost ones filled in?"),
+    ],
+)
+def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, change, sentence: str) -> None:
+    code, warnings = imported(run, tmp_path, change)
+    assert (code, sentence in warnings) == (0, True), warnings
+
+
+@pytest.mark.parametrize("change", [lambda place: place, resting])
+def test_a_right_track_has_no_doubts(run: Run, tmp_path: Path, change) -> None:
+    assert imported(run, tmp_path, change)[1].count("the head ") == 0
+    assert "repeat" not in imported(run, tmp_path, change)[1]
+
+
+def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) -> None:
+    code, errors = imported(run, tmp_path, flipped(np.random.default_rng(1).random(48) < 0.3))
+    assert (code, "the head must go on from frame to frame, but is flipping" in errors) == (2, True), errors
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("", "", ""),
+        ('length_unit = "m"', 'length_unit = "mm"', "hardly moves"),
+        ('angle_unit = "deg"', 'angle_unit = "rad"', "yaws faster than any head"),
+        ('unit = "deg"', 'unit = "rad"', "bend by less than half a turn"),
+        ('angle_unit = "deg"', 'angle_unit = "deg"\nyaw_zero_deg = 180.0', "moves tail first all the time"),
+        ("joints", "radians", "are the angles in radians?"),
+        ("poses", "millimeters", "lengths a second: check length_unit"),
+    ],
+)
+def test_a_manifest_in_other_units_is_unlikely(run: Run, tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    assert imported(run, tmp_path, lambda place: place)[0] == 0
+    path = tmp_path / "out.toml"
+    if new in ("radians", "millimeters"):
+        table, factor = tmp_path / f"a-{old}.csv", np.pi / 180 if new == "radians" else 1000.0
+        columns = slice(1, None) if new == "radians" else slice(1, 3)
+        comment, head, *rows = table.read_text().splitlines()
+        values = np.array([row.split(",") for row in rows], dtype=float)
+        values[:, columns] *= factor
+        table.write_text("\n".join([comment, head, *(",".join(f"{x:.7g}" for x in row) for row in values)]) + "\n")
+    elif new:
+        path.write_text(path.read_text().replace(old, new, 1))
+    code, output, errors = run("trials", "check", str(path), "--robot", THREE, "--json")
+    assert code == 0, errors
+    warnings = json.loads(output)["warnings"]
+    assert (len(warnings), sentence in " ".join(warnings)) == (bool(sentence), True), warnings

@@ -1,0 +1,124 @@
+"""What tables of tracks hold beside a clock: units, animals, numbers, sheets; read, or refused in a sentence."""
+
+import numpy as np
+import pytest
+
+import hypertuna as ht
+from hypertuna.trials.markers import read_markers
+from tracked_files import FILES, FRAMES, NAMES, PX, RATE, columns, numbers, pixels, swim
+
+FPS = {"frame_rate": RATE}
+PLACE = pixels(swim())
+
+
+def told(path, **options) -> str:
+    with pytest.raises(ht.InputError) as error:
+        read_markers(path, **PX | FPS | options)
+    return str(error.value)
+
+
+def text(folder, content: str):
+    path = folder / "swim.csv"
+    path.write_text(content)
+    return path
+
+
+def rows(*more: str) -> list[str]:
+    """Lines of the swim, below each other; more: cells behind the number of the frame."""
+    head, *lines = columns(PLACE, "frame", numbers()).splitlines()
+    return [head, *(line.replace(",", "".join(f",{cell}" for cell in (*more, "")), 1) for line in lines)]
+
+
+def test_of_several_animals_in_a_wide_table_one_is_chosen(tmp_path) -> None:
+    head, *first = rows("a")
+    second = rows("b")[1:]
+    head = head.replace("frame,", "frame,individual,")
+    path = text(tmp_path, "\n".join([head, *(line for pair in zip(first, second, strict=True) for line in pair)]))
+    assert "--individual must be one of a, b: choose the animal" in told(path)
+    assert read_markers(path, **PX, **FPS, individual="b").time == pytest.approx(np.array(FRAMES) / RATE)
+    path = text(tmp_path, "\n".join([head, *first[:20], *second[20:]]))
+    assert "--individual must be one of a, b" in told(path)
+
+
+@pytest.mark.parametrize("name", ["frames as floats", "TRex", "Motive"])
+def test_an_animal_is_not_chosen_where_a_file_tells_none_apart(name, tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == name)
+    assert "--individual is for files of several animals, but is 'fish1'" in told(
+        file.write(tmp_path), individual="fish1"
+    )
+
+
+def test_local_places_of_motive_are_refused(tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == "Motive")
+    path = file.write(tmp_path)
+    first, rest = path.read_text().split("\n", 1)
+    path.write_text(f"{first},Coordinate Space,Local\n{rest}")
+    assert "Coordinate Space must be Global, but is 'Local'" in told(path)
+
+
+def test_z_of_some_markers_is_refused(tmp_path) -> None:
+    head = rows()[0]
+    assert "marker nose must have a column of z, like others" in told(
+        text(tmp_path, "\n".join([f"{head},eye_z", *(f"{row},1" for row in rows()[1:])]))
+    )
+
+
+def test_the_second_of_two_columns_x_is_called_x_1_by_pandas(tmp_path) -> None:
+    head = "frame,x,y," + ",".join(f"{axis}.{m}" for m in range(1, 6) for axis in "xy")
+    markers = read_markers(text(tmp_path, "\n".join([head, *rows()[1:]])), **PX, **FPS)
+    assert len(markers.names) == len(NAMES)
+    np.testing.assert_allclose(markers.place, swim(), atol=2e-5)
+
+
+def test_six_animals_of_idtracker_are_no_body_whatever_their_clock_is_called(tmp_path) -> None:
+    head = "time," + ",".join(f"{axis}{m}" for m in range(1, 7) for axis in "xy")
+    assert "is of the form of idtracker.ai, and holds one point" in told(text(tmp_path, "\n".join([head, *rows()[1:]])))
+
+
+@pytest.mark.parametrize("mark", [",", "."])
+def test_separators_of_thousands_are_refused(tmp_path, mark) -> None:
+    head, *lines = columns(np.round(PLACE), "frame", numbers(), mark=";").splitlines()
+    cells = [[f"{int(c):,}".replace(",", mark) if c else "" for c in line.split(";")] for line in lines]
+    assert "must be of the size of the others" in told(text(tmp_path, "\n".join([head, *map(";".join, cells)])))
+
+
+def test_rows_without_cells_at_the_end_are_left_out_and_a_row_of_units_is_refused(tmp_path) -> None:
+    head, *lines = rows()
+    blank = "," * head.count(",")
+    path = text(tmp_path, "\n".join([head, *lines, blank, blank]))
+    assert len(read_markers(path, **PX, **FPS).time) == len(FRAMES)
+    units = "," + ",".join(["px"] * head.count(","))
+    assert "line 2 holds units: remove it, and write them into the names" in told(
+        text(tmp_path, "\n".join([head, units, *lines]))
+    )
+
+
+def test_what_is_no_pixel_and_no_likelihood_is_named(tmp_path) -> None:
+    parts = columns(PLACE / 1280, "frame", numbers())
+    assert "parts of the picture's width and height?" in told(text(tmp_path, parts))
+    logits = columns(PLACE, "frame", numbers(), weight=("score", "4.5", "-2"))
+    assert "is up to 4.5: scale the column; of logits" in told(text(tmp_path, logits))
+
+
+def test_a_table_of_poses_is_sent_to_its_own_command(tmp_path) -> None:
+    poses = "time_s,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n0.1,0,0,0,0,0,0,1\n"
+    assert "holds poses, and no markers: import them by hypertuna trials import poses" in told(text(tmp_path, poses))
+
+
+def test_of_a_workbook_no_run_is_dropped_in_silence(tmp_path) -> None:
+    from openpyxl import Workbook
+
+    book = Workbook()
+    sheets = [book.active, book.create_sheet("second")]
+    for row in [line.split(",") for line in rows()]:
+        for sheet in sheets:
+            sheet.append(row)
+    book.save(tmp_path / "two.xlsx")
+    assert "must have one sheet of a run, but is 'Sheet' and 'second' with the same columns" in told(
+        tmp_path / "two.xlsx"
+    )
+    sheets[1]["A1"] = "notes"
+    book.save(tmp_path / "two.xlsx")
+    assert (
+        "the sheet 'Sheet' is read, and of 1 others nothing" in read_markers(tmp_path / "two.xlsx", **PX, **FPS).notes
+    )
