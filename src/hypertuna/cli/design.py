@@ -50,7 +50,7 @@ def _prior(text: str, key: str) -> parsing.Setting:
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """Options that define a design of tank runs; its first `ask` takes them."""
+    """Options of a design of tank runs, which its first ask takes."""
 
     want: Annotated[
         str,
@@ -111,7 +111,7 @@ def ask_command(
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
     if report is not None:
-        from hypertuna.reports.results import report as write_page  # imported here, because its import takes long
+        from hypertuna.reports.results import report as write_page  # here, because its import takes long
 
         write_page(result, report, title=f"Runs of {result.robot.name}")
     tables = {} if output is None else _tables(result, output)
@@ -121,7 +121,7 @@ def ask_command(
 
 
 def _tables(result: NextRuns, output: str) -> dict[str, Csv]:
-    """Return the CSV tables of the next runs, to be filled in, by file name: one per kind, the first `output`."""
+    """Return the CSV tables of the next runs to be filled in, by file: one per kind, the first named `output`."""
     rows: dict[type[Any], list[dict[str, Any]]] = {}
     for choice in result.choices:
         kind, gait, u = RUN_KINDS[choice.run.kind], choice.run.gait, choice.run.u
@@ -168,8 +168,8 @@ def tell_command(
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
-def _read_files(files: Sequence[str], robot: Robot) -> list[Told]:
-    """Return the trials of CSV files: of one file in the order of its rows, of several sorted by run name."""
+def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
+    """Return the trials of CSV files, runs of each file in the order of its rows."""
     trials = list[Told]()
     for file in files:
         check_no_track(file)
@@ -177,7 +177,7 @@ def _read_files(files: Sequence[str], robot: Robot) -> list[Told]:
     return trials if len(files) == 1 else sorted(trials, key=lambda run: run.name)
 
 
-def _read_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
+def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
     """Return trials from the texts of --value, one for each of the next runs in their order."""
     trials = list[Told]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):

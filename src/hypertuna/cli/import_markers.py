@@ -109,7 +109,7 @@ def import_markers_command(
     Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, and plain columns: time_s,
     x1, y1, x2, y2, ... Files of several runs may be given; the picture is that of the first one to look at.
     """
-    fish, options, wishes = robot.load(), markers.arguments(), chosen.choices()
+    fish, options, wishes = robot.load(), markers.arguments(), chosen.wishes()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("is the name of two files", key=name, fix="rename one: files name their runs")

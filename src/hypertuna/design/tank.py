@@ -1,4 +1,4 @@
-"""Design of tank runs, kept in a file: it names the next runs, takes results and survives an interruption."""
+"""Design of tank runs in a file, which names the next runs, takes their results and continues after an interruption."""
 
 import math
 import re
@@ -47,48 +47,46 @@ TARGETS = 30  # gaits whose prediction is to be narrowed
 WIDTH = Range(min=0.001, max=1, unit="1")
 RUNS = Range(min=1, max=24)
 NORMAL = 1.96  # standard deviations to either side hold 95 % of normal errors
-NARROWED = 0.95  # a coefficient is listed if a run narrows its standard deviation below this part
-LEAST = 1.1  # a coefficient is known if its standard deviation is at most this times what all runs would leave
+NARROWED = 0.95  # of a standard deviation: coefficients that a run narrows less are not listed
+LEAST = 1.1  # of the standard deviation that all runs together would leave
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A run to make next, with its expected results and the coefficients that it narrows."""
+    """A run to make next, with its expected results and what it narrows."""
 
     name: str
     run: TankRun
-    why: str  # reason of the choice: "narrows", "check" or "repeat"
+    why: str  # narrows, check or repeat
     expected: Mapping[str, tuple[float, float]]  # by quantity: value [SI], half width of its 95 % interval, relative
-    half_width: float  # half width of the 95 % interval of the targets' logarithm after the run
-    narrowed: Mapping[str, tuple[float, float]]  # by coefficient: standard deviation before and after the run
+    half_width: float  # of the targets' logarithm after the run
+    narrowed: Mapping[str, tuple[float, float]]  # by coefficient: standard deviation before and after
 
 
 @dataclass(frozen=True)
 class NextRuns(Plotted, Tabular):
-    """The runs that a design names next, and the steps made so far."""
+    """The next runs of a design, and the steps so far."""
 
     robot: Robot
     want: str
-    width: float  # half width at which the design ends, relative
-    half_width: float  # half width now, relative
+    width: float  # that the half width is to reach, relative
+    half_width: float  # that it has
     choices: tuple[Choice, ...]
     steps: tuple[Step, ...]
     unknowns: Unknowns
-    sd: Array  # (n,) standard deviations of the scaled coefficients now
-    never: Array  # (n,) standard deviations that all runs in this tank together would leave
+    sd: Array  # (n,) of the scaled coefficients now
+    never: Array  # (n,) that all runs in this tank would leave
     stop: str  # why the design is complete; empty while it goes on
     warnings: tuple[str, ...]
 
     @property
     def subject(self) -> str:
-        """The quantity of the target gaits that the design narrows, in words."""
+        """The quantity of the target gaits that is to be known, in words."""
         return (WISHES[self.want] or "speed").replace("_", " ")
 
 
 class TankDesign(TankState):
-    """An experimental design for a tank: it says which run to make next and takes what was measured.
-
-    Its file holds the whole state, so that a design opened again goes on.
+    """A design whose runs a tank makes; its file is the whole state: opened again, the design goes on.
 
     Parameters
     ----------
@@ -99,7 +97,7 @@ class TankDesign(TankState):
     want : str
         What to know: "speed" or "cost" of gaits, the rate of "turn" of bent gaits, or the "coefficients".
     width : float
-        The design ends at this half width of the 95 % interval of the target gaits, relative [1].
+        Half width of the target gaits' 95 % interval that ends the design, relative [1].
     bounds : mapping of str to (float, float), optional
         Bounds of the gaits in Hz and degrees, in place of the robot's, as the option ``--bounds`` names them.
     prior : mapping of str to float, optional
@@ -107,9 +105,9 @@ class TankDesign(TankState):
     tow : bool
         Whether the tank has a carriage that tows the robot and measures its drag.
     hold : bool
-        Whether the tank has a gauge that holds the head of the beating robot and measures its thrust.
+        Whether it has a gauge that holds the head of the beating robot and measures its thrust.
     glide : bool
-        Whether the robot can be released straight and in motion, and its speed be tracked.
+        Whether the robot can be let go, straight and in motion, and its speed be tracked.
 
     Examples
     --------
@@ -119,7 +117,7 @@ class TankDesign(TankState):
     """
 
     kind, names = "design", frozenset(("robot", "want", "width", "bounds", "prior", "tow", "hold", "glide"))
-    command, example, ignored = "design ask", "--robot fit.toml", ("isa", "version")  # measurements stay valid
+    command, first, outlives = "design ask", "--robot fit.toml", ("isa", "version")  # measurements outlive both
 
     def __init__(
         self,
@@ -136,7 +134,7 @@ class TankDesign(TankState):
     ) -> None:
         options: dict[str, Any] | None = None
         if robot is not None:
-            equipment = {"tow": tow, "hold": hold, "glide": glide}
+            has = {"tow": tow, "hold": hold, "glide": glide}
             wishes = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
             given = robot_of(robot)
             options = {"robot": given.document()} | wishes | has
@@ -149,7 +147,7 @@ class TankDesign(TankState):
         super().__init__(path, options)
 
     def _begin(self, path: str | Path | None, options: Mapping[str, Any]) -> Robot:
-        """Set up unknowns, candidates and targets from the options in the file; return the robot."""
+        """Set up unknowns, candidates and targets from the options of the file; return the robot."""
         self.want, self.width = check_name(options["want"], WISHES, "want", "wish"), float(options["width"])
         WIDTH.check(self.width, "width", "give the half width of the prediction, such as 0.03")
         robot = parse(options["robot"], file=str(path or "robot"))
@@ -158,16 +156,16 @@ class TankDesign(TankState):
         return robot
 
     def _replay(self, record: Mapping[str, Any], place: str) -> None:
-        """Add the step that a record of the journal describes."""
+        """Add the step of a record of the journal."""
         self.steps.append(_step_of(record, place))
 
     @cached_property
     def posterior(self) -> Posterior:
-        """Posterior after all runs made so far."""
+        """Posterior after the runs."""
         return infer(self.unknowns, self.results)
 
     def _choose_from(self, options: Mapping[str, Any]) -> None:
-        """Set candidates and targets, without gaits that do not swim forward in the model."""
+        """Set candidates and targets, without gaits that the model does not swim forward."""
         robot = self.unknowns.robot
         space = gait_bounds(robot, {name: tuple(ends) for name, ends in options["bounds"].items()})
         target, turns = WISHES[self.want] or "speed", self.want == "turn"
@@ -182,8 +180,8 @@ class TankDesign(TankState):
         rows = [Row(run, "speed") for run in gaits] + [Row(run, target) for run in target_runs]
         logs = predict(self.unknowns, self.unknowns.mean, rows).log
         finite = np.isfinite(logs)
-        self.candidates = [run for run, forward in zip(gaits, finite, strict=False) if forward]
-        self.targets = [row for row, forward in zip(rows[len(gaits) :], finite[len(gaits) :], strict=True) if forward]
+        self.candidates = [run for run, good in zip(gaits, finite, strict=False) if good]
+        self.targets = [row for row, good in zip(rows[len(gaits) :], finite[len(gaits) :], strict=True) if good]
         if not self.candidates or not self.targets:
             rule, fix = "must hold gaits that the model swims forward", "give other --bounds, or correct the robot file"
             raise InputError(rule, key="the range of gaits", value="none", fix=fix)
@@ -199,7 +197,7 @@ class TankDesign(TankState):
         return [result for step in self.steps for result in step.results]
 
     def ask(self, count: int = 1) -> NextRuns:
-        """Return the next runs: each narrows most after the runs before it, and every fourth run is a check.
+        """Return the next runs: each narrows most after those before it, and every fourth is a check.
 
         Parameters
         ----------
@@ -288,7 +286,7 @@ class TankDesign(TankState):
         return Step(results, predicted, half_width(after, self.targets), sds, after.size), after
 
     def _choice(self, name: str, run: TankRun, why: str, plan: Design, after: Design) -> Choice:
-        """Return the choice of a run, with its expected results and the coefficients that it narrows."""
+        """Return a choice of a run, with its expected results and what it narrows."""
         rows = [Row(run, plan.rows[k].quantity) for k in plan.places[run]]
         mean, sd = self.posterior.predict(rows)
         expected = {row.quantity: (math.exp(m), NORMAL * s) for row, m, s in zip(rows, mean, sd, strict=True)}
@@ -297,7 +295,7 @@ class TankDesign(TankState):
         return Choice(name, run, why, expected, NORMAL * after.width(), narrowed)
 
     def _stop(self, width: float, plan: Design, never: Array) -> str:
-        """Return why the design is complete: narrow enough, and the last check agreed; empty if it is not complete."""
+        """Return why the design is complete, empty if it is not: narrow enough, and the last check agreed."""
         checks = self.steps[CHECK - 1 :: CHECK]
         if not checks or checks[-1].off > MISSED:
             return ""

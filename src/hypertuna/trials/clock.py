@@ -1,4 +1,4 @@
-"""The clock of tracked points: times from columns of time or frames and from frame rates, which must agree."""
+"""The clock of tracked points: times from columns of time and frames, and rates; two that disagree are refused."""
 
 import math
 
@@ -9,18 +9,20 @@ from hypertuna.errors import InputError
 from hypertuna.ranges import Range
 from hypertuna.trials.points import Points
 
-RATE = Range(min=5, max=2000, unit="Hz")  # possible frame rates
-RATE_TOLERANCE = 0.01  # relative difference up to which two frame rates agree
-MAX_MISFIT = 0.5  # frames: largest difference between a time and the time that its frame number gives
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # of time [s]
-SMALL_STEP = 5  # a column of whole numbers that grow by less may hold frame numbers
-LATE_START = 1e5  # s: a clock that begins later, such as Unix time, is set to 0 at the first frame
+RATE = Range(min=5, max=2000, unit="Hz")
+SAME = 0.01  # relative difference of two rates that are the same
+HALF = 0.5  # frames: a time that lies farther from that of its frame's number
+UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
+COUNTERS = (60, 100, 256, 1000, 1024, 3600, 4096, 10000, 32768, 65536, 86400, 2**32)  # at which some start over
+SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
+FAR = 1e5  # s: a clock that begins later counts from the first frame
 
 
 def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str, ...]]:
-    """Return the time of each row [s], and sentences on how it was found.
+    """Return the time of each row [s], and sentences on the columns and rates that it follows from.
 
-    frame_rate: given by the user [Hz]. Without a column of time or frames, each row counts as the next frame.
+    frame_rate: as the user says [Hz]. A column of frames or time is always used; the order of the rows only without.
     """
     file, notes = points.file, []
     rate = points.rate if frame_rate is None else frame_rate
@@ -42,8 +44,8 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
         unit, note = _unit(points, frame, rate)
         notes += note
         start = float(points.time[0])
-        time = unit * (points.time - (start if abs(unit * start) > LATE_START else 0.0))
-        if abs(unit * start) > LATE_START:
+        time = unit * (points.time - (start if abs(unit * start) > FAR else 0.0))
+        if abs(unit * start) > FAR:
             notes.append(f"the clock counts from the first frame, at {unit * start:.3f} s")
         notes += _compare(points, time, frame, rate)
     elif rate is None:
@@ -60,7 +62,7 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
 
 
 def _check(points: Points, values: Array, name: str, fix: str) -> None:
-    """Check that a column of times or frame numbers has no empty cell and increases."""
+    """Check that a column of times or frame numbers has no gap and increases."""
     for k in np.flatnonzero(~np.isfinite(values))[:1]:
         key = f"{points.where[k]}, {name}"
         raise InputError("must be a finite number", file=points.file, key=key, value="missing", fix=fix)
@@ -122,17 +124,17 @@ def _unit(points: Points, frame: Array | None, rate: float | None) -> tuple[floa
 
 
 def _compare(points: Points, time: Array, frame: Array | None, rate: float | None) -> list[str]:
-    """Check times against frame numbers and frame rate [Hz]; return notes on skipped frames and on differences."""
+    """Check times against frame numbers and frame rate [Hz]; return sentences on frames left out and on differences."""
     if len(time) < 2:
         return []
     step = np.diff(time) / (np.diff(frame) if frame is not None else 1.0)
-    # With frame numbers, the mean over the run averages rounding errors; without, the median ignores lost frames.
+    # the mean over the whole run has no rounding errors of single times; without frames, lost ones must not count
     interval = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
     if rate is not None:
         ratio = 1 / interval / rate
         stride = round(1 / ratio) if frame is None else 1
         rounded = 3 * _resolution(points) / interval if frame is None else 0.0
-        if abs(ratio * max(stride, 1) - 1) > RATE_TOLERANCE + rounded:
+        if abs(ratio * max(stride, 1) - 1) > SAME + rounded:
             rule = f"must be {1 / interval:.4g} Hz, as the column {points.time_name} says"
             of_file = points.rate is not None
             fix = "correct the rate in the file, or its times" if of_file else "leave it out, or correct the column"
@@ -144,7 +146,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
         return []
     error = time - time[0] - interval * (frame - frame[0])
     k = int(np.argmax(np.abs(error)))
-    if abs(error[k]) > MAX_MISFIT * interval:
+    if abs(error[k]) > HALF * interval:
         return [
             f"the columns {points.time_name} and {points.frame_name} disagree by {abs(error[k]) / interval:.1f} frames "
             f"in {points.where[k]}: the times are those of {points.time_name}"
@@ -153,7 +155,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
 
 
 def _resolution(points: Points) -> float:
-    """Return the resolution of the time column [s]: the largest power of ten that divides all times."""
+    """Return the resolution of the time column [s]: the largest power of ten whose multiples all times are."""
     assert points.time is not None
     values = np.abs(points.time[: min(len(points.time), 200)])
     for digits in range(7):
@@ -163,7 +165,7 @@ def _resolution(points: Points) -> float:
 
 
 def _check_rate(points: Points, time: Array) -> None:
-    """Check that the frame rate is possible."""
+    """Check that the frames follow each other at a possible rate."""
     rate = 1 / float(np.median(np.diff(time)))
     if rate in RATE:
         return

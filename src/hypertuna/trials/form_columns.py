@@ -1,4 +1,4 @@
-"""Text forms with plain columns: a row per frame (nose_x, nose_y, ...; Anipose), or per frame and marker."""
+"""Text forms of plain columns: a row for each frame (nose_x, nose_y, ...; Anipose), or for each frame and marker."""
 
 import re
 from typing import Any
@@ -13,7 +13,6 @@ from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual, no_individuals
 
-# Patterns of column names.
 WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
@@ -22,9 +21,7 @@ NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
 NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
-ANIPOSE = {"fnum", "m_00", "center_0"}  # columns that only Anipose writes
-INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # name of an index column, as pandas writes it
-MIN_CLOCK_ROWS = 3  # rows from which on a column of growing numbers may be a clock
+ANIPOSE = {"fnum", "m_00", "center_0"}
 
 
 def _is_long(grid: Grid) -> bool:
@@ -81,7 +78,7 @@ def _long(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_lone(grid: Grid) -> bool:
-    """Return whether each row is one point of an animal: x and y without the name of a marker."""
+    """Whether each row has one point: x and y, without the name of a marker."""
     head = [plain(name) for name in grid.cells(0)]
     return {"x", "y"} <= set(head) and any(ANIMAL.fullmatch(name) for name in head)
 
@@ -160,7 +157,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
                 units.add((match["unit"] or "").lower())
         elif name and not ANIMAL.fullmatch(plain(name)):
             ignored.append(name)
-    # columns such as "body" or "yaw" match the pattern but are no coordinates
+    # a column such as "body" or "yaw" is no pair of coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
     for name in incomplete:
         is_word = all(re.match(r"[xyzp][a-z]{2}", samples.head[k], re.IGNORECASE) for k in found[name].values())
@@ -171,32 +168,6 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
     return found, unit_of(samples.file, units), ignored
 
 
-def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
-    """Return the nameless column of frame numbers: one of growing whole numbers, or None.
-
-    clock: whether there is a column of time or frames; then an index that only counts the rows is ignored. Otherwise, a
-    growing column of unknown name is an error, since it may be a clock.
-    """
-    candidates, skipping = [], []  # columns that may be an index; those of them that skip numbers
-    for k in (k for k in range(len(samples.head)) if k not in used):
-        values, nameless = np.array([parse_float(text) for text in samples.text(k)]), INDEX.fullmatch(samples.head[k])
-        step = np.diff(values)
-        if len(values) < MIN_CLOCK_ROWS or not (np.isfinite(values).all() and (step > 0).all()):
-            continue
-        if nameless and (values == np.round(values)).all():
-            candidates.append(k)
-            skipping += [k] * bool((step != 1).any())
-        elif not clock:
-            key = f"column {samples.head[k]}" if samples.head[k] else f"column {k + 1}, which has no name"
-            rule, fix = "grows from row to row, but nothing says what it counts", "call it frame, or time_s, or drop it"
-            raise InputError(rule, file=samples.file, key=key, fix=fix)
-    if len(skipping) > 1:
-        rule, fix = "must have one index", "call the column of frames frame, and drop the others"
-        raise InputError(rule, file=samples.file, value=f"{len(skipping)} columns without a name that count", fix=fix)
-    return next(iter(skipping if clock else [*skipping, *candidates]), None)
-
-
-# Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("rows of frames and markers", _is_long, _long, individuals=True),
     Text("a table of tracked objects", _is_lone, _lone, individuals=True),

@@ -1,4 +1,4 @@
-"""Read tracked points from MATLAB files: variables of x and y, of points, or of DLTdv, recognized by their names."""
+"""Tracked points in MATLAB's files: x and y, points, or the points of DLTdv, by the names of variables."""
 
 import re
 from pathlib import Path
@@ -13,25 +13,32 @@ from hypertuna.trials.form import FRAME, TIME, one_point, plain, time_and_frame
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows, choose_individual
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}  # in m
-END = re.compile(r"_(m|cm|mm|px)$")  # unit at the end of a variable's name
-# Name of a variable with x coordinates.
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}
+END = re.compile(r"_(m|cm|mm|px)$")
 X = re.compile(r"(?P<before>.*?)(?P<x>x)(?P<after>[a-z]*|_?(?:pos|position|coords?|data|pts|points))", re.IGNORECASE)
-# Names of variables with columns x1, y1, x2, y2, ...
-PAIRS = ("xypts", "xyzpts", "points", "pts", "xy", "xyz", "markers", "midline")
-# Names of variables with times [s], and with frame rates [Hz].
-TIMES, RATES = ("t", "time", "times", "time_s", "t_s"), ("fps", "framerate", "frame_rate", "fs", "rate")
+PAIRS = (
+    "xypts",
+    "xyzpts",
+    "points",
+    "pts",
+    "xy",
+    "xyz",
+    "markers",
+    "midline",
+)  # names of x1, y1, x2, y2, ... in columns
+RATES = ("fps", "framerate", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate")
+LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
 
 def read(path: str | Path, individual: str | None) -> Points:
-    """Read the points of a MATLAB file of version 5."""
+    """Read the points of a file of MATLAB of version 5."""
     variables = read_matlab(path)
     return points_of_arrays("MATLAB", variables.file, variables.arrays, individual)
 
 
 def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
-    """Return points from the variables whose names and shapes fit; `individual` chooses one of several variables."""
+    """Return the points of variables whose names and shapes suit points; `individual` names one of several."""
     candidates = {**_pairs(arrays), **_blocks(arrays)}
     if not candidates:
         if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
@@ -45,8 +52,7 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
     if name not in arrays or arrays[name].ndim == 3:  # two variables, or a block
         place = _by_frames(file, arrays, name, place)
     if name.rpartition(".")[2].startswith(("xypts", "xyzpts")):
-        # DLTdv writes 0 for points that were not set.
-        place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)
+        place = np.where((place == 0).all(axis=-1, keepdims=True), np.nan, place)  # of DLTdv: empty where none was set
         form = "DLTdv"
     count, end = len(place), END.search(name.split(" ")[0])
     clock = _clock(file, arrays, count)
@@ -107,7 +113,7 @@ def _last(name: str) -> str:
 
 
 def _other(name: str, axis: str = "y") -> str:
-    """Return the name of the y (or z) variable that belongs to a variable of x; "" for other variables."""
+    """Return the name of the y (or z) variable that belongs to an x variable's name; "" where the name is not of x."""
     before, dot, last = name.rpartition(".")
     match = X.fullmatch(last)
     if match is None:

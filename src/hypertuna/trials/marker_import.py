@@ -1,4 +1,4 @@
-"""Turn tracked markers into trials: fit the robot's chain, write joint angles, head poses and a manifest."""
+"""Tracked markers into trials: joint angles and head poses of the robot's chain, their files and manifest."""
 
 from __future__ import annotations
 
@@ -32,35 +32,35 @@ LEARNED = 100  # frames from which places are taken
 
 @dataclass(frozen=True)
 class ChainOptions:
-    """Options for fitting a chain to markers: places, unused markers, merged joints, whether to learn places."""
+    """Options of the fit to a file's markers: their places, those left out, joints merged, places learned."""
 
     places: str | Path | None = None  # CSV file of places; without it they are equally spaced from nose to tail
-    leave_out: Sequence[str] = ()  # names of markers not to use
+    leave_out: Sequence[str] = ()  # markers without a use
     tail_first: bool = False  # whether equally spaced markers are given from tail to nose
     merge: Sequence[Sequence[str]] = ()  # joint groups that are fitted as one bend
-    from_run: bool = False  # whether the places are learned from the run
+    from_run: bool = False  # whether the places are taken from the run
 
 
 def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None = None, **options: Any) -> MarkerRun:
-    """Fit a robot's chain to a file's markers; raise an error if the run cannot be used. options: `read_markers`."""
+    """Fit the chain of a robot to the markers of a file; places and options: as of `fit_marker_run`."""
     run = fit_marker_run(robot, path, ChainOptions(places), **options)
     if refusal := run.refusal():
         raise refusal
     return run
 
 
-def fit_marker_run(robot: Robot, path: str | Path, marker_options: ChainOptions, **options: Any) -> MarkerRun:
-    """Fit a robot's chain to the markers of a file, even if the run cannot be used.
+def fit_marker_run(robot: Robot, path: str | Path, wishes: ChainOptions, **options: Any) -> MarkerRun:
+    """Fit the chain of a robot to the markers of a file, whether or not the run can be used.
 
-    options: as of `read_markers`.
+    options: of `read_markers`.
     """
-    return fit_markers(robot, read_markers(path, **options), marker_options)
+    return fit_markers(robot, read_markers(path, **options), wishes)
 
 
-def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) -> MarkerRun:
-    """Fit a robot's chain to markers, even if the run cannot be used."""
-    markers = _without(markers, marker_options.leave_out)
-    where, notes = _places(robot, markers, marker_options)
+def fit_markers(robot: Robot, markers: Markers, wishes: ChainOptions) -> MarkerRun:
+    """Return the fit of a robot's chain to markers, even if the run cannot be used."""
+    markers = _without(markers, wishes.leave_out)
+    where, notes = _places(robot, markers, wishes)
     tracked = [markers.names.index(name) for name in where.names]
     used = replace(
         markers,
@@ -73,18 +73,18 @@ def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) ->
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
     groups = [group.name for group in robot.joints]
-    for name in (name for joint in marker_options.merge for name in joint if name not in groups):
+    for name in (name for joint in wishes.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
         raise InputError("must be a joint group", key="--merge", value=shown(name), fix=fix)
 
     def fitted(where: Places, markers: Markers) -> tuple[Chain, ChainFit]:
         chain = chain_of(robot, where.link, where.along, where.across)
-        merged, share = merge(chain, marker_options.merge, [len(group.links) for group in robot.joints])
+        merged, share = merge(chain, wishes.merge, [len(group.links) for group in robot.joints])
         check_rank(merged, where.names, markers.file)
         _check_size(robot, markers)
         return chain, unmerged(fit_chain(merged, markers.place, markers.weight), share)
 
-    if marker_options.from_run:
+    if wishes.from_run:
         where = _learned(robot, where, used, fitted)
     chain, fit = fitted(where, used)
     stretches = stretches_of(used.time, np.flatnonzero(fit.determined))
@@ -92,18 +92,18 @@ def fit_markers(robot: Robot, markers: Markers, marker_options: ChainOptions) ->
 
 
 def _check_size(robot: Robot, markers: Markers) -> None:
-    """Check that the markers span about the robot's length, since the fit alone would not show a wrong unit."""
+    """Check that the markers span about the robot's length: the fit alone does not show a wrong unit."""
     seen = (markers.weight > 0).sum(axis=1)
     fullest = markers.place[seen == seen.max()]
     low, high = np.nanmin(fullest, axis=1), np.nanmax(fullest, axis=1)
     span, length = float(np.median(np.linalg.norm(high - low, axis=1))), robot.body.length
-    if not length / SIZE_RATIO < span < SIZE_RATIO * length:
+    if not length / ANOTHER < span < ANOTHER * length:
         value, fix = f"{span:.3g} m wide", f"is the unit another one, or the scale? The robot is {length:.3g} m long"
         raise InputError("must span about the robot", file=markers.file, key="the markers", value=value, fix=fix)
 
 
 def _without(markers: Markers, names: Sequence[str]) -> Markers:
-    """Return the markers without those of the given names."""
+    """Return markers without those of some names."""
     for name in names:
         if name not in markers.names:
             fix = did_you_mean(name, markers.names)
@@ -114,18 +114,18 @@ def _without(markers: Markers, names: Sequence[str]) -> Markers:
     return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
-def _places(robot: Robot, markers: Markers, marker_options: ChainOptions) -> tuple[Places, tuple[str, ...]]:
-    """Return the markers' places on the robot, from a file or equally spaced, and notes on their order."""
-    if marker_options.places is not None:
-        return read_places(marker_options.places, robot, markers.names), ()
+def _places(robot: Robot, markers: Markers, wishes: ChainOptions) -> tuple[Places, tuple[str, ...]]:
+    """Return the markers' places on the robot, of a file or equally spaced, and sentences on their order."""
+    if wishes.places is not None:
+        return read_places(wishes.places, robot, markers.names), ()
     order, notes = in_order(markers)
     names = [markers.names[m] for m in order]
-    return equal_spacing(robot, names[::-1] if marker_options.tail_first else names), notes
+    return equal_spacing(robot, names[::-1] if wishes.tail_first else names), notes
 
 
 def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Places:
-    """Move places to the markers' median offsets from them, on the assumption that the mean posture is straight."""
-    every = slice(None, None, len(markers.time) // PLACE_FRAMES + 1)
+    """Return places moved by the markers' mean offsets from them, so that the joint angles' mean is a straight body."""
+    every = slice(None, None, len(markers.time) // LEARNED + 1)
     markers = replace(markers, time=markers.time[every], place=markers.place[every], weight=markers.weight[every])
     for _ in range(ROUNDS):
         chain, fit = fitted(where, markers)
@@ -135,7 +135,7 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
         angle = np.mean(fit.angle, axis=0)
         where = straight(robot, chain_of(robot, where.link, where.along, where.across), where, angle)
         shift = np.array([where.along, where.across]) - np.array([previous.along, previous.across])
-        if np.abs(shift).max() < MAX_SHIFT * max(fit.noise, 1e-6):
+        if np.abs(shift).max() < SETTLED * max(fit.noise, 1e-6):
             break
     return where
 
@@ -149,7 +149,7 @@ def write_marker_runs(
 ) -> list[str]:
     """Write joint angles and head poses of runs, and a manifest of them; return the names of the files.
 
-    noises: for each run, if known: standard deviations (groups,) [rad] of the angles, and their correlation time [s].
+    noises: of each run, where they are known: standard deviations (groups,) [rad] of the angles and their memory [s].
     """
     folder, files, recordings = Path(output).parent, [], []
     for run, noise in zip_longest(runs, noises):
@@ -220,7 +220,7 @@ def _write(path: Path, comment: str, heads: Sequence[str], rows: Array) -> None:
 
 
 def stretches_of(time: Array, frames: Frames) -> tuple[Frames, ...]:
-    """Split frames at gaps that are too long for a joint series, and drop short parts; time: (all frames,) [s]."""
+    """Return indices of frames split at gaps that a joint series may not have, without short parts; time [s]."""
     if len(frames) < MIN_SAMPLES:
         return ()
     interval = np.diff(time[frames])

@@ -1,4 +1,4 @@
-"""Result of fitting a robot's chain to a run's markers: poses, angles, residuals of each marker, and warnings."""
+"""The fit of a robot's chain to the markers of a run: poses, angles, residuals of each marker, and warnings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hypertuna.trials.markers import Markers
 from hypertuna.trials.plausibility import BEYOND
 from hypertuna.trials.tracks import MIN_SAMPLES
 
-Frames = NDArray[np.intp]  # indices of frames
+Frames = NDArray[np.intp]
 
 LENGTH_TOLERANCE = 0.03  # relative: the line through the markers longer or shorter than the chain's by more
 OFFSET_NOISES = 1.0  # mean residual of a marker over the noise, beyond which its place is in doubt
@@ -37,7 +37,7 @@ class MarkerRun:
     chain: Chain
     fit: ChainFit
     stretches: tuple[Frames, ...]  # determined frames without long gaps
-    limits: Array = field(default_factory=lambda: np.zeros(0))  # (groups,) [rad]: largest described angle, or NaN
+    limits: Array = field(default_factory=lambda: np.zeros(0))  # (groups,) [rad] largest angle as described, or NaN
 
     @property
     def head(self) -> Array:
@@ -64,11 +64,10 @@ class MarkerRun:
 
     @cached_property
     def length_ratio(self) -> float:
-        """Ratio of the line's length through the markers to that through their places on the chain, as a median.
+        """Median length of the line through the markers over that through their places on the chain.
 
-        Noise and places off the midline lengthen the line, and a chain that is too long buckles. So the ratio is taken
-        for the straight and for the fitted chain: the result is the one nearer to 1, or 1 if they are on both sides of
-        it.
+        Noise and places off the midline lengthen the line, and a chain that is too long for it buckles: of the lengths
+        that the straight chain and the fitted one say, the ratio is the nearer to 1, and 1 if these do not agree.
         """
         order = np.argsort(self.chain.along.sum(axis=1), kind="stable")
         given = np.diff(self.markers.place[:, order], axis=1)
@@ -91,13 +90,13 @@ class MarkerRun:
     @cached_property
     def offsets(self) -> Array:
         """Median distance (markers, 2) [m] of each marker from its place, along and to starboard of its link."""
-        return np.asarray(_median_over_frames(self._in_links()))
+        return np.asarray(_median(self._in_links()))
 
     @cached_property
     def noises(self) -> Array:
-        """Standard deviation (markers,) [m] of each marker's coordinates about its median place, without outliers."""
+        """Standard deviation (markers,) [m] of a coordinate of each marker about its mean place, outliers apart."""
         distance = np.linalg.norm(self._in_links() - self.offsets, axis=2)
-        return np.asarray(_median_over_frames(distance) / 1.1774)  # median of the Rayleigh distribution
+        return np.asarray(_median(distance) / 1.1774)  # the median of Rayleigh's distribution
 
     def _in_links(self) -> Array:
         """Return the offsets (frames, markers, 2) [m] of markers from their places, along and to starboard of links."""
@@ -107,13 +106,11 @@ class MarkerRun:
         return np.stack([np.cos(heading) * x + np.sin(heading) * y, np.cos(heading) * y - np.sin(heading) * x], axis=-1)
 
     def record(self) -> dict[str, Any]:
-        """Return the results of the fit for JSON, with units in the names."""
+        """Return the results of the fit as JSON has them, units in the names."""
         fit, seen, frames = self.fit, self.markers.weight > 0, self.fit.determined
         sd = np.median(fit.sd[frames], axis=0)
         head = np.median(self.head_sd[frames], axis=0)
-        rms = np.sqrt(
-            _mean_over_frames(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1)
-        )
+        rms = np.sqrt(_mean(np.where(fit.rejected[..., np.newaxis], np.nan, fit.residual) ** 2).mean(axis=1))
         return {
             "name": self.name,
             "file": self.markers.file,
@@ -156,20 +153,20 @@ class MarkerRun:
         distance = np.linalg.norm(self.offsets, axis=1)
         doubtful = np.argsort(-distance)[: np.count_nonzero(distance > OFFSET_NOISES * self.fit.noise)].tolist()
         if abs(self.length_ratio - 1) > LENGTH_TOLERANCE:
-            doubtful = []  # with a wrong scale, correct places look doubtful, too
-            sentences.append(f"{_length_text(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
+            doubtful = []  # which a wrong scale makes of right places
+            sentences.append(f"{_longer(self.length_ratio)} than along the chain: {_scale_fix(self.length_ratio)}")
         seen = int((self.markers.weight > 0).sum())
-        if self.fit.rejected.sum() >= MAX_REJECTED * seen:
+        if self.fit.rejected.sum() >= MANY * seen:
             share = f"{100 * self.fit.rejected.sum() / seen:.0f} % of the markers are rejected"
             sentences.append(f"{share}: check their order, their places and the robot before you use the angles")
-        for m in doubtful[:MAX_NAMED]:
+        for m in doubtful[:WORST]:
             sentences.append(f"marker {self.places.names[m]} {self._lies(m)}: check its place, {self._place_fix(m)}")
-        if len(doubtful) > MAX_NAMED:
-            others = f"{len(doubtful) - MAX_NAMED} more markers lie off their places"
+        if len(doubtful) > WORST:
+            others = f"{len(doubtful) - WORST} more markers lie off their places"
             sentences.append(f"{others}: see the table, or take all places from the run by --places-from-run FILE")
         largest = np.max(np.abs(self.fit.angle[np.concatenate(self.stretches)]), axis=0) if self.stretches else []
         for group, angle, limit in zip(self.chain.groups, largest, self.limits, strict=False):
-            if angle > AMPLITUDE_RATIO * limit:
+            if angle > BEYOND * limit:
                 bends = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
                 sentences.append(f"{bends} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
         sentences += jump_sentences(self.markers.time, *self._jumps)
@@ -182,12 +179,12 @@ class MarkerRun:
         return sentences
 
     def _lies(self, m: int) -> str:
-        """Return a text on a marker's offset [mm] from its place."""
+        """Return a text of a marker's offset [mm] from its place."""
         x, y = 1e3 * self.offsets[m]
         return f"lies {x:+.1f} mm along and {y:+.1f} mm across its link from its place, in the mean of all frames"
 
     def _place_fix(self, m: int) -> str:
-        """Return a text with the link and place [m] that would fit a marker."""
+        """Return a text of the place, link and [m], that a marker should be given."""
         along, across = self.offsets[m] + (self.places.along[m], self.places.across[m])
         return f"along_m = {along:.4f} and across_m = {across:.4f} on link {self.places.link[m]} would fit"
 
@@ -199,7 +196,7 @@ class MarkerRun:
     def refusal(self) -> InputError | None:
         """Return the error to raise if no part of the run can be used, with its cause and advice; otherwise None.
 
-        A chain longer than the line through the markers buckles, so that its angles are wrong in every frame.
+        A chain that is too long for the line through the markers buckles: its angles are wrong in every frame.
         """
         if self.stretches and self.length_ratio < 1 - LENGTH_TOLERANCE:
             rule = (
@@ -220,7 +217,7 @@ class MarkerRun:
         needed = 1 + fit.covariance.shape[1] // 2
         full, settled = seen.sum(axis=1) >= needed, int(fit.determined.sum())
         if abs(self.length_ratio - 1) > LENGTH_TOLERANCE and full.sum() >= MIN_SAMPLES:
-            longer = _length_text(self.length_ratio)
+            longer = _longer(self.length_ratio)
             fix = f"correct the scale: {longer} than along the body; {_scale_fix(self.length_ratio)}"
             return InputError(rule, file=file, value=f"{settled} frames", fix=fix)
         if full.sum() < MIN_SAMPLES:
@@ -241,41 +238,37 @@ class MarkerRun:
             fix = f"marker {name} {self._lies(worst)}: {self._place_fix(worst)} in --places; or take all places from "
             fix += f"the run by --places-from-run FILE, or --leave-out {name}"
         else:
-            missing = (
-                f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: "
-                if seen.mean() < 1 - MAX_REJECTED
-                else ""
-            )
+            missing = f"{100 * (1 - seen.mean()):.0f} % of the markers are missing: " if seen.mean() < 1 - MANY else ""
             fix = f"{missing}add markers near that joint, or --merge it with its neighbor"
         return InputError(rule, file=file, value=value, fix=fix)
 
     def _longest(self) -> int:
-        """Return the largest number of consecutive determined frames."""
+        """Return the largest number of determined frames in a row."""
         ends = np.flatnonzero(np.diff(np.concatenate([[0], self.fit.determined.astype(int), [0]])))
         return int((ends[1::2] - ends[::2]).max()) if len(ends) else 0
 
 
-def _length_text(ratio: float) -> str:
-    """Return a clause that says by how many percent the line through the markers is longer or shorter."""
+def _longer(ratio: float) -> str:
+    """Return a sentence on how much longer or shorter the line through the markers is, by a ratio."""
     percent = f"{100 * abs(ratio - 1):.0f} % {'longer' if ratio > 1 else 'shorter'}"
     return f"the line through the markers is {percent}"
 
 
 def _scale_fix(ratio: float) -> str:
-    """Return advice for a line through the markers whose length is off by a ratio."""
+    """Return the advice on a line through the markers that is too long or too short by a ratio."""
     places = "the places of the markers, the lengths of the links, and whether the camera looks straight down"
     return f"{1 / ratio:.3g} times the scale would fit; check the scale, {places}"
 
 
-def _mean_over_frames(values: Array) -> Array:
-    """Return means over frames of values (frames, markers, ...); NaN for a marker that no frame shows."""
+def _mean(values: Array) -> Array:
+    """Return means over frames (frames, markers, ...); NaN for a marker that none of them shows."""
     count = np.isfinite(values).sum(axis=0)
     means: Array = np.divide(np.nansum(values, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
     return means
 
 
-def _median_over_frames(values: Array) -> Array:
-    """Return medians over frames of values (frames, markers, ...); NaN for a marker that no frame shows."""
+def _median(values: Array) -> Array:
+    """Return medians over frames; NaN for a marker that none of them shows."""
     shown = np.isfinite(values).any(axis=0)
     medians: Array = np.nanmedian(np.where(shown, values, 0.0), axis=0)
     return np.where(shown, medians, np.nan)

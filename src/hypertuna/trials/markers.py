@@ -1,4 +1,4 @@
-"""Tracked markers or midline points from any form of file, with times in s and places in m on the swimming plane."""
+"""Tracked markers or midline points over time, of any form of file: times in s, places in m on the swimming plane."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,10 +27,10 @@ class Markers:
     time: Array  # (frames,) [s]
     place: Array  # (frames, markers, 2) [m], y counter-clockwise from x; NaN where a marker is missing
     weight: Array  # (frames, markers) likelihood or visibility of each marker, 0 where it is missing
-    names: tuple[str, ...]  # names of the markers
+    names: tuple[str, ...]  # of the markers
     file: str = ""
-    ignored: tuple[str, ...] = ()  # names of the file's unused columns
-    form: str = ""  # name of the file's form
+    ignored: tuple[str, ...] = ()  # columns of the file without a use
+    form: str = ""  # of the file
     notes: tuple[str, ...] = ()  # sentences on how the file was read, without the final dot
 
 
@@ -124,7 +124,7 @@ def _scale(points: Points, given: float | None, pixels: bool) -> tuple[float, tu
         raise InputError(rule, file=points.file, key="the places of the markers", value=value, fix=fix)
     if file_scale is None:
         return 1.0 if given is None else given, ()
-    if given is not None and abs(given / file_scale - 1) > SCALE_TOLERANCE:
+    if given is not None and abs(given / file_scale - 1) > SAME_UNIT:
         rule = f"must agree with the file, whose form is that of {points.form} and whose unit is {file_scale:g} m"
         fix = "leave out --unit and --scale"
         raise InputError(rule, file=points.file, key="--unit or --scale", value=f"{given:g} m", fix=fix)
@@ -132,11 +132,11 @@ def _scale(points: Points, given: float | None, pixels: bool) -> tuple[float, tu
 
 
 def _weight(points: Points) -> tuple[Array, tuple[str, ...]]:
-    """Return weights (rows, points) from 0 to 1 (1 for points set by hand, without a likelihood), and notes on them."""
+    """Return weights (rows, points) from 0 to 1, 1 for points set by hand without likelihood; and sentences on them."""
     weight = points.weight
     stated = weight[np.isfinite(weight)]
     notes: tuple[str, ...] = ()
-    if len(stated) and stated.max() > MAX_LIKELIHOOD:
+    if len(stated) and stated.max() > SURE:
         if np.isin(stated, FLAGS).all():
             weight, notes = np.minimum(weight, 1.0), ("visibility is taken as 0 missing, 1 hidden, 2 seen",)
         elif PERCENT / 2 <= stated.max() <= PERCENT and float(np.median(stated)) > SURE:

@@ -14,11 +14,10 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import Track
 
-FAR = 10.0  # ratio of measured to computed values (or its inverse) that estimated coefficients rarely explain
-# Ratio of speeds beyond which a unit must be wrong. Speed is proportional to the root of thrust over drag, so a factor
-# of 50 would need one of 2500 in these, more than all bounds allow. A ratio of 300 may be cm/s and a model wrong by 3.
-WRONG_UNIT = 50.0
-# Fix in a warning.
+FAR = 10.0  # times the model's speed, or a part of it: more than estimated coefficients are usually wrong by
+# The same, beyond which a unit must be wrong. The speed goes as the root of thrust over drag: a factor of 50 needs 2500
+# between these, more than all bounds allow. So 300 is no robot either, but cm/s beside a model that is wrong by 3.
+ANOTHER_UNIT = 50.0
 CAUSES = (
     "likely causes are another unit of speed or frequency, amplitudes from peak to peak, phases of the wrong sign, or "
     "a wrong length, area or drag of the robot"
@@ -30,13 +29,13 @@ RADIANS = math.radians(1.6)  # rad, amplitude: angles of beats in radians look l
 
 
 def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[InputError], list[str]]:
-    """Return errors on files of steady runs in wrong units, and warnings about files with unlikely speeds."""
+    """Return errors on files of steady runs that must be in wrong units, and warnings on files that are unlikely."""
     errors: list[InputError] = []
     warnings: list[str] = []
     for file in dict.fromkeys(run.file for run in runs):
         file_runs = [run for run in runs if run.file == file]
         largest = max(max(run.gait.amplitude) for run in file_runs)
-        if 0 < largest < MIN_AMPLITUDE:
+        if 0 < largest < RADIANS:
             radians_as_deg = math.degrees(math.degrees(largest))
             fix = f"is it in radians? Then write {radians_as_deg:.3g}"
             key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
@@ -47,7 +46,7 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
             continue
         size = float(f"{max(ratio, 1 / ratio):.2g}")
         rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
-        if size > WRONG_UNIT:
+        if size > ANOTHER_UNIT:
             errors.append(InputError(rule, file=file, key="the measured speeds", fix="check the unit, m/s"))
         else:
             warnings.append(str(InputError(rule, file=file, key="the measured speeds", fix=CAUSES)))
@@ -55,7 +54,7 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
 
 
 def _speed_ratio(runs: Sequence[SteadyRun], robot: Robot) -> float:
-    """Return the median ratio of measured speeds to the model's; 1 if no speed was measured."""
+    """Return the median ratio of measured speeds to those of the model; 1 where none was measured."""
     measured = [run for run in runs if run.speed]
     if not measured:
         return 1.0
