@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hypertuna import InputError
-from hypertuna.errors import MAX_LISTED, InputErrors, did_you_mean, escaped, shown, with_article
+from hypertuna.errors import LISTED, InputErrors, did_you_mean, escaped, shown, with_article
 
 BELOW = InputError("must be above 0", file="a.toml", key="mass_kg", value="-1", fix="weigh it")
 EMPTY = InputError("must not be empty", file="a.toml", key="name")
@@ -69,7 +69,7 @@ def test_mistakes_of_a_file_are_listed(
 
 @pytest.mark.parametrize("more", [0, 1, 7])
 def test_fifteen_mistakes_are_listed(more: int) -> None:
-    head, *lines = str(InputErrors([EMPTY] * (MAX_LISTED + more))).splitlines()
+    head, *lines = str(InputErrors([EMPTY] * (LISTED + more))).splitlines()
     assert head == f"a.toml has {15 + more} mistakes:"
     assert [line.split(".")[0].strip() for line in lines[:15]] == [f"{k + 1}" for k in range(15)]
     assert lines[15:] == [f"  and {more} more, which often follow from these"] * (more > 0)

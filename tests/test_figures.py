@@ -144,12 +144,12 @@ def test_a_figure_is_saved(kind: str, tmp_path: Path) -> None:
 def test_a_dollar_sign_of_a_name_is_one() -> None:
     figure = drawn([0, 1], [0, 1], "$a$ of b")
     figure.axes[0].set_ylabel(r"$\mathdefault{10^{-3}}$")
-    figures.take_texts_as_they_are(figure)
+    figures.disable_formulas(figure)
     axes = figure.axes[0]
     assert not axes.xaxis.label.get_parse_math()
     assert axes.yaxis.label.get_parse_math()  # as matplotlib writes powers of ten
     plain = drawn([0, 1], [0, 1])
-    figures.take_texts_as_they_are(plain)
+    figures.disable_formulas(plain)
     assert plain.axes[0].xaxis.label.get_parse_math()
 
 
