@@ -1,6 +1,6 @@
 """What the swimming speeds say of the family afterwards: data/twin/posterior.json, all of it of the class "fitted".
 
-python validation/twin/posterior.py [STEPS] [--seed N]    32 steps in a generation: a minute on two cores
+python validation/twin/posterior.py [STEPS] [--seed N]    96 steps in a generation: three minutes on two cores
 
 Each member of the family counts by the speeds of the four unoptimised gaits that budget.py has stored. Their errors
 have one standard deviation, which nobody knows: it is integrated out (Jeffreys' prior). The four optimised gaits and
@@ -163,7 +163,7 @@ def search(
 def main() -> None:
     """Weigh the family, search, store."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("steps", type=int, nargs="?", default=32)
+    parser.add_argument("steps", type=int, nargs="?", default=96)
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     robot = ht.load("hypertuna")
