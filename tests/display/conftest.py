@@ -11,6 +11,7 @@ from hypertuna.actuation.sizing import size_pump
 from hypertuna.characterization.data import read_bench
 from hypertuna.characterization.family import family
 from hypertuna.characterization.fit import fit_bench
+from hypertuna.characterization.spring import SpringTest, fit_spring
 from hypertuna.identification.posterior import posterior
 from hypertuna.simulation.posture import posture_test
 
@@ -65,6 +66,7 @@ def made() -> dict[str, Any]:
         "bench": fit_bench(fish, read_bench(TANK.parent / "bench" / "bench.csv", fish), "friction", starts=1),
         "next runs": _told_design(),
         "family": family(fish, read_bench(TANK.parent / "bench" / "paper.csv", fish), members=50),
+        "spring": fit_spring(SpringTest(np.arange(1.0, 4), np.ones(3, dtype=bool), 0.1 * np.arange(1.0, 4), "a.csv")),
     }
 
 

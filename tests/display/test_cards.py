@@ -92,6 +92,7 @@ KINDS = [
     "bench",
     "next runs",
     "family",
+    "spring",
 ]
 
 

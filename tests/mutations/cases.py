@@ -126,6 +126,7 @@ RUNS = f"""{ANGLES},speed_m_s,speed_sd_m_s,repeats
 TENSILE = "Engineering Strain;Engineering Stress (MPa)\n" + "".join(
     f"{k / 20:g};{2 * (1 + k / 20 - (1 + k / 20) ** -2) * 0.03:.5g}\n" for k in range(21)
 )
+SPRING = "mass_kg,arm_m,angle_deg\n" + "".join(f"{k / 100:g},0.1,{k}\n" for k in range(9))
 CALIBRATION = "sensor,counts,reference\n" + "".join(
     f"{sensor},{counts},{reference}\n"
     for sensor in ("bend_0", "pressure_3", "current_1", "servo_0")
@@ -263,6 +264,7 @@ CASES = (
         every=5,
     ),
     Case("tensile test", "test.csv", _write({"test.csv": TENSILE}), ("joint silicone test.csv",), of_table),
+    Case("spring test", "test.csv", _write({"test.csv": SPRING}), ("joint spring test.csv",), of_table),
     Case(
         "calibration", "pairs.csv", _write({"pairs.csv": CALIBRATION}), ("radio calibrate --csv pairs.csv",), of_table
     ),

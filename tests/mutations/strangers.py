@@ -19,7 +19,7 @@ import hypertuna as ht
 import point_files
 from hypertuna.errors import DamageWarning, InputError
 from mutations import forged, forged_points, surfaces, units
-from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, TANK, TENSILE, Reaction
+from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, SPRING, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, memory_above, watched
 from tracked_files import FILES, TrackedFile, swim
@@ -332,6 +332,7 @@ READERS = (
     Reader(
         "bench", _text(EXAMPLES / "bench/bench.csv"), _table("characterization.data", "read_bench", "ROBOT"), TABLES
     ),
+    Reader("spring test", SPRING.encode().strip, _table("characterization.spring", "read_spring"), TABLES, "file.csv"),
     Reader("tensile test", TENSILE.encode().strip, _table("actuation.silicone", "read_tensile"), TABLES, "file.csv"),
     Reader("calibration", CALIBRATION.encode().strip, _table("radio.calibration", "read_pairs"), TABLES, "file.csv"),
     Reader("log", forged.log, _log, LOGS, "log.mcap"),

@@ -6,5 +6,6 @@ sampling, combinations: randomized fits, and the products of powers that the ben
 experiment_design: the expected information gain of another measurement. plots: the figure of a fit.
 room: whether muscles and pipes fit in a joint. designs, population: the space of designs that meet a bench; sampling.
 family: a sample of these designs, quantities that they leave open, and what to measure next. plots_family: its figure.
-checked: the chosen design of a family by finite elements. cards: results as text.
+checked: the chosen design of a family by finite elements. spring: the spring of a hinge from weights and angles.
+cards: results as text.
 """

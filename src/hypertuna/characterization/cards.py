@@ -1,4 +1,4 @@
-"""Cards of a fit to bench runs and of a family of actuators."""
+"""Cards of a fit to bench runs, of a family of actuators and of a spring."""
 
 import math
 from collections.abc import Mapping
@@ -10,6 +10,7 @@ import numpy as np
 from hypertuna.characterization.data import BRANCHES
 from hypertuna.characterization.family import Family, Next
 from hypertuna.characterization.fit import BenchFit, at_border
+from hypertuna.characterization.spring import SIGNIFICANT, SpringFit
 from hypertuna.characterization.unknowns import FACTORS
 from hypertuna.display import Card, Part, Table, cards
 from hypertuna.io.quantity import counted
@@ -124,3 +125,31 @@ def _told(measurement: Next) -> str:
     parts += [f"{len(narrows) - NARROWED} more"] * (len(narrows) > NARROWED)
     narrowed = ", ".join(parts) or "nothing by a tenth"
     return f"{measurement.bits:4.1f} bits  {measurement.text}: {expected} {measurement.unit}. It narrows {narrowed}."
+
+
+@cards.of(SpringFit)
+def spring_card(fit: SpringFit) -> Card:
+    """Show a spring: stiffness, zero and cubic term with intervals, and how well they meet the angles."""
+    low, high = map(math.degrees, fit.zero_interval)
+    rows = [
+        ("stiffness", fit.stiffness, fit.stiffness_interval, "N m/rad"),
+        ("angle without a load", math.degrees(fit.zero), (low, high), "deg"),
+        *[("cubic term", fit.cubic, fit.cubic_interval, "N m/rad^3")] * (fit.cubic > 0),
+    ]
+    cells = [[name, f"{value:.4g}", f"{ends[0]:.4g} .. {ends[1]:.4g}", unit] for name, value, ends, unit in rows]
+    parts: list[Part] = [
+        Table(["", "value", "95 % interval", "unit"], cells, left=(0, 3)),
+        f"standard deviation of the stiffness: {fit.stiffness_sd:.2g} N m/rad",
+        f"rms of the angles' residuals: {math.degrees(fit.rms):.2g} deg",
+    ]
+    if fit.softens:
+        text = "The spring softens at larger angles, which [hinge] cannot describe: hang smaller weights."
+        parts.append((text, "yellow"))
+    elif fit.cubic:
+        straight = f"Without a cubic term the rms is {math.degrees(fit.rms_straight):.2g} deg"
+        parts.append(f"{straight}: so much more by chance in {100 * fit.chance:.1g} % (F test).")
+    elif math.isfinite(fit.chance):
+        parts.append(f"A cubic term is not significant: chance {fit.chance:.2g}, above {SIGNIFICANT} (F test).")
+    angles = np.degrees([fit.test.angle, fit.test.angle - fit.residual]).T.tolist()
+    title = f"Spring of a hinge: {counted(len(fit.test.angle), 'row')} of {fit.test.file}"
+    return Card(title, parts, partial(computed_svg, angles, "angle [deg]", "a row of the test"))

@@ -1,4 +1,4 @@
-"""Figure of a fit to bench runs: measured and fitted loops, singular values, and intervals."""
+"""Figures of a fit to bench runs (measured and fitted loops, singular values, intervals) and of a spring."""
 
 import math
 from typing import Any
@@ -11,6 +11,7 @@ from hypertuna.actuation.bending import bend
 from hypertuna.actuation.hydraulics import SIDES
 from hypertuna.characterization.combinations import DETERMINED
 from hypertuna.characterization.fit import BenchFit
+from hypertuna.characterization.spring import SpringFit, moments
 from hypertuna.display import plots
 from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 
@@ -107,3 +108,19 @@ def _plot_unknowns(axes: Axes, fit: BenchFit) -> None:
     axes.set_xlabel("bounds, logarithmic")
     axes.set_title("95 % intervals")
     axes.grid(axis="y", visible=False)
+
+
+@plots.of(SpringFit)
+@styled
+def plot_spring(fit: SpringFit, *, width: float = WIDTH) -> Figure:
+    """Plot a spring: moments over measured angles, and the fitted curve; width [inch]."""
+    figure = Figure(figsize=(width, 0.5 * width), layout="constrained")
+    axes, angle = figure.add_subplot(), fit.test.angle
+    axes.plot(np.degrees(angle), moments(fit.test, fit.tilt), "o", color=COLORS[1], ms=4.5, label="measured")
+    ends = np.linspace(min(angle.min(), fit.zero), max(angle.max(), fit.zero), POINTS)
+    x = ends - fit.zero
+    label = f"{fit.stiffness:.3g} N m/rad"
+    axes.plot(np.degrees(ends), fit.stiffness * x + fit.cubic * x**3, color=COLORS[0], lw=1.2, label=label)
+    axes.set(xlabel="angle [deg]", ylabel="moment [N m]")
+    axes.legend(loc="upper left")
+    return figure

@@ -85,8 +85,12 @@ PANELS: dict[str, dict[str, tuple[Any, str]]] = {
                     "Sample the actuator designs that agree with measured bends, forces, shortenings and oil volumes.",
                 ),
                 "silicone": ("joint:silicone_command", "Fit the elastic constants of a silicone to a tensile test."),
+                "spring": (
+                    "joint_spring:spring_command",
+                    "Fit the stiffness of a hinge to weights and angles, with its 95 % interval.",
+                ),
             },
-            "A soft joint: its bend in air, its actuator from a test bench, its silicone from a tensile test.",
+            "A joint: its bend in air, its actuator, silicone or spring from tests on a bench.",
         ),
         "fe": ("fe:fe_app", "The soft joints by finite elements; needs the extra fe."),
         "pump": (
