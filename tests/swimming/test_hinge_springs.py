@@ -169,11 +169,11 @@ def test_work_in_is_what_water_and_dampers_take(kind: str, hinges: int) -> None:
 
 
 def test_what_stops_cost_is_told_by_the_balance() -> None:
-    """The kinks of stops: 9e-5 at the 256 steps that they ask for, 2e-6 at 2048."""
+    """The kinks of stops: 1.3e-5 at the steps that they and their dissipation ask for, 2e-6 at 2048."""
     robot = sprung(stop_deg=STOP)
-    off = [abs(balance(settle(robot, GAITS, steps=steps))) for steps in (128, 512, 2048)]
-    assert off[0] < 2e-4
-    assert off[2] < 0.1 * off[0]
+    off = [abs(balance(settle(robot, GAITS, steps=steps))) for steps in (128, 2048)]
+    assert off[0] < 5e-5
+    assert off[1] < 0.2 * off[0]
 
 
 def balance(beat: dict[str, Any]) -> float:
@@ -187,8 +187,9 @@ def test_derivatives_equal_differences(kind: str) -> None:
     """By all numbers that the file gives of the spring.
 
     With stops a search may end within 1e-8 of a stride, where others end at rounding. Derivatives are then off by up to
-    2e-5; this search does not.
+    2e-5.
     """
+    near = 3e-5 if "stop" in "".join(KINDS[kind]) else 1e-6
     robot, steps = sprung(**KINDS[kind]), 512
     slopes = ht.gradient(robot, GAIT, steps=steps)
     names = [name for name in slopes.names if name.startswith("hinge.")]
@@ -203,7 +204,7 @@ def test_derivatives_equal_differences(kind: str) -> None:
             numeric = (values[0][quantity][0] - values[1][quantity][0]) / (2 * h)
             k, value = slopes.names.index(name), slopes.results[quantity]
             exact = slopes.derivatives[quantity][k] * slopes.values[k]
-            assert exact == pytest.approx(numeric, rel=1e-6, abs=1e-6 * abs(value)), (name, quantity)
+            assert exact == pytest.approx(numeric, rel=near, abs=1e-6 * abs(value)), (name, quantity)
 
 
 def test_where_rest_leads_is_told_if_it_is_another_beat() -> None:
@@ -264,5 +265,8 @@ def test_what_no_hinge_has_is_refused(keys: dict[str, float], message: str) -> N
 
 
 def test_a_stop_that_no_steps_follow_is_refused() -> None:
-    with pytest.raises(ht.InputError, match="hinge.stop_stiffness_n_m_per_rad must let 1024 steps of a beat at 2 Hz"):
-        settle(sprung(stop_deg=STOP, stop_stiffness_n_m_per_rad=1e6), GAITS)
+    """By what is too fast: the spring of the stop, or its dissipation."""
+    stiff, dissipation = "stop_stiffness_n_m_per_rad", "stop_dissipation_n_m_s_per_rad2"
+    for key, values in ((stiff, {stiff: 1e6, dissipation: 0.0}), (dissipation, {stiff: 1.0, dissipation: 5e4})):
+        with pytest.raises(ht.InputError, match=f"hinge.{key} must let 1024 steps of a beat at 2 Hz"):
+            settle(sprung(stop_deg=STOP, **values), GAITS)

@@ -117,7 +117,7 @@ class TankDesign(TankState):
     """
 
     kind, names = "design", frozenset(("robot", "want", "width", "bounds", "prior", "tow", "hold", "glide"))
-    command, first, outlives = "design ask", "--robot fit.toml", ("isa", "version")  # measurements outlive both
+    command, example, ignored = "design ask", "--robot fit.toml", ("isa", "version")  # measurements outlive both
 
     def __init__(
         self,

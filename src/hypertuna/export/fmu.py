@@ -211,7 +211,7 @@ def _type_attributes(variable: Variable) -> Iterator[tuple[str, Any]]:
 
 
 def _structure(parent: Element, table: list[Variable], fmi: int) -> None:
-    """Add the outputs without direct dependencies, since inputs act from the next control tick on."""
+    """Add the outputs; none depends on an input of the same tick, since inputs act from the next control tick on."""
     outputs = [k for k, variable in enumerate(table) if variable.causality == "output"]
     if fmi == 2:
         declared, initial = add(parent, "Outputs"), add(parent, "InitialUnknowns")

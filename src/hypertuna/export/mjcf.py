@@ -5,8 +5,8 @@ x and 2 rho r_x r_z v |v| across (y). So each link gets bodies of water whose bo
 without thickness in y, which has drag only across, and one which has drag only along. The taller the first plate (z),
 the less it resists rotation (rho/2 r_z r_x^4). The plates also carry the isotropic part of the added mass.
 
-A thickness follows from a difference of moments of inertia. The plates' moments are whole multiples of a power of two,
-so that the difference is exactly zero even in single precision; MuJoCo then uses its smallest thickness.
+A thickness follows from a difference of moments of inertia. Those of the plates are whole multiples of a power of two,
+so the difference is exactly zero even in single precision.
 """
 
 import math
@@ -33,12 +33,8 @@ TIMESTEP = 5e-4  # s, for the fourth-order Runge-Kutta integrator
 START = 1.0  # m: initial depth of the nose, for motion in space
 SERVO = 500.0  # rad/s: natural frequency of the position servos, which delay all joints by 2 zeta / SERVO = 2.8 ms
 DAMPING = math.sqrt(0.5)  # damping ratio zeta of the servos, for a maximally flat response
-WATER_FRACTIONS = (
-    0.5,
-    0.2,
-    0.05,
-    0.01,
-)  # tried fractions of a link's mass given to its plates: the first that leaves the rod enough inertia
+# Fractions of a link's mass for its plates, tried in order: the first that leaves the rod enough inertia.
+WATER_FRACTIONS = (0.5, 0.2, 0.05, 0.01)
 ALONG_MASS = 0.25  # fraction of the plates' mass in those with drag along the link
 ROD = 1e-9  # moment of inertia of the rod about its own axis, as a fraction of that about the vertical
 MAX_HALF_LENGTH = 0.04  # largest r_x of plates with drag across, as a fraction of the body's length
@@ -263,7 +259,6 @@ def _link(body: Element, robot: Robot, i: int, water: LinkWater) -> None:
 
 def _parts(robot: Robot, i: int, water: LinkWater) -> list[_Part]:
     """Return the rod and the plates of a link; together they have its mass and inertia, with isotropic added mass."""
-    # Link's mass plus the added mass that is equal in all directions.
     isotropic = float(min(water.inertia[0, 0], water.inertia[1, 1]))
     com, turn = robot.links.com[i], float(water.inertia[2, 2])
     for water_part in WATER_FRACTIONS:
@@ -298,10 +293,9 @@ def _plates(robot: Robot, i: int, water: LinkWater, wet: float) -> Iterator[_Par
         yield plate
         _, y, z = plate.half_sizes(MIN_DIFFERENCE)
         if along > y * z:
-            about_z, about_y, about_x = _plate_inertia(
-                ALONG_MASS * share * wet, math.sqrt(along - y * z), along - y * z
-            )
-            yield _Part(place, ALONG_MASS * share * wet, (about_x, about_y, about_z))
+            mass, area = ALONG_MASS * share * wet, along - y * z
+            about_z, about_y, about_x = _plate_inertia(mass, math.sqrt(area), area)
+            yield _Part(place, mass, (about_x, about_y, about_z))
 
 
 def _plate_inertia(mass: float, half: float, area: float) -> tuple[float, float, float]:
@@ -379,8 +373,7 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         bend = add(tendon, "fixed", name=group.name)
         for joint, part in zip(joints, group.share, strict=True):
             add(bend, "joint", joint=joint, coef=part / squares)
-        # The joint with the largest share, since a share may be 0.
-        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))
+        lead, lead_share = max(zip(joints, group.share, strict=True), key=lambda pair: abs(pair[1]))  # a share may be 0
         for joint, part in zip(joints, group.share, strict=True):
             if joint != lead:
                 add(equality, "joint", joint1=joint, joint2=lead, polycoef=(0, part / lead_share, 0, 0, 0))
@@ -391,10 +384,8 @@ def _drives(root: Element, robot: Robot, *, free: bool) -> None:
         add(actuator, "position", name=group.name, tendon=group.name, kp=stiffness, kv=damping, **lag)
     if free:
         add_fin_drives(actuator, robot, stiffness=inertia * SERVO**2, damping=2 * DAMPING * inertia * SERVO)
-    for hinge in robot.hinges:
-        if hinge.moment:
-            name = robot.links.name[hinge.link]
-            add(actuator, "motor", name=f"moment-{name}", joint=f"hinge-{name}")
+    for name in (robot.links.name[hinge.link] for hinge in robot.hinges if hinge.moment):
+        add(actuator, "motor", name=f"moment-{name}", joint=f"hinge-{name}")
 
 
 def _sensors(root: Element, robot: Robot) -> None:
