@@ -13,6 +13,7 @@ from program import Run
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
 THREE = str(CASES / "three.toml")
+pytestmark = pytest.mark.skipif(not CASES.exists(), reason="the cases are not there")
 
 
 def markers(tmp_path: Path, change) -> str:
