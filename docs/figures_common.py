@@ -13,6 +13,7 @@ from hypertuna.swimming.swim import Swim
 PAPER = published()  # published numbers, by name
 FISH = load("hypertuna")
 MODELS = ("ideal joints", "joint bandwidth", "ideal joints, areas as printed", "joint bandwidth, areas as printed")
+TEXT = 26  # characters of a number with its interval and unit; a longer cell is a text
 
 
 @cache
@@ -38,6 +39,7 @@ def paper_value(name: str) -> float:
 
 
 def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
+    """Write a Markdown table; the first `left` columns and those with a text are aligned to the left."""
+    texts = [k < left or any(len(row[k]) > TEXT for row in body) for k in range(len(head))]
+    rule = ["---" if text else "---:" for text in texts]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))

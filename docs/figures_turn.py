@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from figures_common import rows
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
@@ -36,12 +37,6 @@ KNOBS: dict[str, tuple[str, ...]] = {
     "area of the caudal fin": (f"links.lateral_area_m2[{FIN}]", f"links.wetted_area_m2[{FIN}]"),
     "drag across the soft joints": tuple(f"water.lumped.drag[{i}]" for i in range(2, FIN)),
 }
-
-
-def rows(head: Sequence[str], body: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Write a Markdown table; all columns but the first `left` ones are aligned to the right."""
-    rule = ["---"] * left + ["---:"] * (len(head) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *body))
 
 
 def beat(stroke: Sequence[float]) -> Gait:

@@ -10,6 +10,7 @@ document.addEventListener("DOMContentLoaded", () => {
 // keep what it is for those who hear it. Tables of numbers scroll.
 const TEXT = 24; // characters from which a cell is a text
 const WIDE = 22; // characters of a word that leaves a second column no room
+const NAME = 12; // characters from which the first cell of a row is a name of several words
 
 document.addEventListener("DOMContentLoaded", () => {
   const longest = (words) => Math.max(...words.map((word) => word.length));
@@ -18,6 +19,7 @@ document.addEventListener("DOMContentLoaded", () => {
     const rows = [...table.tBodies].flatMap((body) => [...body.rows]);
     const texts = rows.flatMap((row) => [...row.cells].slice(1).filter((cell) => !cell.matches(".text-right")));
     const first = rows.flatMap((row) => row.cells[0].textContent.split(/\s/));
+    table.classList.toggle("named", longest(["", ...rows.map((row) => row.cells[0].textContent.trim())]) > NAME);
     if (names.length > 6 || longest(["", ...texts.map((cell) => cell.textContent.trim())]) <= TEXT) continue;
     if (names.length < 3 && longest(first) <= WIDE) continue;
     table.classList.add("texts");
