@@ -78,7 +78,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-processors test-fe test-firmware bench bench-json firmware firmware-teensy lock system-deps lint format stub
+.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-slow test-processors test-fe test-firmware bench bench-json firmware firmware-teensy lock system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -92,7 +92,7 @@ demo: $(VENV)/.wheel ## install hypertuna and write a page with what it computes
 
 # .ci/run leaves these C++ tests out: it runs them with the sanitizers meanwhile
 CPP_TESTS ?= test-cpp
-test: $(CPP_TESTS) hosts mujoco-plugin fmu test-python ## all tests of C++ and Python: about 20 minutes on two cores
+test: $(CPP_TESTS) hosts mujoco-plugin fmu test-python ## tests of C++ and Python but the slow ones: about 20 minutes on two cores
 
 # $(call run-cpp-tests,FOLDER,OPTIONS): build and run core/tests, or only TEST
 define run-cpp-tests
@@ -192,8 +192,12 @@ test-hosts-sanitized: $(VENV)/.installed-test ## the same for the C interface, r
 
 # One more worker than processors: some tests wait for clocks and processes.
 WORKERS ?= $(shell expr $(JOBS) + 1)
+PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test-python: $(VENV)/.installed-test ## Python tests alone
-	@$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+	@$(PYTEST) -m 'not (slow or fe)'
+
+test-slow: $(VENV)/.installed-test ## the tests in tests/slow.txt, once `make test` has built what they run
+	@$(PYTEST) -m 'slow and not fe'
 
 # Pictures, tables and outputs of the pages where OpenBLAS, NumPy and our kernels take other ways than on this processor:
 # those of 2004, and of 2013 where this one has more. Bits of images, firmware and runs: tests/hosts/test_processors.py.
@@ -206,8 +210,9 @@ test-processors: $(VENV)/.installed-test ## goldens of the documentation as on o
 	  wait $$first && exit $$status
 
 # A file stays with one process: what its tests share is solved once.
+FE_TESTS ?= fe
 test-fe: $(VENV)/.installed-test $(VENV)/.installed-fe ## tests with finite elements; installs the extra fe
-	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m fe $$(grep -rl --include='test_*.py' 'mark\.fe$$' tests validation)
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m '$(FE_TESTS)' $$(grep -rl --include='test_*.py' 'mark\.fe$$' tests validation)
 
 ROOM ?= all
 SEED ?= 1

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, Phase, settings
 
 import hypertuna as ht
 from extras import pytest_collect_file as pytest_collect_file
+from extras import pytest_collection_modifyitems as pytest_collection_modifyitems
 from extras import pytest_runtest_setup as pytest_runtest_setup
 from hypertuna.cli.main import main
 from models import MODELS

@@ -1,8 +1,9 @@
-"""Hooks of the conftest of each folder of tests: skip tests whose extra is not installed, and collect tests alone."""
+"""Hooks of the conftest of each folder of tests: slow tests, tests of extras, no examples of tests."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,6 +13,22 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
 FE = ("netgen", "ngsolve", "pyvista")  # packages of the extra fe
+SLOW = Path(__file__).with_name("slow.txt")  # names of slow tests, after lines of comment
+
+
+def slow() -> list[str]:
+    """Return the names of the tests in slow.txt."""
+    lines = SLOW.read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if not line.startswith("#")]
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest chooses by marks
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests in slow.txt."""
+    names = set(slow())
+    for item in items:
+        if item.nodeid in names:
+            item.add_marker("slow")
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
