@@ -30,7 +30,9 @@ Message hostile(Chance& chance) {
     const std::size_t kind = chance.below(4);
     for (std::size_t k = 0; k < sizeof m; ++k) {
         bytes[k] = std::uint8_t(kind == 0 ? 0 : kind == 1 ? 255 * chance.below(2) : chance.bits());
-        if (const float odd = chance.number(); kind == 3 && k % 4 == 3) std::memcpy(bytes + k - 3, &odd, 4);
+        const float odd = chance.number();
+        if constexpr (sizeof m > 3)
+            if (kind == 3 && k % 4 == 3) std::memcpy(bytes + k - 3, &odd, 4);
     }
     std::memcpy(static_cast<void*>(&m), bytes, sizeof m);
     return m;
