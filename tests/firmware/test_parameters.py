@@ -19,9 +19,8 @@ from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.firmware.header import header
+from hypertuna.firmware.header import TEXTS, File, header, metadata
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
-from hypertuna.firmware.metadata import TEXTS, File, metadata
 from hypertuna.firmware.parameters import NAME_LENGTH_MAX, firmware_table
 from program import Run
 

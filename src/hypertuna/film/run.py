@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ from hypertuna.film.noise import Beat, beat_of, path_noise
 from hypertuna.film.sections import COLUMNS, Body, body_of
 from hypertuna.film.source import open_film
 from hypertuna.film.states import FIXES, OK, STATES
-from hypertuna.film.takes import jumps, split_takes
 from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
@@ -26,6 +26,7 @@ from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_import import stretches_of, write_recording
 from hypertuna.trials.marker_run import Frames
+from hypertuna.trials.tracks import MIN_SAMPLES
 
 MIN_OK = 0.5  # smallest fraction of frames that must be tracked well
 MAX_SIZE_ERROR = 0.10  # largest relative difference of the length that the camera sees from the robot's
@@ -33,6 +34,7 @@ WARN_SIZE_ERROR = 0.02  # relative difference of length beyond which the user is
 WARN_GIRTH = 5.0  # percent: difference of width beyond which the user is warned
 STATION_STEP = 5  # every fifth station of the body is written to the file of learned widths
 BACKWARD = 0.2  # body lengths swum tail first, beyond which the fish is tracked again with its ends swapped
+JUMP, JUMP_STEPS = 0.1, 6.0  # a longer step than both is a jump: body lengths; multiples of the median step
 
 
 @dataclass(frozen=True)
@@ -257,3 +259,22 @@ def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
         rule = f"must show one fish, whole, in {100 * MIN_OK:g} % of its frames"
         raise InputError(rule, file=file, value=value, fix=FIXES[worst])
     return stretches
+
+
+def split_takes(stretches: Sequence[Frames], place: Array, length: float) -> tuple[Frames, ...]:
+    """Split stretches of frames where the fish's place (frames, 2) [m] jumps; drop short parts. length: fish's [m]."""
+    parts: list[Frames] = []
+    for frames in stretches:
+        step = np.linalg.norm(np.diff(place[frames], axis=0), axis=1) / np.diff(frames)
+        far = step > max(JUMP * length, JUMP_STEPS * float(np.median(step)))
+        parts += np.split(frames, np.flatnonzero(far) + 1)
+    return tuple(part for part in parts if len(part) >= MIN_SAMPLES)
+
+
+def jumps(stretches: Sequence[Frames], time: Array) -> list[str]:
+    """Return a warning for each jump of the fish, with the time [s] of the last frame before it."""
+    return [
+        f"the fish jumps after {time[one[-1]]:.2f} s, so the film is taken as several recordings: were films joined?"
+        for one, other in pairwise(stretches)
+        if other[0] == one[-1] + 1
+    ]
