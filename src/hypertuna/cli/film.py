@@ -164,7 +164,7 @@ def _track_marks(
     with progress_bar("tracking") as progress:
         opened = open_film(film, options.frame_rate)
         points = points_of(fish, opened, camera, options.depth, painted, progress)
-    run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, opened.rate)
+    run, noise = judged(fit_markers(fish, markers_of(points), places.chain_options()), fish, opened.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
         write_atomically(places.places_from_run, places_text(run.places, comment).encode())

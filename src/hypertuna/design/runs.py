@@ -158,10 +158,10 @@ class Measurement:
         return self.sd / self.value if self.sd is not None else noise_of(self.quantity, self.value)
 
 
-Told = SteadyRun | NumberRun | Decay | Measurement
+Trial = SteadyRun | NumberRun | Decay | Measurement
 
 
-def measurements(trial: Told, day: str = "") -> list[Measurement]:
+def measurements(trial: Trial, day: str = "") -> list[Measurement]:
     """Return the measured numbers of a trial, means over its repeats with the noise of a mean."""
     if isinstance(trial, Measurement):
         return [replace(trial, day=trial.day or day)]
@@ -169,7 +169,7 @@ def measurements(trial: Told, day: str = "") -> list[Measurement]:
     if kind is None:
         rule, fix = "must be a run that a design knows", "give steady runs, turns, powers, tows, held thrusts or glides"
         raise InputError(rule, key="tell", value=type(trial).__name__, fix=fix)
-    motion, quantities = kind.told(trial)
+    motion, quantities = kind.means(trial)
     return [Measurement(TankRun(kind.key, *motion), *values, trial.name, day) for values in quantities]
 
 

@@ -127,39 +127,41 @@ class FilmRun:
     @property
     def warnings(self) -> list[str]:
         """Sentences that advise the user on doubtful results."""
-        told = []
+        sentences = []
         if abs(self.size - 1) > WARN_SIZE_ERROR:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
             measure = "the fish's own length" if self.scale == "fish" else "the camera"
-            told.append(
+            sentences.append(
                 f"{self.name}: the fish looks {percent} than the robot: check the camera's height, the depth of the "
                 f"fish and its length. Lengths are measured by {measure}."
             )
         if self.body.measured and abs(girth := 100 * (math.exp(self.tuning.girth) - 1)) > WARN_GIRTH:
             width = f"{abs(girth):.0f} % {'wider' if girth > 0 else 'narrower'}"
-            told.append(
+            sentences.append(
                 f"{self.name}: the fish looks {width} than its sections: check them. The film's widths are used."
             )
         if self.body.file_off:
-            told.append(
+            sentences.append(
                 f"{self.name}: the widths of the file have another shape than those of the fish, by "
                 f"{100 * self.body.file_off:.0f} % of its area, so the film's are used and written: is the file of "
                 "another robot, or damaged? Measure the sections anew."
             )
         elif self.body.learned:
-            told.append(f"{self.name}: the widths are learned from the film: measure the sections for the best angles.")
+            sentences.append(
+                f"{self.name}: the widths are learned from the film: measure the sections for the best angles."
+            )
         if self.beat is None:
-            told.append(
+            sentences.append(
                 f"{self.name}: no steady beat was found, so the noise of ripples is unknown, and the errors are those "
                 "of the pixels alone: film six beats of a steady gait."
             )
         elif self.beat.beats < 6:
-            told.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
-        told += [f"{self.name}: {sentence}" for sentence in jumps(self.stretches, self.tracked.time)]
+            sentences.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
+        sentences += [f"{self.name}: {jump}" for jump in jumps(self.stretches, self.tracked.time)]
         if unused := len(self.tracked.state) - sum(map(len, self.stretches)):
             why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]
-            told.append(f"{self.name}: {unused} frames are left out ({', '.join(why) or 'in short parts'}).")
-        return told
+            sentences.append(f"{self.name}: {unused} frames are left out ({', '.join(why) or 'in short parts'}).")
+        return sentences
 
 
 def track_film(

@@ -1,7 +1,7 @@
 """The door: the only place where users' files are opened; their limits are checked before anything is parsed.
 
 A file must be a regular one: a pipe or a device may never end. Each kind has its largest size in `KINDS`; texts have
-limits of depth, numbers and values, archives limits of what they unpack to. Whatever breaks one is an `InputError`.
+limits of depth, numbers and values, archives limits of what they unpack to. A file beyond a limit is an `InputError`.
 """
 
 from __future__ import annotations

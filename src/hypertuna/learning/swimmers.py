@@ -18,7 +18,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
-from hypertuna.learning.spans import STEP, sensed, span_of, ticks_of
+from hypertuna.learning.spans import STEP, sensed_size, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
@@ -72,7 +72,7 @@ class Swimmers:
     @property
     def size(self) -> int:
         """Count of the numbers of an observation."""
-        return sensed(self.robot) + self.task.size
+        return sensed_size(self.robot) + self.task.size
 
     def restart(self, swimmers: Iterable[int], rngs: Sequence[np.random.Generator]) -> None:
         """Start swimmers anew, each at rest with a goal, a current and a robot from its generator of `rngs`."""

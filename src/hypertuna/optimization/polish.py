@@ -80,7 +80,7 @@ def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array)
 
 
 def _residual(point: _Scaled) -> float:
-    """Return the least norm of a mean gradient plus nonnegative multiples of active gradients, over the steepest."""
+    """Return the KKT residual [1]: the least norm of the Lagrangian's gradient, over that of the steepest objective."""
     from scipy.optimize import nnls
 
     steepest = float(np.linalg.norm(point.value_jacobian, axis=1).max())

@@ -51,18 +51,18 @@ def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None
     return run
 
 
-def fit_marker_run(robot: Robot, path: str | Path, wishes: ChainOptions, **options: Any) -> MarkerRun:
+def fit_marker_run(robot: Robot, path: str | Path, chain_options: ChainOptions, **options: Any) -> MarkerRun:
     """Fit the chain of a robot to the markers of a file, whether or not the run can be used.
 
     options: of `read_markers`.
     """
-    return fit_markers(robot, read_markers(path, **options), wishes)
+    return fit_markers(robot, read_markers(path, **options), chain_options)
 
 
-def fit_markers(robot: Robot, markers: Markers, wishes: ChainOptions) -> MarkerRun:
+def fit_markers(robot: Robot, markers: Markers, chain_options: ChainOptions) -> MarkerRun:
     """Return the fit of a robot's chain to markers, even if the run cannot be used."""
-    markers = _without(markers, wishes.leave_out)
-    where, notes = _places(robot, markers, wishes)
+    markers = _without(markers, chain_options.leave_out)
+    where, notes = _places(robot, markers, chain_options)
     tracked = [markers.names.index(name) for name in where.names]
     used = replace(
         markers,
@@ -75,18 +75,18 @@ def fit_markers(robot: Robot, markers: Markers, wishes: ChainOptions) -> MarkerR
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
     groups = [group.name for group in robot.joints]
-    for name in (name for joint in wishes.merge for name in joint if name not in groups):
+    for name in (name for joint in chain_options.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
         raise InputError("must be a joint group", key="--merge", value=shown(name), fix=fix)
 
     def fitted(where: Places, markers: Markers) -> tuple[Chain, ChainFit]:
         chain = chain_of(robot, where.link, where.along, where.across)
-        merged, share = merge(chain, wishes.merge, [len(group.links) for group in robot.joints])
+        merged, share = merge(chain, chain_options.merge, [len(group.links) for group in robot.joints])
         check_rank(merged, where.names, markers.file)
         _check_size(robot, markers)
         return chain, unmerged(fit_chain(merged, markers.place, markers.weight), share)
 
-    if wishes.from_run:
+    if chain_options.from_run:
         where = _learned(robot, where, used, fitted)
     chain, fit = fitted(where, used)
     stretches = stretches_of(used.time, np.flatnonzero(fit.determined))
@@ -116,13 +116,13 @@ def _without(markers: Markers, names: Sequence[str]) -> Markers:
     return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
-def _places(robot: Robot, markers: Markers, wishes: ChainOptions) -> tuple[Places, tuple[str, ...]]:
+def _places(robot: Robot, markers: Markers, chain_options: ChainOptions) -> tuple[Places, tuple[str, ...]]:
     """Return the markers' places on the robot, of a file or equally spaced, and sentences on their order."""
-    if wishes.places is not None:
-        return read_places(wishes.places, robot, markers.names), ()
+    if chain_options.places is not None:
+        return read_places(chain_options.places, robot, markers.names), ()
     order, notes = in_order(markers)
     names = [markers.names[m] for m in order]
-    return equal_spacing(robot, names[::-1] if wishes.tail_first else names), notes
+    return equal_spacing(robot, names[::-1] if chain_options.tail_first else names), notes
 
 
 def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Places:
