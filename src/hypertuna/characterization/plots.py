@@ -146,13 +146,13 @@ def plot_family(family: Family, *, width: float = WIDTH) -> Figure:
     figure = Figure(figsize=(width, 0.55 * width), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(joints)))
     for axes, joint in zip(panels, joints, strict=True):
-        _plot_joint(axes, family, joint)
+        _plot_designs(axes, family, joint)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=5, **TIGHT)
     return figure
 
 
-def _plot_joint(axes: Axes, family: Family, joint: int) -> None:
+def _plot_designs(axes: Axes, family: Family, joint: int) -> None:
     """Plot a joint's members, colored by shortening, on top of the excluded designs."""
     bench = family.space.bench
     top = float(bench.pressure[bench.joint == joint].max())

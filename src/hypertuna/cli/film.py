@@ -85,7 +85,7 @@ def track_command(
     or tags. The plot shows the worst frames.
     """
     from hypertuna.film.camera import read_camera
-    from hypertuna.film.pace import pace_doubts
+    from hypertuna.film.pace import pace_warnings
     from hypertuna.film.record import is_live
     from hypertuna.film.run import track_film, write_film_run
     from hypertuna.io.checkpoint import Journal
@@ -129,7 +129,7 @@ def track_command(
 
         save(plot_film(run), plot)
     record = run.record()
-    record["warnings"] += pace_doubts(fish, record["beat_hz"], record["frame_rate_hz"])
+    record["warnings"] += pace_warnings(fish, record["beat_hz"], record["frame_rate_hz"])
     emit(
         run,
         record=lambda _: provenance(fish) | {"run": record, "written": written},
