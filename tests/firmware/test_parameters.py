@@ -37,7 +37,7 @@ BYTES = re.compile(r"inline constexpr std::uint8_t file_(\d)\[\] = \{(.*?)\};", 
 
 
 def test_parameters_describe_themselves(table) -> None:
-    """Every parameter has text, unit and range; the file in the header says the same, however it is compressed."""
+    """Every parameter has text, unit and range; the compressed file in the header says the same."""
     general, packed = metadata(table)
     entries = json.loads(lzma.decompress(packed.content))["parameters"]
     assert [entry["name"].lower() for entry in entries] == [p.name for p in table.parameters]

@@ -93,7 +93,7 @@ static void sensors_that_are_off_are_told_apart() {
     }
 }
 
-/// Whatever target a pump gets, its rate changes smoothly, and it draws only as fast as its cylinder stays full.
+/// For any target a pump's rate changes smoothly, and the pump draws only as fast as its cylinder stays full.
 static void a_pump_turns_smoothly() {
     const Controller<double> model = test_controller<double>();
     const double smooth = model.circuit[0].smooth * model.tick;
@@ -232,7 +232,7 @@ static void float_against_double() {
     }
 }
 
-/// A float of arbitrary bits; every second draw is one of the values that break things.
+/// A float of arbitrary bits; every second draw is a special value, such as NaN or infinity.
 template <class T>
 static T any_number(std::uint64_t bits) {
     const T sane = T(double(std::int64_t(bits)) / 9.3e18);
