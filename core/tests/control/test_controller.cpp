@@ -51,7 +51,7 @@ static void a_healthy_tail_beats_without_complaint() {
     CHECK_NEAR(widest, 0.3, 0.01);
 }
 
-static void faults_are_told_and_survived() {
+static void faults_are_reported_and_survived() {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const auto bend = run<double>(600, [&](int i, auto& r, auto&) {
         if (i > 300) r.bend[1] = nan;
@@ -310,7 +310,7 @@ int main() {
     const int before = allocations;
     the_pump_map();
     a_healthy_tail_beats_without_complaint();
-    faults_are_told_and_survived();
+    faults_are_reported_and_survived();
     sensors_that_are_off_are_told_apart();
     a_pump_turns_smoothly();
     the_last_good_correction_is_kept();

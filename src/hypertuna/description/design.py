@@ -163,8 +163,8 @@ def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Itera
             value = getattr(part, attribute)
             tables = isinstance(value, tuple) and any(isinstance(row, Part) for row in value)
             short = alias if tables else attribute  # a number's attribute has no unit
-            below = (f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip("."), (*place, alias))
-            yield from _values(value, dump[alias], *below, part.declared.get(attribute))
+            names = f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip(".")
+            yield from _values(value, dump[alias], *names, (*place, alias), part.declared.get(attribute))
 
 
 def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:
@@ -209,8 +209,8 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
     """Yield the keys, without indices, of numbers that differ between two documents."""
     if isinstance(after, dict):
         for name, part in after.items():
-            below = written((name,)) if not key else f"{key}.{written((name,))}"
-            yield from _changes(before.get(name) if isinstance(before, dict) else None, part, below)
+            key_below = written((name,)) if not key else f"{key}.{written((name,))}"
+            yield from _changes(before.get(name) if isinstance(before, dict) else None, part, key_below)
     elif isinstance(after, list) and after and isinstance(after[0], dict):
         pairs = zip(before or [None] * len(after), after, strict=True)
         yield from dict.fromkeys(change for old, new in pairs for change in _changes(old, new, key))

@@ -122,8 +122,8 @@ class Unknown:
         count = by.shape[2]
         prior = np.eye(count)[count - error.size :] / self.sd.reshape(-1, 1) if self.poses else np.zeros((0, count))
         inverse = np.linalg.pinv(np.concatenate([weight[:, np.newaxis] * by.reshape(len(weight), -1), prior]))
-        pull = inverse[:, len(weight) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
-        return np.asarray(inverse[:, : len(weight)] * weight), -pull
+        prior_step = inverse[:, len(weight) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
+        return np.asarray(inverse[:, : len(weight)] * weight), -prior_step
 
 
 @np.errstate(over="ignore", invalid="ignore")  # after too large a step the cost is NaN, which counts as not smaller
@@ -144,8 +144,8 @@ def fit_begin(
         residual = unknown.pose - poses
         frame_noise = unknown.noise(residual, noise)
         matrix = unknown.jacobian(poses, by_twist, begin[1])
-        gain, pull = unknown.gain(matrix, begin[1], frame_noise)
-        step = gain @ residual.ravel() + pull
+        gain, prior_step = unknown.gain(matrix, begin[1], frame_noise)
+        step = gain @ residual.ravel() + prior_step
         nearer = _nearer(unknown, replayed, begin, residual, matrix, step, frame_noise) if rounds_left else None
         if nearer is None:
             return *begin, poses, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
