@@ -19,7 +19,7 @@ from hypertuna.description.fin import shape_fin
 from hypertuna.description.following import scale
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.base import Key, Part
-from hypertuna.description.validation import written
+from hypertuna.description.validation import Place, written
 from hypertuna.errors import InputError, did_you_mean, shown
 
 # Variables of the fin, each with its powers in the factors on span and chord.
@@ -27,7 +27,6 @@ FIN = {"span": (1.0, 0.0), "chord": (0.0, 1.0), "area": (0.5, 0.5), "aspect_rati
 WHOLE_FIN = "factor"  # unit of the fin's variables, which are factors on the described fin
 FOLLOWED = {"links.length": "length", "links.mass": "mass"}  # variables with which other values scale
 TEXTS = ("description", "sources", "uncertainty", "fit")  # tables without numbers to vary
-Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from hypertuna.trials.numbers import NumberRun, U
 from hypertuna.trials.steady import SteadyRun
 
 
-class Quantity(NamedTuple):
+class RunQuantity(NamedTuple):
     """A quantity of runs: default noise, relative and absolute [SI]; displayed unit, and its number per SI unit."""
 
     relative: float
@@ -30,13 +30,13 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "speed": Quantity(0.02, 0.003, "m/s"),
-    "cost_of_transport": Quantity(0.03, 0.0, "J/(kg m)"),
-    "turn_rate": Quantity(0.03, 0.02, "deg/s", 180 / math.pi),  # magnitude
-    "power": Quantity(0.03, 0.0, "W"),
-    "drag": Quantity(0.03, 0.005, "N"),
-    "thrust": Quantity(0.03, 0.005, "N"),
-    "coasting_length": Quantity(0.08, 0.0, "m"),
+    "speed": RunQuantity(0.02, 0.003, "m/s"),
+    "cost_of_transport": RunQuantity(0.03, 0.0, "J/(kg m)"),
+    "turn_rate": RunQuantity(0.03, 0.02, "deg/s", 180 / math.pi),  # magnitude
+    "power": RunQuantity(0.03, 0.0, "W"),
+    "drag": RunQuantity(0.03, 0.005, "N"),
+    "thrust": RunQuantity(0.03, 0.005, "N"),
+    "coasting_length": RunQuantity(0.08, 0.0, "m"),
 }
 SLOWEST = 3.0  # a candidate's expected value must exceed this many times its absolute noise
 # Grid of candidates: number of frequencies; amplitude and lag over their bounds; amplitude of the last group over that

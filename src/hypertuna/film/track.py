@@ -11,7 +11,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.film.noise import memory_of, student
-from hypertuna.film.sections import Body, Fit
+from hypertuna.film.sections import Body, SilhouetteFit
 from hypertuna.film.source import Gray
 from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
@@ -36,7 +36,7 @@ BLOCK_FRAMES = 60  # frames per record of the journal
 MAX_GAP = 0.25  # s: older frames do not predict the pose
 WIDTH_ROUNDS, END_ERROR = 2, 1.0  # rounds of learning the widths; px: error of the length learned with them
 # Fit of a frame in which the fish was not found.
-NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
+NOTHING = SilhouetteFit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Outcome:
 
     state: int
     offset: float = np.inf  # px between drawn and seen edges
-    fit: Fit = NOTHING
+    fit: SilhouetteFit = NOTHING
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -296,7 +296,7 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
     return Tracked(film.time, state, unknowns, covariance, seen, offset)
 
 
-def _covariance(found: Fit, n: int) -> Array:
+def _covariance(found: SilhouetteFit, n: int) -> Array:
     """Return the covariance (n, n) of pose and joint angles due to the noise of pixels, for known size and girth."""
     matrix = found.information
     unknown_places = [*range(n), matrix.shape[0] - 1]
