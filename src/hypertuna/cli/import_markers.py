@@ -48,7 +48,7 @@ class PlaceOptions:
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
     def chain_options(self) -> ChainOptions:
-        """Return the options as those of the fit to the markers."""
+        """Return the options of the fit of the robot's chain."""
         joints = [_names(self.merge)] if self.merge else []
         return ChainOptions(
             self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None

@@ -277,7 +277,7 @@ class TankDesign(TankState):
         return renamed(results, [(one.name, one.run) for one in self.ask(count).choices] if count in RUNS else [])
 
     def _made(self, results: tuple[Measurement, ...], before: Posterior) -> tuple[Step, Posterior]:
-        """Return the step of a run after those of a posterior, and the posterior after it."""
+        """Return the step of a new run, and the posterior after it; before: the posterior of the runs so far."""
         mean, sd = before.predict([Row(result.run, result.quantity) for result in results])
         spread = np.hypot(sd, [math.hypot(result.noise, before.day) for result in results])
         after = infer(self.unknowns, [*before.results, *results])
