@@ -105,7 +105,7 @@ class Swimmers:
         return self.task.outcome(self.goal, self.seen, seen_before)
 
     def observe(self) -> Array:
-        """Return what each swimmer observes (N, size): measured bends with the noise of the sensors, exact other numbers.
+        """Return what each swimmer observes (N, size): bends with the noise of the sensors, other numbers exact.
 
         Speed ahead [BL/s], rate of turn [rad/s], bends as measured and as set, over the largest; the action; the task.
         """
