@@ -355,8 +355,8 @@ void bind_settle(nb::module_& m) {
           nb::arg("approach"), nb::arg("mass"), nb::arg("threads"),
           "Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a "
           "brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). "
-          "With `approach` > 0 a start from rest is followed toward each for so many beats at most. `mass` [kg] is the "
-          "whole body's.");
+          "With `approach` > 0 a start from rest is followed toward each for at most `approach` beats. `mass` [kg] is "
+          "the whole body's.");
     m.def(
         "gradient", &gradient, nb::arg("model"), nb::arg("frequency"), nb::arg("amplitude"), nb::arg("phase"),
         nb::arg("bias"), nb::arg("momentum"), nb::arg("directions"), nb::kw_only(), nb::arg("steps"), nb::arg("mass"),

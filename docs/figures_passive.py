@@ -19,7 +19,7 @@ from hypertuna.paper.chapters.passive import (
     spring_table,
     stiffness_table,
 )
-from hypertuna.paper.figures_passive import plot_passive
+from hypertuna.paper.figures import plot_passive
 from hypertuna.reports.html import Table
 
 

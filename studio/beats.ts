@@ -28,7 +28,7 @@ export class Beats {
   ) {}
 
   /** Compute the beat of a gait. If knobs are turned meanwhile, only the last gait is computed next. */
-  async want(swimmer: Swimmer, image: ImageLoader): Promise<void> {
+  async request(swimmer: Swimmer, image: ImageLoader): Promise<void> {
     clearTimeout(this.quiet);
     this.wanted = swimmer;
     this.image = image;

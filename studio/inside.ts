@@ -52,7 +52,7 @@ export class InsideView implements View {
   private places = new Map<string, number>(); // index of each column's first number in a row
   private history: Float64Array[] = []; // rows of the record of the last seconds
   private ticks = 0;
-  private owed = 0; // ticks that are due but not yet asked for
+  private due = 0; // ticks that are due but not yet asked for
   private before = 0;
   private asking = false;
   private stale = false; // whether rows have come that are not drawn yet
@@ -116,7 +116,7 @@ export class InsideView implements View {
     await this.restart();
     if (this.started !== robot) return;
     this.layOut(robot);
-    this.owed = 1; // the first tick is shown even where nothing moves
+    this.due = 1; // the first tick is shown even where nothing moves
     await this.advance(robot.twin.rate);
   }
 
@@ -130,7 +130,7 @@ export class InsideView implements View {
       this.places.set(name, place);
       place += width;
     }
-    [this.history, this.ticks, this.owed, this.broken] = [[], 0, 0, []];
+    [this.history, this.ticks, this.due, this.broken] = [[], 0, 0, []];
     [this.pace, this.noted] = [Number.NaN, { at: performance.now(), ticks: 0 }];
     this.parts?.plots.clear();
     for (const chip of this.body.querySelectorAll(".chip")) chip.setAttribute("aria-pressed", "false");
@@ -149,7 +149,7 @@ export class InsideView implements View {
     if (this.stale) this.draw(rate);
     this.stale = false;
     if (!this.running) return;
-    this.owed = Math.min(MAX_TICKS, this.owed + passed * this.speed * rate);
+    this.due = Math.min(MAX_TICKS, this.due + passed * this.speed * rate);
     this.measure(now, rate);
     if (!this.asking) void this.advance(rate);
   }
@@ -160,9 +160,9 @@ export class InsideView implements View {
     const width = this.columns.reduce((sum, column) => sum + column.width, 0);
     const at = (name: string): number => this.places.get(name) ?? -1;
     this.asking = true;
-    while (calculator !== null && this.owed >= 1) {
-      const ticks = Math.floor(this.owed);
-      this.owed -= ticks;
+    while (calculator !== null && this.due >= 1) {
+      const ticks = Math.floor(this.due);
+      this.due -= ticks;
       const broken = this.broken.splice(0);
       const { rows } = await calculator.ask({ kind: "tick", gait: this.row, armed: this.armed, broken, ticks });
       if (history !== this.history) break; // the twin was started again
@@ -188,7 +188,7 @@ export class InsideView implements View {
 
   private fail(): void {
     this.running = false;
-    this.owed = 0;
+    this.due = 0;
     this.note.textContent = "The twin left what a robot can do and was stopped: start it again with a smaller gait.";
   }
 

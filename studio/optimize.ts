@@ -156,7 +156,7 @@ function quadratic(here: Place, hessian: number[][]): { move: Float64Array; mult
   return { move: move.map((value, k) => Math.min(high[k] ?? 0, Math.max(low[k] ?? 0, value))), multiplier };
 }
 
-/** Newton's step of the coordinates that are not held; it also corrects the speed's error as far as these can. */
+/** Newton's step of the coordinates that are not held; it also reduces the error of the speed. */
 function newton(
   here: Place,
   hessian: number[][],

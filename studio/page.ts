@@ -139,7 +139,10 @@ class Studio {
     this.knobs.show(this.row);
     this.views.set(this.row);
     this.keep();
-    void this.beats.want({ robot: this.robot.key, model: this.model, gait: this.row }, this.robots.image(this.robot));
+    void this.beats.request(
+      { robot: this.robot.key, model: this.model, gait: this.row },
+      this.robots.image(this.robot),
+    );
   }
 
   private setBody(factors: Factors): void {

@@ -111,7 +111,7 @@ export class Follower {
     private readonly listener: (spread: Spread | null) => void,
   ) {}
 
-  async want(robot: Robot, model: number, row: Float64Array): Promise<void> {
+  async request(robot: Robot, model: number, row: Float64Array): Promise<void> {
     this.wanted = { robot, model, row };
     if (this.running) return;
     this.running = true;

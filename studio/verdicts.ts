@@ -15,10 +15,11 @@ export function verdictsOn(robot: Robot, published: Published, model: number, co
     return box;
   }
   const own = computed === null ? null : ownOf(robot, published.verdicts, model, computed);
-  if (own !== null) box.append(told(robot, own));
+  if (own !== null) box.append(verdictText(robot, own));
   else if (computed !== null) box.append(line("none", "–", "no verdict", " on this model, which is not the ledger's"));
   const others = published.verdicts.filter((one) => one !== own);
-  if (computed === null && others.length <= 2) box.append(...others.map((one) => told(robot, one, published.unit)));
+  if (computed === null && others.length <= 2)
+    box.append(...others.map((one) => verdictText(robot, one, published.unit)));
   else if (others.length > 0) box.append(folded(robot, others, published.unit));
   box.append(place(published.id));
   return box;
@@ -43,7 +44,7 @@ function ownOf(robot: Robot, verdicts: Verdict[], model: number, computed: numbe
 }
 
 /** One verdict in words: with a unit, on another model's number; without, on the number above it. */
-function told(robot: Robot, one: Verdict, unit: string | null = null): HTMLElement {
+function verdictText(robot: Robot, one: Verdict, unit: string | null = null): HTMLElement {
   const reason = robot.ledger?.classes[one.class] ?? one.class;
   const number = unit === null || one.computed === null ? "" : `: ${digits(one.computed, 3)} ${unit}`;
   const model = unit === null ? "" : ` in the model “${one.model}”${number}`;
@@ -68,7 +69,7 @@ function folded(robot: Robot, others: Verdict[], unit: string): HTMLElement {
   const box = element("details", "others");
   const models = others.length === 1 ? "1 more model" : `${others.length} more models`;
   box.append(element("summary", "", `${models}: ${counts.join(", ")}`));
-  box.append(...others.map((one) => told(robot, one, unit)));
+  box.append(...others.map((one) => verdictText(robot, one, unit)));
   return box;
 }
 

@@ -102,7 +102,7 @@ export class Views {
   private follow(): void {
     const { subject, row } = this;
     if (subject !== null && row.length === subject.parameters.length)
-      void this.follower.want(subject.robot, subject.model, row);
+      void this.follower.request(subject.robot, subject.model, row);
   }
 
   /** Give the views a body while it is being changed. */

@@ -27,7 +27,7 @@ function joined(parts: Float64Array[]): Float64Array {
   return whole;
 }
 
-/** Free the oldest changed bodies, which nobody asks about any more. */
+/** Free the oldest changed bodies, which no view shows any more. */
 function forget(): void {
   const bodies = [...robots.keys()].filter((key) => bodyOf(key) !== "");
   for (const key of bodies.slice(0, -MAX_BODIES)) {

@@ -138,7 +138,7 @@ def settle(
     threads: int,
 ) -> NDArray[numpy.float64]:
     """
-    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). With `approach` > 0 a start from rest is followed toward each for so many beats at most. `mass` [kg] is the whole body's.
+    Settled beats of many gaits, one row each, columns as named by `settle_columns`: by Newton's method from a brisk speed, from the motion after `from_rest` beats from rest (>= 0), or by `wait` beats from rest (>= 0). With `approach` > 0 a start from rest is followed toward each for at most `approach` beats. `mass` [kg] is the whole body's.
     """
 
 def gradient(

@@ -93,7 +93,7 @@ def test_friction_makes_the_loop(tuna: ht.Robot, joint: str) -> None:
     assert (loop.angle[1:] < smooth.angle[1:]).all()
     assert loop.unload_angle[1] == loop.unload_angle[0] == loop.angle[-1]  # it sticks at first
     assert (loop.unload_angle[::-1][5:] > smooth.angle[5:])[:12].all()
-    # The loss is what the loop encloses in the plane of pressure and volume, whatever the number of pressures.
+    # The loss is the area of the loop in the plane of pressure and volume, for any number of pressures.
     fine = bend(tuna, joint, np.linspace(0, 250e3, 401), unload=True)
     assert loop.friction_loss == pytest.approx(fine.friction_loss, rel=0.02)
     # A smaller loop lies inside: what the joint remembers is where it turned.
@@ -414,7 +414,7 @@ def test_a_table_that_lacks_is_named(tuna: ht.Robot, keys: tuple[str, ...], sent
 
 
 def test_what_holds_a_beat_varies_smoothly(tuna: ht.Robot) -> None:
-    """No root of the axial force is mistaken for another one, whatever the rounding."""
+    """No rounding makes the search take another root of the axial force."""
     bend = np.sin(2 * np.pi * 6 * np.linspace(0, 2 / 3, 668))
     for model, group in zip(joint_models(tuna), tuna.joints, strict=True):
         held = model.hold(group.amplitude_max * bend)

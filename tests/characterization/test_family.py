@@ -17,12 +17,11 @@ from hypertuna.actuation.bending import bend
 from hypertuna.actuation.new import first_robot
 from hypertuna.actuation.soft_joint import joint_models
 from hypertuna.characterization.data import read_bench
-from hypertuna.characterization.designs import NO_ROOM, designs
+from hypertuna.characterization.designs import NO_ROOM, designs, with_room
 from hypertuna.characterization.family import Family, chosen_robot, family
 from hypertuna.characterization.fit import fit_bench
 from hypertuna.characterization.population import _step, populate
 from hypertuna.characterization.problem import blocked_moment, computed, elements, shortening
-from hypertuna.characterization.room import with_room
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.changes import changed
 

@@ -17,7 +17,7 @@ from hypertuna.description.schema.body import Fins, Spatial
 from hypertuna.description.schema.control import Controller, Guidance
 from hypertuna.description.schema.firmware import Firmware
 from hypertuna.description.schema.hydraulics import Oil
-from hypertuna.firmware import metadata, parameters
+from hypertuna.firmware import header, parameters
 from hypertuna.firmware.parameters import EXTRA, TABLES, firmware_table
 from hypertuna.simulation import estimates
 
@@ -95,7 +95,7 @@ def test_a_new_key_is_in_every_list(tuna: ht.Robot, monkeypatch: pytest.MonkeyPa
     assert Longer.scales("length", "mass").keys() - Guidance.scales("length", "mass").keys() == {"extra_m"}
     assert Longer.scaled(document["guidance"] | {"extra_m": 5.0}, length=0.5)["extra_m"] == 2.5
     assert ("pilot", "extra", Radio(99)) in parameters._settable()
-    assert metadata.describe("pilot", "extra", "extra") == ("length of no meaning", "m")
+    assert header.describe("pilot", "extra", "extra") == ("length of no meaning", "m")
     assert following.followers("length", 3, alias=True)["guidance.extra_m"] == 2
 
 

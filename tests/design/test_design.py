@@ -178,7 +178,7 @@ def test_a_check_is_made_far_from_all_runs(unknowns: Unknowns, gaits: list[TankR
 
 
 def asked(tank: TankDesign, fish: Tank, runs: int) -> None:
-    """Make so many runs as they are asked for."""
+    """Make a number of runs, each as the design asks for it."""
     for _ in range(runs):
         choice = tank.ask().choices[0]
         result = fish.measure(choice.run, name=choice.name)

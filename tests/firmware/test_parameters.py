@@ -19,9 +19,8 @@ from hypertuna.control.guidance import pilot_columns
 from hypertuna.description.channels import CHANNELS, COUNTED
 from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
-from hypertuna.firmware.header import header
+from hypertuna.firmware.header import TEXTS, File, header, metadata
 from hypertuna.firmware.lockstep import NO_SAMPLE, Counts
-from hypertuna.firmware.metadata import TEXTS, File, metadata
 from hypertuna.firmware.parameters import NAME_LENGTH_MAX, firmware_table
 from program import Run
 
@@ -38,7 +37,7 @@ BYTES = re.compile(r"inline constexpr std::uint8_t file_(\d)\[\] = \{(.*?)\};", 
 
 
 def test_parameters_describe_themselves(table) -> None:
-    """Every parameter has text, unit and range; the file in the header says the same, however it is compressed."""
+    """Every parameter has text, unit and range; the compressed file in the header says the same."""
     general, packed = metadata(table)
     entries = json.loads(lzma.decompress(packed.content))["parameters"]
     assert [entry["name"].lower() for entry in entries] == [p.name for p in table.parameters]

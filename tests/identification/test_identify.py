@@ -121,7 +121,7 @@ def test_one_bad_run_does_little_with_a_robust_loss(tuna: ht.Robot) -> None:
 
 
 def test_a_run_that_does_not_settle_counts_as_far_off(tuna: ht.Robot) -> None:
-    """A search turns back from it: a large, finite residual with zero Jacobian; and it is told."""
+    """A search turns back from it: a large, finite residual with zero Jacobian; and it is reported."""
     frees = free(tuna, ["water.drag[7]"], bounds={"water.drag": (0, 1e9)})
     trials = steady(tuna, FEW[-2:])
     data = experiment(tuna, trials, frees, steps=8)

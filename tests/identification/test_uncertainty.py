@@ -131,7 +131,7 @@ def test_added_mass_and_mass_of_the_tail(tuna: ht.Robot) -> None:
 
 
 def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
-    """With ideal joints the speed of a gait grows as its frequency, whatever the coefficients: it tells one number."""
+    """With ideal joints the speed of a gait grows as its frequency for any coefficients: it determines one number."""
     robot = tuna.using(joints="ideal")
     frees = free(robot, ["water.friction[1-6]", "water.drag[7]"])
     values, levels = np.array([f.start for f in frees]), {"speed": 0.01, "cost_of_transport": 0.01}
@@ -148,7 +148,7 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
 
 
 def test_aicc_of_a_normal_sample() -> None:
-    """-2 ln L = sum z + n ln(2 pi sd^2) where the noise is told; n (ln(2 pi s^2) + 1), s^2 = mean r^2, where not."""
+    """-2 ln L = sum z + n ln(2 pi sd^2) where the noise is given; n (ln(2 pi s^2) + 1), s^2 = mean r^2, where not."""
     noise = 0.1 * np.resize([1.0, -1.0], 31)
     data, found, _ = straight_line(noise)
     told = criteria(data, found, {})
@@ -159,7 +159,7 @@ def test_aicc_of_a_normal_sample() -> None:
     assert told["bic"] == pytest.approx(total + 2 * math.log(31))
     data, found, _ = straight_line(noise, told=False)
     total = 31 * (math.log(2 * math.pi * (residual**2).mean()) + 1)
-    for level in (0.5, 2.0):  # whatever it is taken for
+    for level in (0.5, 2.0):  # any assumed level
         assert criteria(data, found, {"speed": level})["minus_2_log_likelihood"] == pytest.approx(total)
     assert criteria(data, found, {"speed": 1.0})["parameters"] == 3
 
@@ -213,7 +213,7 @@ def test_errors_are_relative_for_steady_runs() -> None:
 
 @pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
 def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_wide(loss: str) -> None:
-    """Whatever the loss: what is an outlier is told by the noise that there is."""
+    """With any loss, outliers are judged by the estimated noise."""
     noise = np.random.default_rng(2).normal(scale=0.1, size=31)
 
     def result(scale: float):
@@ -226,7 +226,7 @@ def test_residuals_thirty_times_the_stated_noise_make_intervals_thirty_times_as_
 
 
 def test_more_runs_of_one_recording_do_not_hide_that_the_model_is_off() -> None:
-    """e off the mean of R runs that scatter by sd: z = (R - 1)/R + e^2/sd^2, so R e^2/sd^2 whatever the scatter."""
+    """e off the mean of R runs that scatter by sd: z = (R - 1)/R + e^2/sd^2, so R e^2/sd^2 for any scatter."""
     tuna = ht.load("hypertuna")
     for runs in (4, 20):
         data = experiment(tuna, swims(tuna, runs=runs, noise=0.02), ())

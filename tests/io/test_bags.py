@@ -1,4 +1,4 @@
-"""Bags: which file of a folder is read, and what others are told."""
+"""Bags: which file of a folder is read, and the errors of other folders."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The journal: what was recorded is read back, however the run ended."""
+"""The journal: its records are read back after any end of the run."""
 
 import json
 import math

@@ -7,7 +7,7 @@ import pytest
 
 import hypertuna as ht
 from hypertuna.errors import InputError
-from hypertuna.learning.spans import LAG, Span, knobs, sensed, span_of, ticks_of
+from hypertuna.learning.spans import LAG, Span, knobs, sensed_size, span_of, ticks_of
 from hypertuna.learning.tasks import TASKS, Goto, Outcome, Seen, Station, Swim, Turn, wrapped
 
 
@@ -112,7 +112,7 @@ def test_a_robot_of_two_joints_has_six_knobs() -> None:
     assert knobs(robot) == (
         *("frequency", "amplitude of I", "amplitude of II", "lag of II", "bias of I", "bias of II"),
     )
-    assert sensed(robot) == 2 + 4 + 6
+    assert sensed_size(robot) == 2 + 4 + 6
     span = span_of(robot)
     np.testing.assert_array_equal(span.bend, [group.bend_max for group in robot.joints])
 

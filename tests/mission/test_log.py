@@ -304,7 +304,7 @@ def test_a_flipped_bit_is_found(short: tuple[Path, MissionRecord], tmp_path: Pat
         log, told = tried(path)
         assert "\n" not in told
         assert log is None or not log.complete or at >= end  # behind the chunks is the index, which is not needed
-        if log is not None:  # whatever is read is right, or is named otherwise by the head
+        if log is not None:  # all that is read is right, or the head names it otherwise
             rows = len(log.record.time)
             np.testing.assert_allclose(log.record.time, record.time[:rows], atol=1e-9)
             for name in set(log.record.data) & set(record.data):

@@ -13,7 +13,7 @@ import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.control.guidance import curvature, error_of_fixes, gait_table
 from hypertuna.control.mission import Mission, Waypoint
-from hypertuna.mission.checks import OVERSHOOT, check_fit, course_time, doubts
+from hypertuna.mission.checks import OVERSHOOT, check_fit, course_time, warnings_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import fly, outcome
 from hypertuna.mission.new import new_mission, spelled
@@ -51,7 +51,7 @@ def test_a_new_mission_is_scaled_to_the_robot(name: str, fish: Callable[[str], h
     assert file.robot == spelled(robot)
     assert ht.load(file.robot).hash == robot.hash
     check_fit(robot, mission)
-    assert [sentence[:16] for sentence in doubts(robot, mission)] == ["the fastest gait"] * (name == "slow")
+    assert [sentence[:16] for sentence in warnings_of(robot, mission)] == ["the fastest gait"] * (name == "slow")
     assert robot.guidance is not None
     side = max(point.y for point in mission.waypoints)
     assert side >= 6 / curvature(robot, table, robot.guidance.bias_max)
@@ -104,14 +104,14 @@ def test_the_time_of_a_course_counts_the_current() -> None:
 
 def test_doubts_name_speed_time_and_charge(fish: Callable[[str], ht.Robot]) -> None:
     robot, box = fish("hypertuna"), read_mission("box").mission
-    assert doubts(robot, box) == []
-    (hasty,) = doubts(robot, replace(box, home_speed=0.8))
+    assert warnings_of(robot, box) == []
+    (hasty,) = warnings_of(robot, replace(box, home_speed=0.8))
     assert hasty == f"the mission commands 0.8 m/s, but the fastest gait reaches {gait_table(robot).speed[-1]:.3g} m/s"
-    (late,) = doubts(robot, replace(box, duration=500.0))
+    (late,) = warnings_of(robot, replace(box, duration=500.0))
     assert late.startswith("the course takes 267 s, and waits for fixes often double that; limits.duration_s is 500 s")
-    (flat,) = doubts(robot, replace(box, battery=0.201))
+    (flat,) = warnings_of(robot, replace(box, battery=0.201))
     assert "the course takes 267 s, but the charge above the reserve lasts" in flat
-    (empty,) = doubts(robot, replace(box, battery=0.1))
+    (empty,) = warnings_of(robot, replace(box, battery=0.1))
     assert empty == "the battery starts at its reserve, limits.battery: the pilot turns home at once"
 
 

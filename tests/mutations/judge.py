@@ -141,7 +141,7 @@ def _steady(value: Any) -> Any:
 
 @contextlib.contextmanager
 def memory_above(size: int | None) -> Iterator[None]:
-    """Let a piece of code take so many bytes above what this process has; without a size, all."""
+    """Let a piece of code take a number of bytes above those of this process; without a size, all."""
     before = resource.getrlimit(resource.RLIMIT_AS)
     if size is not None:
         now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

@@ -42,7 +42,7 @@ class Reader:
 
 
 def judged(reader: Reader, seed: int, memory: int | None = None) -> Reaction:
-    """Damage a file by a seed, read it, maybe with so many bytes of memory, and judge what comes of it."""
+    """Damage a file by a seed, read it, maybe with limited memory [bytes], and judge the outcome."""
     chance = random.Random(f"{reader.name} {seed}")
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / reader.file

@@ -232,7 +232,7 @@ def test_checkpoint_of_another_search_is_refused(tuna: ht.Robot, tmp_path: Path)
 
 
 def test_a_gait_that_does_not_settle_is_not_returned(tuna: ht.Robot) -> None:
-    """Gaits without any drag never settle, however fast they seem."""
+    """Gaits without any drag never settle, even if they seem fast."""
     links = len(tuna.links.name)
     slippery = changed(tuna, {"water.lumped.drag": [0.0] * links, "water.lumped.friction": [0.0] * links})
     space = gait_bounds(slippery)

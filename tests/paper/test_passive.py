@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from passive_search import Swum, best_of, cheapest, fastest, tuned, with_fin
 
 import hypertuna as ht
 from hypertuna.paper.chapters import passive
@@ -21,19 +22,7 @@ from hypertuna.paper.chapters.passive import (
     stiffness_table,
     verdict,
 )
-from hypertuna.paper.passive import (
-    LAWS,
-    PLACE,
-    PUMP,
-    ROOT,
-    Swum,
-    best_of,
-    cheapest,
-    fastest,
-    passive_robot,
-    tuned,
-    with_fin,
-)
+from hypertuna.paper.passive import LAWS, PLACE, PUMP, ROOT, passive_robot
 from hypertuna.reports.html import Table
 
 

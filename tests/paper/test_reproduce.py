@@ -256,7 +256,7 @@ def test_nothing_is_left_to_come(ledger: Ledger) -> None:
 
 
 def test_speeds_alone_leave_the_nine_coefficients_open(ledger: Ledger) -> None:
-    # Nine unknowns, eight numbers: whatever the fit, no interval can be estimated, and the ledger must say so.
+    # Nine unknowns, eight numbers: no fit can estimate an interval, and the ledger must say so.
     entries = [entry for entry in ledger.entries if entry.id.startswith("coefficient/")]
     assert len(entries) == 18
     assert {entry.verdict for entry in entries} == {"undetermined"}

@@ -208,7 +208,7 @@ def test_a_port_has_sixteen_bits(port: int, known: bool) -> None:
 
 
 class Losing(Executor):
-    """Lose the worker of each shard so many times before it returns."""
+    """Lose the worker of each shard a number of times before it returns."""
 
     def __init__(self, times: int, error: BaseException) -> None:
         self.times, self.error, self.tries = times, error, Counter[int]()

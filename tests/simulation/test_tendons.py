@@ -18,7 +18,7 @@ from hypertuna.simulation.plant import parts_of
 from hypertuna.swimming.model import core_model
 
 FISH = tomllib.loads(first_robot("fish", links=5, joints=["tail"], actuation="tendons"))
-SMALL = ht.Gait.from_degrees(frequency=1.5, amplitude=(10,), phase=(0,))  # within the pulses, however far drums turn
+SMALL = ht.Gait.from_degrees(frequency=1.5, amplitude=(10,), phase=(0,))  # within the pulses of any drum
 GAIT = ht.Gait.from_degrees(frequency=1.5, amplitude=(30,), phase=(0,))
 
 

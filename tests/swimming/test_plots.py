@@ -20,10 +20,9 @@ from hypertuna.description.plots import plot_robot
 from hypertuna.description.robot import parse
 from hypertuna.figures import save, sequence, styled
 from hypertuna.optimization.plots import plot_convergence
-from hypertuna.swimming.animation import animate_swim
 from hypertuna.swimming.gait import named_gait
 from hypertuna.swimming.outline import FRAMES, last_beat, outlines, slowed, specks, swimming_svg
-from hypertuna.swimming.plots import plot_ledger, plot_sweep, plot_swim, unroll
+from hypertuna.swimming.plots import animate_swim, plot_ledger, plot_sweep, plot_swim, unroll
 from hypertuna.swimming.plots_turn import plot_turning
 
 

@@ -1,4 +1,4 @@
-"""What must hold for every robot, every water law and every gait, whatever its numbers."""
+"""Properties of every robot, every water law and every gait, with any numbers."""
 
 from __future__ import annotations
 

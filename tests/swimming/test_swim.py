@@ -168,7 +168,7 @@ def test_a_straight_gait_may_be_unstable() -> None:
 
 
 def test_no_nan_is_settled() -> None:
-    """Whatever the coefficients and however few the steps, settled means finite."""
+    """With any coefficients and few steps, settled means finite."""
     robot, gait = MODELS["hypertuna-lumped"], fastest(MODELS["hypertuna-lumped"])
     seen = set()
     for drag in np.logspace(0, 7, 8):

@@ -182,7 +182,7 @@ FORCES = [
 def test_intervals_of_forces_hold_the_truth(minnow: ht.Robot) -> None:
     """Without a swim: tows, a glide, a yaw decay, held thrusts and powers together, in 10 draws of 2 % of noise.
 
-    Drag along, drag across and added mass are told to 15 % or better; of 30 intervals of 95 %, 27 hold the truth.
+    Drag along, drag across and added mass are determined to 15 % or better; of 30 intervals of 95 %, 27 hold the truth.
     """
     cruise, names = ht.named_gait(minnow, "cruise"), ("drag_tangential", "drag_normal", "added_mass_normal")
     beats = [replace(cruise, frequency=f * cruise.frequency) for f in (0.6, 1.0)]

@@ -1,4 +1,4 @@
-"""Motions that no body makes are told in tracks of markers, and in recordings of a manifest."""
+"""Motions that no body makes are reported in tracks of markers, and in recordings of a manifest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tracks of a real fish: what contradicts the robot is told, and a refusal names the cause and its fix."""
+"""Tracks of a real fish: results that contradict the robot are reported, and a refusal names the cause and its fix."""
 
 import json
 import math
@@ -196,7 +196,7 @@ def test_command_takes_places_from_a_run_and_writes_them(eel, tmp_path) -> None:
     assert len(read_trials(tmp_path / "out.toml", eel).recordings) == 1
 
 
-EXPECTED = {  # by the README of the cases: frames that are used and the last time, or what is told
+EXPECTED = {  # by the README of the cases: frames that are used and the last time, or the reported sentences
     "markers-reference": (48, 0.7833),
     "frames-as-floats-gap": (42, 0.7833),
     "anipose-fnum-gap": (42, 0.7833),

@@ -156,7 +156,7 @@ def sleap(place, score):
 
 
 def plain(place, score):
-    """Lines of plain columns, nose_x and so on, with a column without a use."""
+    """Lines of plain columns, nose_x, nose_y, ..., with a column without a use."""
     names = [f"m{k}" for k in range(place.shape[1])]
     head = ["frame", "comment", *(f"{n}_{a}" for n in names for a in ("x", "y", "likelihood"))]
     rows = [

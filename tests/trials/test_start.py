@@ -15,7 +15,7 @@ from hypertuna.trials.comparison import compare_recording, how_begun, replay_rec
 from hypertuna.trials.manifest import Recording, parse_manifest
 from hypertuna.trials.replay import head_center, joint_grid, replay, replay_jacobian
 from hypertuna.trials.smoothing import smooth
-from hypertuna.trials.start import Unknown, Velocity, beat_of, begin_together, begins_in_motion
+from hypertuna.trials.start import UnknownBegin, Velocity, beat_of, begin_together, begins_in_motion
 from hypertuna.trials.tracks import JointSeries, Track, lag_of
 from hypertuna.trials.trials import Trials
 
@@ -247,7 +247,9 @@ def test_the_velocity_of_the_head_s_center_is_that_of_the_nose_half_a_link_ahead
 def test_the_noise_of_frames_grows_with_the_residual_beyond_white_noise():
     least = np.array([1.0, 2.0, 0.5])
     for runs in (1, 2):  # of 8 frames together
-        told = Unknown(np.repeat(np.arange(runs), 8 // runs), np.zeros((8, 3)), np.tile(least, (runs, 1)), True, False)
+        told = UnknownBegin(
+            np.repeat(np.arange(runs), 8 // runs), np.zeros((8, 3)), np.tile(least, (runs, 1)), True, False
+        )
         for size, factor in ((0.0, 1.0), (1.0, 1.0), (2.0, math.sqrt(1 + 8 / runs * 3))):
             np.testing.assert_allclose(told.noise(size * np.tile(least, (8, 1)), None), factor * least)
         np.testing.assert_array_equal(told.noise(np.zeros((8, 3)), np.array([3.0, 1.0, 0.1])), [3.0, 2.0, 0.5])

@@ -16,11 +16,10 @@ import numpy as np
 import hypertuna as ht
 from hypertuna.actuation.bending import bend
 from hypertuna.characterization.data import Bench, read_bench
-from hypertuna.characterization.designs import designs
+from hypertuna.characterization.designs import designs, with_room
 from hypertuna.characterization.experiment_design import open_quantities
 from hypertuna.characterization.family import Family, family
 from hypertuna.characterization.problem import blocked_moment
-from hypertuna.characterization.room import with_room
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError

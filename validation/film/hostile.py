@@ -26,7 +26,7 @@ from film.rendered import Scene, frames, write_film  # noqa: E402
 from film.small import DEPTH, EYE, ROBOT, beating, camera, fish, sections  # noqa: E402
 from hypertuna.errors import InputError  # noqa: E402
 from hypertuna.film.calibrate import calibrate  # noqa: E402
-from hypertuna.film.pace import pace_doubts  # noqa: E402
+from hypertuna.film.pace import pace_warnings  # noqa: E402
 from hypertuna.film.run import track_film  # noqa: E402
 
 RESULT = Path(__file__).parent / "hostile.json"
@@ -249,7 +249,7 @@ def outcome(name):
         truth += [0.05, -0.17, 0.0, 0.0, 0.0]
     joints = np.degrees(np.sqrt(((run.angle[used] - truth[:, 2:]) ** 2).mean(axis=0)))
     head = np.linalg.norm(run.head[used, :2] - truth[:, :2], axis=1) / fish().length.sum()
-    doubts = pace_doubts(ht.load(ROBOT), run.beat and run.beat.frequency, run.view.film.rate)
+    doubts = pace_warnings(ht.load(ROBOT), run.beat and run.beat.frequency, run.view.film.rate)
     facts = {"joints_deg": joints.round(2).tolist(), "head": round(float(np.sqrt((head**2).mean())), 4)}
     facts |= {"used": len(used), "frames": len(run.tracked.time)}
     facts |= {"beat_hz": None if run.beat is None else round(run.beat.frequency, 3)}

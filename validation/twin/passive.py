@@ -16,6 +16,7 @@ from typing import Any
 import budget
 import family
 import numpy as np
+from passive_search import Best, Swum, best_of, cheapest, fastest, swim_passive, tuned, with_fin
 from study import lines
 
 import hypertuna as ht
@@ -24,22 +25,7 @@ from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
 from hypertuna.io.files import version, write_atomically
 from hypertuna.optimization.constraints import gait_limits
-from hypertuna.paper.passive import (
-    LAWS,
-    PLACES,
-    PUMP,
-    RELAXATION,
-    ROOT,
-    Best,
-    Swum,
-    best_of,
-    cheapest,
-    fastest,
-    passive_robot,
-    swim_passive,
-    tuned,
-    with_fin,
-)
+from hypertuna.paper.passive import LAWS, PLACES, PUMP, RELAXATION, ROOT, passive_robot
 from hypertuna.paper.seeds import taken_hash
 from hypertuna.simulation.run import TwinRun
 from hypertuna.swimming.beat import settle

@@ -181,7 +181,7 @@ static void as_printed() {
     CHECK(bend_from(j, at, left, 1.0).angle == printed && bend_from(j, at, left, 0.0).angle == printed);
 }
 
-/// One section that stands for all: exact at the pressures for which it was chosen, close elsewhere.
+/// One section equivalent to all: exact at the pressures for which it was chosen, close elsewhere.
 static void one_for_all() {
     const SoftJoint<double> j = soft(40e3, 0);
     const double top[2] = {2.5e5, 0};

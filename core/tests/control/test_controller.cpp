@@ -51,7 +51,7 @@ static void a_healthy_tail_beats_without_complaint() {
     CHECK_NEAR(widest, 0.3, 0.01);
 }
 
-static void faults_are_told_and_survived() {
+static void faults_are_reported_and_survived() {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const auto bend = run<double>(600, [&](int i, auto& r, auto&) {
         if (i > 300) r.bend[1] = nan;
@@ -93,7 +93,7 @@ static void sensors_that_are_off_are_told_apart() {
     }
 }
 
-/// Whatever target a pump gets, its rate changes smoothly, and it draws only as fast as its cylinder stays full.
+/// For any target a pump's rate changes smoothly, and the pump draws only as fast as its cylinder stays full.
 static void a_pump_turns_smoothly() {
     const Controller<double> model = test_controller<double>();
     const double smooth = model.circuit[0].smooth * model.tick;
@@ -232,7 +232,7 @@ static void float_against_double() {
     }
 }
 
-/// A float of arbitrary bits; every second draw is one of the values that break things.
+/// A float of arbitrary bits; every second draw is a special value, such as NaN or infinity.
 template <class T>
 static T any_number(std::uint64_t bits) {
     const T sane = T(double(std::int64_t(bits)) / 9.3e18);
@@ -310,7 +310,7 @@ int main() {
     const int before = allocations;
     the_pump_map();
     a_healthy_tail_beats_without_complaint();
-    faults_are_told_and_survived();
+    faults_are_reported_and_survived();
     sensors_that_are_off_are_told_apart();
     a_pump_turns_smoothly();
     the_last_good_correction_is_kept();

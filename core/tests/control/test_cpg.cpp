@@ -95,7 +95,7 @@ static void coupling_brings_the_lag() {
     CHECK(z.y < 0);
 }
 
-/// A critically damped step: 1 - (1 + rate t) exp(-rate t), whatever the tick.
+/// A critically damped step: 1 - (1 + rate t) exp(-rate t), with any tick.
 static void filters_are_exact() {
     for (double tick : {0.01, 0.1}) {
         const double rate = 15;
@@ -117,7 +117,7 @@ static void without_amplitude_the_filter_converges() {
     CHECK(std::fabs(fin.value) < 1e-5);
 }
 
-/// Whatever jumps in a command, the output of the generator stays continuous: it changes at most as its filters allow.
+/// If any value of a command jumps, the generator's output stays continuous: it changes at most as its filters allow.
 static void commands_jump_but_the_output_does_not() {
     Controller<double> model{};
     const double tick = 0.01, rate = 15.8;

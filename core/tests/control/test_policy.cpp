@@ -52,7 +52,7 @@ static ControllerStep<double> under(const Network2& net, double spoiled, int fro
     return now;
 }
 
-/// Whatever the weights are, each amplitude stays within the joint's limit. A NaN is not sent as a command, and the
+/// With any weights, each amplitude stays within the joint's limit. A NaN is not sent as a command, and the
 /// tail comes to rest.
 static void behind_the_guard() {
     const Controller<double> model = test_controller<double>();

@@ -96,11 +96,11 @@ static Governor<double> governor_after(double ceiling, double pressure, double f
 /// root.
 static void the_governor_by_hand() {
     const double fill = 6e4, work = 2e5, room = work - fill;
-    const auto after = [&](double load, bool doubt) {
+    const auto after = [&](double load, bool untrusted) {
         Governor<double> g = governor_after(0.2, fill + room * load);
-        g.doubt = doubt;
+        g.untrusted = untrusted;
         govern(g, beat_of(0.2), fill, work);
-        CHECK(g.peak == fill && !g.doubt);
+        CHECK(g.peak == fill && !g.untrusted);
         return g;
     };
     CHECK_NEAR(after(1.25, false).ceiling, 0.16, 1e-15);

@@ -52,7 +52,7 @@ static void the_offset_of_the_gyroscope_is_learned() {
     CHECK(std::fabs(state.drift.x) <= model.drift_max);
 }
 
-/// The magnetic field corrects the attitude about the vertical only, whatever it reads.
+/// The magnetic field corrects the attitude about the vertical only, for any reading.
 static void a_false_field_does_not_tilt() {
     const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
     AttitudeState<double> state{};
@@ -70,17 +70,17 @@ static void a_false_field_does_not_tilt() {
 /// A steady turn at 0.4 m/s and 0.3 rad/s adds 0.12 m/s^2 sideways: 0.7 degrees, if it were taken for gravity.
 static void a_turn_is_no_roll() {
     const AttitudeModel<double> model = test_pilot<double>().estimator.attitude;
-    for (const bool told : {true, false}) {
+    for (const bool known : {true, false}) {
         AttitudeState<double> state{};
         state.q.w = 1, state.known = true;
         AttitudeInput<double> in{};
         in.gyro = in.gravity = true;
         in.rate = {0, 0, 0.3};
         in.acceleration = {0, -0.12, 9.81};
-        in.speed = told ? 0.4 : 0;
+        in.speed = known ? 0.4 : 0;
         for (int k = 0; k < 4000; ++k) state = attitude_step(model, state, in);
         const double roll = std::asin(rotation(state.q).up.y) * 180 / pi;
-        CHECK(told ? std::fabs(roll) < 0.01 : std::fabs(roll) > 0.1);
+        CHECK(known ? std::fabs(roll) < 0.01 : std::fabs(roll) > 0.1);
     }
 }
 
@@ -287,8 +287,8 @@ static void declination_turns_the_heading() {
 }
 
 /// A head that swings by 7 deg at 2 Hz, and half a second without IMU, which the controller then distrusts for another:
-/// the gap is reported, and three seconds later the heading is right again, whatever phase of the swing the gap began
-/// at.
+/// the gap is reported, and three seconds later the heading is right again, for gaps that begin at any phase of the
+/// swing.
 static void a_gap_of_the_imu_is_no_turn() {
     const Estimator<double> model = test_pilot<double>().estimator;
     const double beat = 2 * pi * 2, swing = 7 * pi / 180;

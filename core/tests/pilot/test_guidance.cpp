@@ -14,10 +14,10 @@ struct Watched {
     Voyage<double> end{};
     Ended leg[8];
     int legs = 0;
-    std::uint32_t told = 0;
+    std::uint32_t reported = 0;
     double swept_at = 0;  // s
 
-    bool was(Reason reason) const { return told >> int(reason) & 1; }
+    bool was(Reason reason) const { return reported >> int(reason) & 1; }
     const GuidanceState<double>& guidance() const { return end.last.state.guidance; }
     double from_home() const { return std::hypot(end.fish.x, end.fish.y); }
 };
@@ -37,7 +37,7 @@ static Watched watch(const Mission<double>& mission, const Water& water, double 
                 reached = at.reached;
             }
             if (step.reasons.has(Reason::swept) && out.swept_at == 0) out.swept_at = fish.time;
-            out.told |= step.reasons.flags;
+            out.reported |= step.reasons.flags;
             look(fish, step, tick);
         });
     return out;
@@ -225,17 +225,17 @@ static void held_under_water() {
     for (const double swell : {0.0, 0.1, 0.2, 0.3, 0.5}) {
         Water water;
         water.held = 100, water.swell = swell;
-        double up = 0, told = 0, stopped = 0;
+        double up = 0, reported = 0, stopped = 0;
         const Watched run =
             watch(mission_of(point, 1), water, 900, [&](const Cruiser& fish, const PilotStep<double>& step, int) {
                 const auto first = [&](double& time, bool now) { time = time == 0 && now ? fish.time : time; };
                 first(up, water.held < fish.time && step.mode == Mode::surface);
-                first(told, step.reasons.has(Reason::no_answer));
+                first(reported, step.reasons.has(Reason::no_answer));
                 first(stopped, step.reasons.has(Reason::stranded) && step.mode == Mode::hold);
             });
         CHECK(run.end.fish.z < -1 && water.held < up && up < 600);
-        CHECK(24 < told - up && told - up < 40);
-        CHECK(told < stopped && stopped - up < 130);
+        CHECK(24 < reported - up && reported - up < 40);
+        CHECK(reported < stopped && stopped - up < 130);
     }
 }
 
@@ -249,16 +249,16 @@ static void held_and_carried() {
         Water water;
         water.current[0] = current;
         double worst = 0;
-        std::uint32_t told = 0;
+        std::uint32_t reported = 0;
         const auto end = voyage<double>(
             mission, water, 500, 7,
             [&](const Cruiser& fish, const PilotStep<double>& step, int) {
-                told |= step.reasons.flags;
+                reported |= step.reasons.flags;
                 const double beyond = -inside(mission, fish.x, fish.y).distance;
                 worst = std::fmax(worst, beyond - 3 * step.estimate.position_error);
             },
             [](PilotReadings<double>& r, int tick) { r.robot.rate[1] = tick < 9000 ? r.robot.rate[1] : std::nan(""); });
-        const auto was = [&](Reason reason) { return (told >> int(reason) & 1) != 0; };
+        const auto was = [&](Reason reason) { return (reported >> int(reason) & 1) != 0; };
         CHECK(was(Reason::imu_lost) && end.last.mode == Mode::hold);
         CHECK(was(Reason::swept) == (0 < current) && was(Reason::outside) == (0 < current));
         CHECK((0 < worst) == (0 < current));

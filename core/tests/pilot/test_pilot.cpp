@@ -30,10 +30,10 @@ struct Box {
 struct Shown {
     Voyage<double> end{};
     double room = 1e9, deepest = 0, heading = 0, pitch = 0, astray = 0, off_depth = 0, off_track = 0;
-    std::uint32_t told = 0;
+    std::uint32_t reported = 0;
     bool finite = true;
 
-    bool was(Reason reason) const { return told >> int(reason) & 1; }
+    bool was(Reason reason) const { return reported >> int(reason) & 1; }
     double from_home() const { return std::hypot(end.fish.x, end.fish.y); }
 };
 
@@ -46,7 +46,7 @@ static Shown watch(const Mission<double>& mission, const Water& water, double mo
         const Estimate<double>& at = step.estimate;
         out.room = std::fmin(out.room, inside(mission, fish.x, fish.y).distance);
         out.deepest = std::fmax(out.deepest, -fish.z);
-        out.told |= step.reasons.flags;
+        out.reported |= step.reasons.flags;
         out.finite = out.finite && is_finite(at.x + at.y + at.depth + at.speed + at.position_error + at.q.w);
         if (tick < 2000) return;
         const double yaw = std::remainder(std::atan2(at.facing.y, at.facing.x) - fish.swung(), 2 * pi);
@@ -77,7 +77,7 @@ static void a_box_at_depth() {
         if (rough) water.current[0] = 0.15, water.factor = 0.9, water.lean = 0.1, water.sinking = 0.01;
         const Shown run = watch(box.mission, water, 2000);
         CHECK(run.end.last.mode == Mode::done && run.was(Reason::all_reached));
-        CHECK((run.told & ((1u << ending_reasons) - 1)) == 0);  // no failure was reported
+        CHECK((run.reported & ((1u << ending_reasons) - 1)) == 0);  // no failure was reported
         CHECK(run.from_home() < 3 + 3 * run.end.last.estimate.position_error);
         CHECK(0 < run.room && run.deepest < 2.4);
         CHECK(run.off_depth < 0.15 && run.off_track < 1.5);
@@ -201,20 +201,20 @@ static void each_failure_has_its_rule() {
 /// its position is within the reported error.
 static void a_compass_that_is_off() {
     const Box<double> box;
-    const auto told = [&](const Shown& shown) {
+    const auto reported = [&](const Shown& shown) {
         CHECK(shown.was(Reason::compass_off) && shown.end.last.mode == Mode::ended && shown.finite);
         CHECK(shown.from_home() < 8 && shown.astray < 3.5 && 0 < shown.room);
         CHECK(!shown.was(Reason::all_reached));
     };
     for (const double degrees : {-40, 45, 90, -135, 180}) {
         const double sine = std::sin(degrees * pi / 180), cosine = std::cos(degrees * pi / 180);
-        told(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) {
+        reported(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) {
             const double ahead = r.field[0], beside = r.field[1];
             r.field[0] = cosine * ahead - sine * beside, r.field[1] = sine * ahead + cosine * beside;
         }));
     }
     for (const double iron : {0.25, 0.35})
-        told(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) { r.field[0] += iron; }));
+        reported(watch(box.mission, Water{}, 1200, 7, [&](auto& r, int) { r.field[0] += iron; }));
 }
 
 /// At the surface, while it waits to dive, every fix is 200 m off for a time. For half a minute the pilot

@@ -129,7 +129,7 @@ static void depth_by_hand() {
     CHECK_NEAR(climb_for(model, state, at, 4.0), -0.1, 1e-12);
 }
 
-/// Over whole beats the head's swing cancels, whatever its frequency is.
+/// Over whole beats the head's swing cancels, at any frequency.
 static void means_over_a_beat() {
     for (double frequency : {1.0, 2.0, 3.3, 6.0}) {
         BeatMean<double> beat{};

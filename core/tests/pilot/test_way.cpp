@@ -56,7 +56,7 @@ static void stray_fixes_are_refused() {
         way.ticks += 100;
         CHECK(!take(model, way, scattered, 0.0));
     }
-    CHECK(std::fabs(way.at[0]) < 2 && way.doubt.agree == 0 && way.doubt.fixes == 100);
+    CHECK(std::fabs(way.at[0]) < 2 && way.refused.agree == 0 && way.refused.count == 100);
 }
 
 /// A minute of fixes at the start, then `seconds` of them at another place.
@@ -80,7 +80,8 @@ static void a_false_place_is_refused() {
             double before = position_error(model, sound);
             for (const double seconds : {2.0, 5.0, 15.0, 28.0}) {
                 const WayState<double> way = moved_fixes(model, far, seconds, per_second);
-                CHECK(std::fabs(way.at[0]) < 1 && 1 < way.doubt.fixes && way.doubt.fixes == int(seconds) * per_second);
+                CHECK(std::fabs(way.at[0]) < 1 && 1 < way.refused.count &&
+                      way.refused.count == int(seconds) * per_second);
                 WayState<double> without = sound;
                 without.ticks += int(100 * seconds), carry(model, without, tick);
                 CHECK(before < position_error(model, way));
@@ -89,19 +90,19 @@ static void a_false_place_is_refused() {
                 const double start[2] = {0, 0}, other[2] = {-0.3 * far - 10, 0.2 * far + 10};
                 WayState<double> next = way;
                 CHECK(!take(model, next, other, 1.5) && next.at[0] == way.at[0]);
-                CHECK(take(model, next, start, 1.5) && position_error(model, next) < 3 && next.doubt.fixes == 0);
+                CHECK(take(model, next, start, 1.5) && position_error(model, next) < 3 && next.refused.count == 0);
             }
             CHECK(15 < far ||
                   far / 3 < before);  // the true error, if it is there, is within three of the reported errors
             const WayState<double> carried = moved_fixes(model, far, 32, per_second);
             CHECK_NEAR(carried.at[0], far, 1);
-            CHECK(position_error(model, carried) < 3 && carried.doubt.fixes == 0);
+            CHECK(position_error(model, carried) < 3 && carried.refused.count == 0);
         }
     // Two fixes with a dive between them are not half a minute of agreement.
     WayState<double> way = moved_fixes(model, 100, 1, 1);
     const double there[2] = {100, 0};
     for (int k = 0; k < 600; ++k) way.ticks += 10, carry(model, way, tick);
-    CHECK(!take(model, way, there, 1.5) && way.doubt.agree <= 1);
+    CHECK(!take(model, way, there, 1.5) && way.refused.agree <= 1);
 }
 
 /// A compass that turns against the gyroscope leaves the filter an error of 100 m after a minute at 0.3 m/s. The robot
@@ -220,7 +221,7 @@ struct TwoLegs {
 /// A compass that is 60 deg off and still water, or a sound one in a current of 0.3 m/s: on the first leg, toward east
 /// by the compass, both go the same way, 0.3 (cos 60, sin 60) = 0.3 (1, 0) + (-0.15, 0.26). On the second, toward north
 /// by the compass, the one goes 0.3 (-sin 60, cos 60), the other 0.3 (0, 1) + (-0.15, 0.26), which is 0.42 m/s apart:
-/// after 20 s without fixes 8.5 m. Whichever it was, the told error has room for both; fixes then say which.
+/// after 20 s without fixes 8.5 m. The reported error covers both cases; fixes then tell them apart.
 static void two_legs_tell_a_compass_from_a_current() {
     const double angle = pi / 3, none[2] = {0, 0};
     const double alike[2] = {0.3 * (std::cos(angle) - 1), 0.3 * std::sin(angle)};

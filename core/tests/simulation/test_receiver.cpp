@@ -52,7 +52,7 @@ static void a_cold_start() {
 
 /// The first fix after a long dive is off by meters, reports this, and gets better.
 static void first_fixes() {
-    double first = 0, told = 0, later = 0;
+    double first = 0, reported = 0, later = 0;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const Receiver<double> model{};
         ReceiverState<double> state = init(model, seed);
@@ -60,12 +60,12 @@ static void first_fixes() {
         for (; time < 300; time += tick) receive(model, state, false, tick, time, seed);
         Reception<double> got{};
         for (; !got.fixed; time += tick) got = receive(model, state, true, tick, time, seed);
-        first += std::hypot(got.error[0], got.error[1]) / 200, told += got.told / 200;
+        first += std::hypot(got.error[0], got.error[1]) / 200, reported += got.reported / 200;
         for (int k = 0; k < 6000; ++k, time += tick) got = receive(model, state, true, tick, time, seed);
         later += std::hypot(got.error[0], got.error[1]) / 200;
     }
     CHECK_NEAR(first, 5.0 * 300 / 360, 0.3);
-    CHECK_NEAR(told, 5.0 * 300 / 360, 0.01);
+    CHECK_NEAR(reported, 5.0 * 300 / 360, 0.01);
     CHECK(later < 0.1);
 }
 
@@ -81,7 +81,8 @@ static void jumps() {
             const Reception<double> got = receive(model, state, true, tick, k * tick, 7);
             const double off = std::hypot(got.error[0], got.error[1]);
             const bool now = 1 < off;
-            if (now) CHECK(9.9 < off && off < 30.1 && (honest ? std::abs(got.told - off) < 0.1 : got.told < 0.1));
+            if (now)
+                CHECK(9.9 < off && off < 30.1 && (honest ? std::abs(got.reported - off) < 0.1 : got.reported < 0.1));
             count += now && !before, lasting += now * tick, before = now;
         }
         CHECK_NEAR(count, 100, 1);

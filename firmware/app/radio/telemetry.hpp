@@ -42,7 +42,7 @@ inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
     return heart.interval <= tick - heart.last;
 }
 
-/// Ticks between two beacons of a robot that rests after a failsafe and hears nobody, to save its battery; otherwise 0.
+/// Ticks between two beacons of a robot that rests after a failsafe and hears no station, to save its battery; else 0.
 inline std::uint32_t beacon_ticks(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
     const bool lost = now.state == State::rest && Answer::home <= now.answer && now.faults.has(Fault::link_lost);

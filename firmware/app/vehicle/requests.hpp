@@ -269,16 +269,16 @@ inline void on_first_fix(Vehicle& vehicle, const std::int32_t (&fix)[2]) {
 
 /// Whether the next fix may begin the position anew, at a place to which the robot cannot have come.
 inline bool may_begin_anew(const Vehicle& vehicle) {
-    const auto& doubt = vehicle.state.estimator.way.doubt;
-    return !doubt.reached && doubt_time - doubt_pause <= doubt.agree;
+    const auto& refused = vehicle.state.estimator.way.refused;
+    return !refused.reached && refused_time - refused_pause <= refused.agree;
 }
 
-/// Count how long fixes have agreed: after doubt_time the place of arming is known as home. Where other fixes begin the
-/// position anew before that, those of arming were false: home, which is where the robot was, moves along from the
+/// Count how long fixes have agreed: after refused_time the place of arming is known as home. Where other fixes begin
+/// the position anew before that, those of arming were false: home, which is where the robot was, moves along from the
 /// place `before`.
 inline void follow_fixes(Vehicle& vehicle, const Place& before, bool anew) {
     const Snapshot& now = vehicle.now;
-    const int ticks_to_trust = int(doubt_time / vehicle.model.pilot.controller.tick);
+    const int ticks_to_trust = int(refused_time / vehicle.model.pilot.controller.tick);
     if (now.armed() && vehicle.agreed == ticks_to_trust) return;
     const bool lately = vehicle.fix.any && float(now.tick - vehicle.fix.tick) * vehicle.model.pilot.controller.tick < 1;
     if (now.estimate.fixes_refused)

@@ -252,10 +252,10 @@ int steps_due(Vehicle& vehicle, B& board) {
     if (vehicle.now.tick == 0) return 1;  // the time since the last one is that of the boot
     if (late_tick < elapsed - float(vehicle.writing) / float(board.per_tick()))
         vehicle.late_until = vehicle.now.tick + late_report;
-    vehicle.owed += min(elapsed, float(2 * max_steps));
-    const int whole = int(vehicle.owed + 0.5f), steps = whole < 1 ? 1 : whole < max_steps ? whole : max_steps;
-    vehicle.owed -= float(steps);
-    if (0.5f < abs(vehicle.owed)) vehicle.owed = 0.0f;
+    vehicle.steps_behind += min(elapsed, float(2 * max_steps));
+    const int whole = int(vehicle.steps_behind + 0.5f), steps = whole < 1 ? 1 : whole < max_steps ? whole : max_steps;
+    vehicle.steps_behind -= float(steps);
+    if (0.5f < abs(vehicle.steps_behind)) vehicle.steps_behind = 0.0f;
     return steps;
 }
 

@@ -120,7 +120,7 @@ struct Vehicle {
     bool was_armed;                 // the robot was armed before a restart that left the kept word
     int submerged;                  // ticks after boot for which the depth was not that of the surface
     std::uint32_t started;          // count of the clock at the start of the last tick
-    float owed;                     // ticks of control that the clock is ahead of those made
+    float steps_behind;             // ticks of control that the clock is ahead of those made
     std::uint32_t writing;          // counts of the clock that the flash memory took in the last tick
     std::uint32_t late_until;       // tick until which a late tick is reported
     std::uint32_t lost;             // records lost before the last tick

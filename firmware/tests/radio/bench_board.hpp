@@ -73,7 +73,7 @@ struct BenchBoard {
         return count;
     }
 
-    /// Parameters of the description: the sensors are always those that it describes, whatever the radio sets.
+    /// Parameters of the description: the sensors are always those that it describes; the radio changes none.
     static const Model& sound() {
         static const Model model = [] {
             float value[max_parameters];

@@ -29,8 +29,8 @@ static void check(const App& app) {
     must(is_valid(form, m.waypoints, m.corners) && (m.waypoints == 0) != app.vehicle.has_mission);
     for (int k = 0; k < m.waypoints; ++k) must(is_finite(m.waypoint[k].x) && 0 < m.waypoint[k].speed);
     const auto home = home_of(app.vehicle);
-    const PlanNumbers &told = app.vehicle.numbers, right = numbers_of(app.vehicle.plan);
-    must(is_finite(home.x + home.y) && told.mission == right.mission && told.fence == right.fence);
+    const PlanNumbers &kept = app.vehicle.numbers, right = numbers_of(app.vehicle.plan);
+    must(is_finite(home.x + home.y) && kept.mission == right.mission && kept.fence == right.fence);
     for (int k = 0; k < parameter_count(app.vehicle); ++k) {
         const ParameterInfo& info = parameter(app.vehicle, k);
         must(info.low <= value(app.vehicle, k) && value(app.vehicle, k) <= info.high);

@@ -2,7 +2,7 @@
 ///
 /// `radio_bench` goes in lock-step over standard input and output: each tick takes the length (two bytes) and the bytes
 /// that the radio brought, and gives the length and the bytes that it sends, then what the vehicle is doing.
-/// `radio_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to whoever answered last. With a file
+/// `radio_bench PORT` runs by the clock and speaks UDP to 127.0.0.1:PORT, and to the last sender. With a file
 /// after the port, the sensors read the eleven numbers in it: acceleration, rate, field, voltage, depth.
 #include <chrono>
 #include <cstdio>
@@ -18,16 +18,16 @@ using hypertuna::Mode;
 static App app;
 static BenchBoard board;
 
-struct Told {
+struct Report {
     std::uint32_t tick, faults, orders, refused, replayed, frames, bad, skipped, frames_sent, bytes_sent;
     float frequency, amplitude, first;  // frequency and amplitude of the command; value of the first parameter
     std::uint8_t armed, state, max_waiting, waypoints;
 };
-static_assert(sizeof(Told) == 56);
+static_assert(sizeof(Report) == 56);
 
 static bool read_all(void* to, std::size_t count) { return count == 0 || std::fread(to, 1, count, stdin) == count; }
 
-static Told told() {
+static Report report() {
     const Snapshot& now = snapshot(app.vehicle);
     const Radio& l = app.radio;
     return {now.tick,
@@ -56,7 +56,7 @@ static int lock_step() {
         if (!read_all(board.heard.data() + board.heard.size() - count, count)) return 1;
         tick(app, board);
         count = std::uint16_t(board.said.size());
-        const Told state = told();
+        const Report state = report();
         std::fwrite(&count, 2, 1, stdout);
         if (count != 0) std::fwrite(board.said.data(), 1, count, stdout);
         std::fwrite(&state, sizeof state, 1, stdout);

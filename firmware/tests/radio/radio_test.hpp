@@ -81,13 +81,13 @@ inline Refusal last_answer(const Bench& bench) {
 }
 
 /// The number of times that a text was sent.
-inline int told(const Bench& bench, std::string_view text) {
+inline int texts_sent(const Bench& bench, std::string_view text) {
     int count = 0;
     for (const auto& m : said<mavlink_statustext_t>(bench.board.said))
         count += std::string_view(m.text, strnlen(m.text, sizeof m.text)) == text;
     return count;
 }
-inline int told(const Bench& bench, Refusal refusal) { return told(bench, sentence(refusal)); }
+inline int texts_sent(const Bench& bench, Refusal refusal) { return texts_sent(bench, sentence(refusal)); }
 
 /// Answer the robot's requests for items as a ground station does.
 inline std::uint8_t upload(Bench& bench, std::vector<mavlink_mission_item_int_t> items, std::size_t from = 0,

@@ -1,7 +1,7 @@
-/// Tests of a crowded link: safety orders are carried out whatever others send, with or without space for the answer.
+/// Tests of a crowded link: a flood of frames delays no safety order, with or without space for the answer.
 #include "radio_test.hpp"
 
-/// A signed robot, armed, and its ground station; somebody else fills the link with frames.
+/// A signed robot, armed, and its ground station; another sender fills the link with frames.
 struct Flooded : Bench {
     Bytes waiting{};  // bytes on a line to the robot
     int line;         // bytes per tick that the line carries; 0 for an unlimited line

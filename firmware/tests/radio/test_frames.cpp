@@ -31,7 +31,7 @@ static void test_parser_finds_what_is_good() {
             at += std::size_t(feed(parser, &stream[at], int(stream.size() - at)));
             while (next(parser, frame)) ++found;
         }
-        // What waits for more bytes than came is told apart by the next good frame at the latest.
+        // A frame that waits for missing bytes is dropped when the next good frame is complete.
         for (std::uint8_t byte : good) feed(parser, &byte, 1);
         while (next(parser, frame)) ++found;
         CHECK(found == 2);
@@ -63,7 +63,7 @@ static void test_replay_is_refused() {
     CHECK(!snapshot(bench.vehicle()).armed());
     bench.hear(disarm), bench.run(40);
     CHECK(bench.app.radio.replayed == 1);  // only the arming: disarming is always accepted
-    CHECK(told(bench, Refusal::replayed) == 1);
+    CHECK(texts_sent(bench, Refusal::replayed) == 1);
     bench.run(int(silence) + 1);
     bench.hear(arm), bench.run(40);
     CHECK(snapshot(bench.vehicle()).armed());

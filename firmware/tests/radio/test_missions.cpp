@@ -167,7 +167,7 @@ static void test_items_come_back() {
     CHECK(got.size() == items.size());
     for (std::size_t k = 0; k < got.size() && k < items.size(); ++k) CHECK(same(got[k], items[k]));
     std::swap(items[5], items[6]);  // not the last
-    CHECK(upload(bench, items) == MAV_MISSION_INVALID && told(bench, Refusal::way_home) == 1);
+    CHECK(upload(bench, items) == MAV_MISSION_INVALID && texts_sent(bench, Refusal::way_home) == 1);
 }
 
 /// Altitudes count upward from the surface, depths downward. Frames of the body, of the terrain or of other axes are
@@ -183,23 +183,23 @@ static void test_frames() {
         CHECK(download(bench).at(0).frame == frame);
         point.z = 400;
         CHECK(upload(bench, {point}) == MAV_MISSION_INVALID);
-        CHECK(told(bench, "item 0: above the water: altitude 400 m, max 0") == 1);
+        CHECK(texts_sent(bench, "item 0: above the water: altitude 400 m, max 0") == 1);
         point.z = no_number;
-        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID && told(bench, "item 0: altitude is no number") == 1);
+        CHECK(upload(bench, {point}) == MAV_MISSION_INVALID && texts_sent(bench, "item 0: altitude is no number") == 1);
     }
     for (int frame : {MAV_FRAME_LOCAL_OFFSET_NED, MAV_FRAME_LOCAL_ENU, MAV_FRAME_BODY_NED, MAV_FRAME_BODY_FRD,
                       MAV_FRAME_GLOBAL_TERRAIN_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT_INT, MAV_FRAME_MISSION}) {
         auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
         point.frame = std::uint8_t(frame);
         CHECK(upload(bench, {point}) == MAV_MISSION_UNSUPPORTED_FRAME);
-        CHECK(told(bench, "item 0: unsupported frame: degrees or local NED") == 1);
+        CHECK(texts_sent(bench, "item 0: unsupported frame: degrees or local NED") == 1);
     }
     Bench lost;  // without an origin, degrees have no place
     auto point = item(MAV_CMD_NAV_WAYPOINT, 0, 0, 0);
     point.frame = MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, point.x = 500000000, point.y = 80000000;
     if (!origin(lost.vehicle()).known)
         CHECK(upload(lost, {point}) == MAV_MISSION_DENIED &&
-              told(lost, "item 0: the position is unknown: no fix yet") == 1);
+              texts_sent(lost, "item 0: the position is unknown: no fix yet") == 1);
 }
 
 /// Unsupported items are refused with the item's number and command; the mission on board stays.
@@ -208,14 +208,14 @@ static void test_unsupported_items() {
     CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
     const auto point = item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1);
     CHECK(upload(bench, {point, item(MAV_CMD_NAV_TAKEOFF, 0, 0, 0)}) == MAV_MISSION_UNSUPPORTED);
-    CHECK(told(bench, "item 1, command 22: unsupported: use waypoints") == 1);
+    CHECK(texts_sent(bench, "item 1, command 22: unsupported: use waypoints") == 1);
     std::vector<mavlink_mission_item_int_t> long_one(101, point);
     long_one.back().command = HYPERTUNA_CMD_GAIT;
     for (int k = 64; k < 100; ++k) long_one[std::size_t(k)] = item(MAV_CMD_DO_CHANGE_SPEED, 0, 0, 0, 1, 0.3f);
     CHECK(upload(bench, long_one) == MAV_MISSION_UNSUPPORTED);
-    CHECK(told(bench, "item 100, command 52510: unsupported: use waypoint") == 1);  // all that a text holds
+    CHECK(texts_sent(bench, "item 100, command 52510: unsupported: use waypoint") == 1);  // all that a text holds
     CHECK(upload(bench, {point}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
-    CHECK(told(bench, "item 0, command 16: unsupported: use waypoints") == 1);
+    CHECK(texts_sent(bench, "item 0, command 16: unsupported: use waypoints") == 1);
     CHECK(mission(bench.vehicle()).waypoints == 3);
 }
 
@@ -230,7 +230,7 @@ static void test_no_radius() {
     }
     for (float radius : {0.1f, 1.0f}) {
         CHECK(upload(bench, {item(MAV_CMD_NAV_WAYPOINT, 1, 1, 1, 0, radius)}) == MAV_MISSION_INVALID);
-        CHECK(told(bench, radius < 1 ? "item 0: radius 0.1 m, min 1.89" : "item 0: radius 1 m, min 1.89") == 1);
+        CHECK(texts_sent(bench, radius < 1 ? "item 0: radius 0.1 m, min 1.89" : "item 0: radius 1 m, min 1.89") == 1);
     }
 }
 
@@ -262,8 +262,8 @@ static void test_a_refusal_names_item_quantity_and_bound() {
     };
     for (const auto& each : cases) {
         CHECK(upload(bench, {good, each.item, good}) == MAV_MISSION_INVALID);
-        if (told(bench, each.text) != 1) std::printf("not told: %s\n", each.text);
-        CHECK(told(bench, each.text) == 1);
+        if (texts_sent(bench, each.text) != 1) std::printf("not sent: %s\n", each.text);
+        CHECK(texts_sent(bench, each.text) == 1);
         CHECK(said<mavlink_statustext_t>(bench.board.said).size() == 1);
     }
     // A leg that crosses a notch of the fence, and lists that are too long.
@@ -274,10 +274,10 @@ static void test_a_refusal_names_item_quantity_and_bound() {
     notched.push_back(item(MAV_CMD_DO_SET_HOME, -20, 0, 0));
     for (float east : {20.0f, -20.0f}) notched.push_back(item(MAV_CMD_NAV_WAYPOINT, 20, east, 1));
     CHECK(upload(bench, notched) == MAV_MISSION_INVALID);
-    CHECK(told(bench, "item 10: a straight course would leave the fence") == 1);
+    CHECK(texts_sent(bench, "item 10: a straight course would leave the fence") == 1);
     const std::vector<mavlink_mission_item_int_t> many(65, good), more(max_items + 1, good);
-    CHECK(upload(bench, many) == MAV_MISSION_NO_SPACE && told(bench, "item 64: waypoints 65, max 64") == 1);
-    CHECK(upload(bench, more) == MAV_MISSION_NO_SPACE && told(bench, "items 165, max 164") == 1);
+    CHECK(upload(bench, many) == MAV_MISSION_NO_SPACE && texts_sent(bench, "item 64: waypoints 65, max 64") == 1);
+    CHECK(upload(bench, more) == MAV_MISSION_NO_SPACE && texts_sent(bench, "items 165, max 164") == 1);
     CHECK(mission(bench.vehicle()).waypoints == 0);
 }
 
@@ -308,11 +308,11 @@ static void test_fence() {
     CHECK(give(bench.app.vehicle, Order::arm, Station{255, 190}) == Refusal::robot_outside);
     bench.app.vehicle.now.estimate.y = before;
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 5000, 0, -1)}) == MAV_MISSION_INVALID);
-    CHECK(told(bench, "item 0: fence margin -22.25 m, min 2.99") == 1);
+    CHECK(texts_sent(bench, "item 0: fence margin -22.25 m, min 2.99") == 1);
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_WAYPOINT, 2000, 0, -1)}) == MAV_MISSION_ACCEPTED);
     CHECK(mission(bench.vehicle()).corners == 4 && download(bench).size() == 1);
     CHECK(upload(bench, square(bench, 1000), 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_INVALID);
-    CHECK(told(bench, "mission item 0: fence margin -11.12 m, min 2.99") == 1);
+    CHECK(texts_sent(bench, "mission item 0: fence margin -11.12 m, min 2.99") == 1);
     auto circle = at_degrees(bench, MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0);
     circle.param1 = 60;
     CHECK(upload(bench, {circle}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_ACCEPTED);
@@ -337,7 +337,7 @@ static void test_other_fences() {
         auto out = at_degrees(bench, what, 100, 100, 0);
         out.param1 = 4;
         CHECK(upload(bench, {out}, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_UNSUPPORTED);
-        CHECK(told(bench, "item 0: one polygon or circle to stay inside of") == 1);
+        CHECK(texts_sent(bench, "item 0: one polygon or circle to stay inside of") == 1);
     }
     auto two = square(bench, 3000), more = square(bench, 1000);
     two.insert(two.end(), more.begin(), more.end());
@@ -347,7 +347,7 @@ static void test_other_fences() {
     CHECK(upload(bench, line, 0, MAV_MISSION_TYPE_FENCE) == MAV_MISSION_INVALID);
     CHECK(upload(bench, {at_degrees(bench, MAV_CMD_NAV_RALLY_POINT, 1, 1, 0)}, 0, MAV_MISSION_TYPE_RALLY) ==
           MAV_MISSION_UNSUPPORTED);
-    CHECK(told(bench, Refusal::no_rally) == 1 && download(bench, MAV_MISSION_TYPE_RALLY).empty());
+    CHECK(texts_sent(bench, Refusal::no_rally) == 1 && download(bench, MAV_MISSION_TYPE_RALLY).empty());
     CHECK(upload(bench, {}, 0, MAV_MISSION_TYPE_RALLY) == MAV_MISSION_ACCEPTED);
     CHECK(fence_items(bench.vehicle()) == 0);
 }
@@ -364,7 +364,7 @@ static void test_origin() {
         mavlink_set_gps_global_origin_t elsewhere{};
         elsewhere.target_system = 1, elsewhere.latitude = 100000000, elsewhere.longitude = 100000000;
         bench.say(elsewhere);
-        CHECK(told(bench, Refusal::elsewhere) == 1 && mission(bench.vehicle()).corners == 4);
+        CHECK(texts_sent(bench, Refusal::elsewhere) == 1 && mission(bench.vehicle()).corners == 4);
         bench.run(400);  // until it is stored
         boot(bench.app, robot::description, bench.board);
         CHECK(mission(bench.vehicle()).corners == 4 && bench.vehicle().has_mission != fence);

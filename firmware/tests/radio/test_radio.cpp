@@ -17,7 +17,7 @@ static void test_arm_gait_disarm() {
     gait.param1 = 1000;
     bench.say(gait);
     CHECK(last_answer(bench) == Refusal::out_of_range);
-    CHECK(told(bench, Refusal::out_of_range) == 1);
+    CHECK(texts_sent(bench, Refusal::out_of_range) == 1);
     CHECK_NEAR(snapshot(bench.vehicle()).command.frequency, 2, 1e-6);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 0));
     CHECK(!snapshot(bench.vehicle()).armed());
@@ -45,7 +45,7 @@ static void test_parameters() {
         const auto values = said<mavlink_param_value_t>(bench.board.said);
         CHECK(values.size() == 1 && values[0].param_value == 0.25f);
         CHECK(said<mavlink_param_error_t>(bench.board.said).size() == 1);
-        CHECK(told(bench, Refusal::out_of_range) == 1);
+        CHECK(texts_sent(bench, Refusal::out_of_range) == 1);
     }
     bench.board.said.clear();
     mavlink_param_request_list_t list{};
@@ -118,7 +118,7 @@ static void test_centered_stick() {
     stick.z = 1000;
     bench.ground.system = 254;  // another station's stick
     bench.say(stick, 2);
-    CHECK(snapshot(bench.vehicle()).command.frequency == 0 && told(bench, Refusal::other_pilot) <= 1);
+    CHECK(snapshot(bench.vehicle()).command.frequency == 0 && texts_sent(bench, Refusal::other_pilot) <= 1);
     bench.ground.system = 255;
     bench.say(stick, 2);
     CHECK(snapshot(bench.vehicle()).command.frequency > 0.5f);
@@ -237,7 +237,7 @@ static void test_radio_status() {
     CHECK(telemetry.throttle == last && last >= 80);
 }
 
-/// One heartbeat per second, however much is requested: clients report a lost link after three seconds without one.
+/// One heartbeat per second under any load of requests: clients report a lost link after three seconds without one.
 static void test_heartbeats_in_a_download() {
     Bench bench;
     CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);

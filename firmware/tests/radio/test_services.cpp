@@ -176,7 +176,7 @@ static void test_preparations() {
     CHECK(last_answer(bench) == Refusal::none && value(bench.vehicle(), zero) != 0);
     mavlink_command_long_t other = command(MAV_CMD_PREFLIGHT_CALIBRATION, 0, 1);
     bench.say(other);
-    CHECK(last_answer(bench) == Refusal::by_program && told(bench, Refusal::by_program) == 1);
+    CHECK(last_answer(bench) == Refusal::by_program && texts_sent(bench, Refusal::by_program) == 1);
     other = command(MAV_CMD_PREFLIGHT_CALIBRATION), other.param5 = 1;
     bench.say(other);
     CHECK(last_answer(bench) == Refusal::by_program);
@@ -248,7 +248,7 @@ static void test_reason_of_a_refusal() {
     bench.board.leak = true;
     bench.run(200);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
-    CHECK(last_answer(bench) == Refusal::faulty && told(bench, Refusal::faulty) == 0);
+    CHECK(last_answer(bench) == Refusal::faulty && texts_sent(bench, Refusal::faulty) == 0);
     std::vector<int> leak, defaults;
     for (const auto& m : said<mavlink_statustext_t>(bench.board.said)) {
         if (std::strncmp(m.text, "there is water in the hull", sizeof m.text) == 0) leak.push_back(m.severity);

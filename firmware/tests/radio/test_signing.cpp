@@ -83,11 +83,11 @@ static void test_signing_by_parameter() {
     sign.target_system = 1, sign.param_type = MAV_PARAM_TYPE_REAL32, sign.param_value = 1;
     put_text(sign.param_id, "SIGN");
     bench.say(sign);
-    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::inconsistent) == 1);
+    CHECK(!bench.app.radio.signing.on && texts_sent(bench, Refusal::inconsistent) == 1);
     mavlink_setup_signing_t setup{};
     setup.target_system = 1, setup.secret_key[3] = 5, setup.initial_timestamp = std::uint64_t(1) << 48;
     bench.say(setup);
-    CHECK(!bench.app.radio.signing.on && told(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
+    CHECK(!bench.app.radio.signing.on && texts_sent(bench, Refusal::out_of_range) == 1);  // a stamp has 48 bits
     setup.initial_timestamp = 1000;
     bench.say(setup);
     CHECK(bench.app.radio.signing.on);
@@ -169,9 +169,9 @@ static void test_unsigned_stations_learn_why() {
     mavlink_heartbeat_t beat{};
     beat.type = MAV_TYPE_GCS;
     bench.say(beat);
-    CHECK(told(bench, Refusal::not_signed) == 1);
+    CHECK(texts_sent(bench, Refusal::not_signed) == 1);
     for (int k = 0; k < 1900; ++k) bench.say(beat, 1);
-    CHECK(told(bench, Refusal::not_signed) == 2);
+    CHECK(texts_sent(bench, Refusal::not_signed) == 2);
 }
 
 /// A command with a later time than the stored one does not arm: after a loss of power its recording would arm, too.
@@ -181,7 +181,7 @@ static void test_arming_waits_for_the_stamp() {
     bench.key.stamp += 2 * stamp_reserve;
     const Bytes arm = bench.frame(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     bench.hear(arm), bench.run(40);
-    CHECK(!snapshot(bench.vehicle()).armed() && told(bench, Refusal::busy) == 1);
+    CHECK(!snapshot(bench.vehicle()).armed() && texts_sent(bench, Refusal::busy) == 1);
     bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
     CHECK(snapshot(bench.vehicle()).armed());
     boot(bench.app, robot::description, bench.board);

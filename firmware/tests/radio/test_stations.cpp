@@ -17,8 +17,8 @@ static void say_as(Bench& bench, std::uint8_t& sequence, const Message& m, int t
     sequence = bench.ground.sequence;
 }
 
-/// Two stations with equal ids, each with its heartbeats and requests: both are heard, whatever their sequence numbers
-/// are.
+/// Two stations with equal ids, each with its heartbeats and requests: both are heard, with any sequence
+/// numbers.
 static void test_two_stations_with_equal_ids() {
     for (int lead = 1; lead < 256; lead += 6) {
         Bench bench;

@@ -208,8 +208,8 @@ static void it_sinks_at_rest() {
     CHECK(v.now.state == State::gait);  // a dive is no sinking
 }
 
-/// Beat for some seconds with fixes of a robot that covers this fraction of its way and drifts north [m/s]; return
-/// whether it reports no progress. One fix in ten is off by a jump [m].
+/// Beat for some seconds with fixes of a robot that covers this fraction of the swum distance and drifts north [m/s];
+/// return whether it reports no progress. One fix in ten is off by a jump [m].
 static bool swims(float part, float drift, int seconds, float jump = 0) {
     float north = 0, east = 0;
     for (int k = 0; k < 100 * seconds && !v.now.faults.has(Fault::no_progress); ++k) {

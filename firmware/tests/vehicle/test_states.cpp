@@ -1,5 +1,5 @@
-/// States: every pair of state and order on a vehicle, against the table and against what must hold whatever the table
-/// says.
+/// States: every pair of state and order on a vehicle, against the table and against rules that must hold for any
+/// table.
 #include "vehicle_test.hpp"
 
 static const Station other{7, 190};

@@ -95,7 +95,7 @@ static void the_emulated_eeprom_loses_both_copies() {
     CHECK(lost > 20);
 }
 
-/// Cut the power at any operation of a write, often again at one of the boot or of the write after it, and so on.
+/// Cut the power at any operation of a write, often again at one of the next boot or write, in chains of cuts.
 static void power_cuts(int size, int cuts, std::uint64_t seed) {
     int sets[3] = {}, at_boot = 0, chained = 0;
     Dice dice{seed};

@@ -271,14 +271,14 @@ def _muscles(
 
 
 @dataclass(frozen=True)
-class Step:
+class Correction:
     """One correction of the printed equations, and the bend with it."""
 
     text: str  # the correction
     angle: float  # bend of the joint with all corrections up to this one [rad]
 
 
-def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Step, ...]:
+def misprints(robot: Robot, joint: str | int, pressure: float, material: str | None = None) -> tuple[Correction, ...]:
     """Return the bend at a pressure [Pa] after each correction of the printed equations, added one by one.
 
     The effect of a correction depends on the corrections before it; the last step adds friction while loading.
@@ -290,4 +290,4 @@ def misprints(robot: Robot, joint: str | int, pressure: float, material: str | N
         model = joint_model.with_law(**law)
         return float(np.asarray(model.bend(pressures))[..., 0].sum())
 
-    return tuple(Step(text, bend_angle(law, parts)) for text, law, parts in STEPS)
+    return tuple(Correction(text, bend_angle(law, parts)) for text, law, parts in STEPS)

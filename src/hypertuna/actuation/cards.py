@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.actuation.bending import Bend, Step
+from hypertuna.actuation.bending import Bend, Correction
 from hypertuna.actuation.sizing import REACHED, Size, Sizes
 from hypertuna.description.provenance import provenance
 from hypertuna.display import Card, Facts, Part, Table, cards
@@ -171,7 +171,7 @@ def bend_card(bend: Bend) -> Card:
     return bends_card(bend, {bend.material: bend})
 
 
-def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Step] = ()) -> Card:
+def bends_card(first: Bend, sets: Mapping[str, Bend], misprints: Sequence[Correction] = ()) -> Card:
     """Show the bend of a joint for one or more material sets, at up to `ROWS` pressures, and the misprints' effects."""
     many_sets, columns = len(sets) > 1, {}
     for name, curve in sets.items():

@@ -202,7 +202,7 @@ def servo_angle(hydraulics: Circuits, volume: ArrayLike, circuit: int = 0) -> Ar
 
 
 def _given(*parts: Part) -> dict[str, float]:
-    """Return the numbers of description tables whose names are columns of the core's circuit."""
+    """Return the numbers of description tables under the names of circuit columns: such a key needs no line here."""
     return {name: getattr(part, name) for part in parts for name in _core.circuit_columns() if name in part.declared}
 
 

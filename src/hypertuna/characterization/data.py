@@ -19,7 +19,7 @@ from hypertuna.ranges import CELL, NOT_NEGATIVE, POSITIVE, Range, check_choice
 from hypertuna.trials.radio_log import BenchRow, bench_rows
 
 
-class Kind(NamedTuple):
+class MeasuredKind(NamedTuple):
     """A kind of measured quantity: its column, its displayed unit, and the noise of a usual instrument."""
 
     column: str  # ends in the unit
@@ -30,10 +30,10 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "angle": Kind("angle_deg", "deg", 180 / math.pi, math.radians(0.2), estimated=True),
-    "volume": Kind("volume_ml", "ml", 1e6, -0.02, estimated=True),
-    "shortening": Kind("shortening_mm", "mm", 1e3, 0.2e-3, estimated=False),
-    "moment": Kind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # may be given as a force and its arm
+    "angle": MeasuredKind("angle_deg", "deg", 180 / math.pi, math.radians(0.2), estimated=True),
+    "volume": MeasuredKind("volume_ml", "ml", 1e6, -0.02, estimated=True),
+    "shortening": MeasuredKind("shortening_mm", "mm", 1e3, 0.2e-3, estimated=False),
+    "moment": MeasuredKind("moment_n_m", "N m", 1.0, -0.05, estimated=False),  # may be given as a force and its arm
 }
 SD = {kind: f"{kind}_sd{one.column[len(kind) :]}" for kind, one in KINDS.items()}  # columns of standard deviations
 BRANCHES, BOTH = ("load", "unload"), "both"  # words in the columns branch and side

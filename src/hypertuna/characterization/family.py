@@ -34,7 +34,7 @@ NARROWED = 0.9  # a quantity is listed if a measurement shortens its interval be
 
 
 @dataclass(frozen=True)
-class Quantity:
+class OpenQuantity:
     """A quantity of a joint that the bench does not measure, with its value in each member."""
 
     text: str
@@ -66,7 +66,7 @@ class Family(Plotted, Tabular, data=lambda family: family.rows):
     space: Designs
     population: Population
     found: Array  # (members, elements), computed values [SI]
-    quantities: tuple[Quantity, ...]  # quantities that the bench does not measure
+    quantities: tuple[OpenQuantity, ...]  # quantities that the bench does not measure
     next: tuple[Next, ...]  # further measurements, the most informative first
     middle: int  # index of the member nearest to the medians
     seed: int
@@ -183,7 +183,7 @@ def family(
     population = populate(space, members, seed=seed, progress=partial(report, 0))
     robots = [c.robot for c in population.members]
     found = np.array([space.elements.of(computed(c, bench)) for c in robots])
-    quantities = tuple(Quantity(c.text, c.unit, _values(c, robots)) for c in open_quantities(robot, bench))
+    quantities = tuple(OpenQuantity(c.text, c.unit, _values(c, robots)) for c in open_quantities(robot, bench))
     middle = _middle(space, population.members, quantities, (found - space.elements.measured) / space.sd)
     measurements, possible = [], candidates(robot, bench, space.free)
     for k, c in enumerate(possible, 1):
@@ -208,7 +208,7 @@ def chosen_robot(family: Family) -> Robot:
     return sourced(chosen.robot, space.robot, {key: f"{origin}: {', '.join(parts)}" for key, parts in texts.items()})
 
 
-def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[Quantity], off: Array) -> int:
+def _middle(space: Designs, members: Sequence[Design], quantities: Sequence[OpenQuantity], off: Array) -> int:
     """Return the index of the member nearest the median unknowns and quantities, with small residuals `off`."""
     unknowns = np.array([[u.log(v) for u, v in zip(space.free, m.values.tolist(), strict=True)] for m in members])
     logs = np.hstack([unknowns, np.log(np.maximum([m.values for m in quantities], TINY)).T])
@@ -221,7 +221,7 @@ def _values(candidate: Candidate, robots: Sequence[Robot]) -> Array:
     return candidate.factor * np.array([candidate.of(robot) for robot in robots])
 
 
-def _next(candidate: Candidate, values: Array, quantities: Sequence[Quantity]) -> Next | None:
+def _next(candidate: Candidate, values: Array, quantities: Sequence[OpenQuantity]) -> Next | None:
     """Return the measurement, and how it narrows each quantity; None if its noise is 0. values: of the members.
 
     Each member gives a reading for each error of the instrument. The logarithm of each quantity is fitted by a cubic

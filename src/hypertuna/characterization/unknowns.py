@@ -14,7 +14,7 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.identification.names import split_names
 
 
-class Kind(NamedTuple):
+class UnknownKind(NamedTuple):
     """A kind of unknown: its default bounds, its keys in the robot's file, and its unit."""
 
     low: float  # default lower bound, as a factor on the described value
@@ -28,25 +28,25 @@ class Kind(NamedTuple):
 
 # Kinds of unknowns of each joint, by name.
 PER_JOINT = {
-    "lever": Kind(0.5, 2.0, ("lever_m",), "m"),  # no drawing shows it; it ends inside the section
+    "lever": UnknownKind(0.5, 2.0, ("lever_m",), "m"),  # no drawing shows it; it ends inside the section
     # the length of links is measured, but not that of rigid end walls
-    "segment_length": Kind(0.8, 1.25, ("segment_length_m",), counted="x described"),
-    "stiffness_factor": Kind(0.25, 4.0, ("stiffness_factor",)),  # a strip and pipes stiffen, channels weaken
+    "segment_length": UnknownKind(0.8, 1.25, ("segment_length_m",), counted="x described"),
+    "stiffness_factor": UnknownKind(0.25, 4.0, ("stiffness_factor",)),  # a strip and pipes stiffen, channels weaken
     # from a film that buckles at once, to stiff pipes
-    "axis_buckling": Kind(1.0, 300.0, ("axis_stiffness_n", "axis_buckling_n"), "N", scaled=False, optional=True),
+    "axis_buckling": UnknownKind(1.0, 300.0, ("axis_stiffness_n", "axis_buckling_n"), "N", scaled=False, optional=True),
     # ratio of the two levers
-    "asymmetry": Kind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
+    "asymmetry": UnknownKind(math.exp(-0.3), math.exp(0.3), ("asymmetry",), scaled=False, counted="left / right"),
 }
 # Kinds of unknowns that all joints share.
 SHARED = {
     # at 54.7 deg the pull is zero
-    "braid_angle": Kind(math.radians(20), math.radians(50), ("braid_angle_deg",), "rad", scaled=False),
-    "outer_diameter": Kind(0.5, 2.0, ("outer_diameter_m", "inner_diameter_m"), "m"),
-    "diameter_ratio": Kind(0.4, 0.9, ("inner_diameter_m",), scaled=False, counted="inner / outer"),
+    "braid_angle": UnknownKind(math.radians(20), math.radians(50), ("braid_angle_deg",), "rad", scaled=False),
+    "outer_diameter": UnknownKind(0.5, 2.0, ("outer_diameter_m", "inner_diameter_m"), "m"),
+    "diameter_ratio": UnknownKind(0.4, 0.9, ("inner_diameter_m",), scaled=False, counted="inner / outer"),
     # published constants of one silicone differ by 2.0 (docs/bench.md)
-    "hose_modulus": Kind(0.5, 2.0, counted="x described"),
-    "matrix_modulus": Kind(0.5, 2.0, counted="x described"),
-    "friction": Kind(0.01, 1.0, ("friction",), scaled=False),
+    "hose_modulus": UnknownKind(0.5, 2.0, counted="x described"),
+    "matrix_modulus": UnknownKind(0.5, 2.0, counted="x described"),
+    "friction": UnknownKind(0.01, 1.0, ("friction",), scaled=False),
 }
 KINDS = PER_JOINT | SHARED
 # Factors to which pull or stiffness is proportional (name, formula); their logarithm is fitted, not the unknown's.

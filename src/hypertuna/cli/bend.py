@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from hypertuna.actuation.bending import Bend, Step, bend, misprints
+from hypertuna.actuation.bending import Bend, Correction, bend, misprints
 from hypertuna.actuation.cards import bends_card, spread
 from hypertuna.actuation.soft_joint import MATERIAL_SETS, drive_unit, mooney
 from hypertuna.arrays import Array
@@ -30,7 +30,7 @@ class Bends:
 
     first: Bend  # with the material set of --material, or the robot's own
     sets: Mapping[str, Bend]  # material set -> bend
-    misprints: tuple[Step, ...]  # bends after each correction of the printed equations, with --law as_printed
+    misprints: tuple[Correction, ...]  # bends after each correction of the printed equations, with --law as_printed
 
 
 @opt.grouped

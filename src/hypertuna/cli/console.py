@@ -123,7 +123,7 @@ def progress_bar(
         elapsed = time.monotonic() - start
         share_done = f": {count} of {total}" if total else ""
         time_left = f", about {elapsed * (total - count) / count:.0f} s left" if count else ""
-        streams.tell(f"{what}{share_done}, {elapsed:.0f} s{time_left}\n")
+        streams.write_error(f"{what}{share_done}, {elapsed:.0f} s{time_left}\n")
 
     def watch() -> None:
         """Show the bar, or a line every PERIOD, even if the work reports no progress."""

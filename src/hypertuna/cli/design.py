@@ -19,7 +19,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.design.criterion import WISHES
 from hypertuna.design.kinds import RUN_KINDS
-from hypertuna.design.runs import QUANTITIES, Measurement, Told, run_record
+from hypertuna.design.runs import QUANTITIES, Measurement, Trial, run_record
 from hypertuna.design.tank import NextRuns, TankDesign
 from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
@@ -162,24 +162,24 @@ def tell_command(
         check_one_source(results or None, value)
         last = tank.results[-1].day if tank.results else ""
         when = last if day is None else day
-        told = _of_values(value or [], tank) if not results else _of_files(results, tank.unknowns.robot)
-        for sentence in tank.tell(told, when):
+        trials = _of_values(value or [], tank) if not results else _of_files(results, tank.unknowns.robot)
+        for sentence in tank.tell(trials, when):
             note(sentence)
         emit(tank.ask(), record=_record, as_json=as_json)
 
 
-def _of_files(files: Sequence[str], robot: Robot) -> list[Told]:
+def _of_files(files: Sequence[str], robot: Robot) -> list[Trial]:
     """Return the trials of CSV files, runs of each file in the order of its rows."""
-    trials = list[Told]()
+    trials = list[Trial]()
     for file in files:
         check_no_track(file)
         trials += read_runs(file, robot)
     return trials if len(files) == 1 else sorted(trials, key=lambda run: run.name)
 
 
-def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Told]:
+def _of_values(texts: Sequence[str], tank: TankDesign) -> list[Trial]:
     """Return trials from the texts of --value, one for each of the next runs in their order."""
-    trials = list[Told]()
+    trials = list[Trial]()
     for k, (text, choice) in enumerate(zip(texts, tank.ask(len(texts)).choices, strict=True)):
         key, run, names = f"--value {k + 1}", choice.run, list(choice.expected)
         if RUN_KINDS[run.kind].series:

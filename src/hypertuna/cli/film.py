@@ -85,7 +85,7 @@ def track_command(
     or tags. The plot shows the worst frames.
     """
     from hypertuna.film.camera import read_camera
-    from hypertuna.film.pace import pace_doubts
+    from hypertuna.film.pace import pace_warnings
     from hypertuna.film.record import is_live
     from hypertuna.film.run import track_film, write_film_run
     from hypertuna.io.checkpoint import Journal
@@ -129,7 +129,7 @@ def track_command(
 
         save(plot_film(run), plot)
     record = run.record()
-    record["warnings"] += pace_doubts(fish, record["beat_hz"], record["frame_rate_hz"])
+    record["warnings"] += pace_warnings(fish, record["beat_hz"], record["frame_rate_hz"])
     emit(
         run,
         record=lambda _: provenance(fish) | {"run": record, "written": written},
@@ -164,7 +164,7 @@ def _track_marks(
     with progress_bar("tracking") as progress:
         opened = open_film(film, options.frame_rate)
         points = points_of(fish, opened, camera, options.depth, painted, progress)
-    run, noise = judged(fit_markers(fish, markers_of(points), places.wishes()), fish, opened.rate)
+    run, noise = judged(fit_markers(fish, markers_of(points), places.chain_options()), fish, opened.rate)
     comment = f"Made by `hypertuna trials track` {version()}"
     if places.places_from_run is not None:
         write_atomically(places.places_from_run, places_text(run.places, comment).encode())

@@ -108,7 +108,7 @@ def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
     )
     analog = next(wire.level for wire in wiring.wires if wire.bus == "analog")
     yield f"analog: {analog} over the range; servos and serial lines: 0 or 3.3 V"
-    pin = _voltage_pin(wiring)
+    pin = next(wire.pin for wire in wiring.wires if wire.signal == "voltage")
     upper, lower, lift = (f"{ohm / 1e3:g} kohm" for ohm in wiring.divider)
     yield f"voltage divider: {upper} from the battery, {lower} to ground, {lift} to 3.3 V, all at pin {pin}"
     yield "No pin takes more than 3.3 V: a part of 5 V needs a divider or a level shifter.", "bold"
@@ -117,11 +117,6 @@ def _wiring_lines(wiring: Wiring) -> Iterator[Any]:
 def _bus(wire: Wire) -> str:
     """Return the name of a wire's bus, with its rate if it has one."""
     return f"{wire.bus}, {wire.rate}" if wire.rate else wire.bus
-
-
-def _voltage_pin(wiring: Wiring) -> int:
-    """Return the number of the pin that measures the battery's voltage."""
-    return next(wire.pin for wire in wiring.wires if wire.signal == "voltage")
 
 
 def _record(parameters: FirmwareTable) -> dict[str, Any]:

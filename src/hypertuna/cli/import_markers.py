@@ -47,8 +47,8 @@ class PlaceOptions:
         """Return the value of each option, by the option's name."""
         return {f"--{field.name.replace('_', '-')}": getattr(self, field.name) for field in fields(self)}
 
-    def wishes(self) -> ChainOptions:
-        """Return the options as those of the fit to the markers."""
+    def chain_options(self) -> ChainOptions:
+        """Return the options of the fit of the robot's chain."""
         joints = [_names(self.merge)] if self.merge else []
         return ChainOptions(
             self.places, _names(self.leave_out), self.tail_first, joints, self.places_from_run is not None
@@ -99,7 +99,7 @@ def import_markers_command(
     files: Annotated[list[str], typer.Argument(help="CSV files of tracked markers or midlines, a run each.")],
     robot: opt.RobotOptions,
     markers: MarkerOptions,
-    chosen: PlaceOptions,
+    places: PlaceOptions,
     output: opt.Manifest,
     plot: opt.Plot = None,
     as_json: opt.AsJson = False,
@@ -109,20 +109,20 @@ def import_markers_command(
     Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, and plain columns: time_s,
     x1, y1, x2, y2, ... Files of several runs may be given; the picture is that of the first one to look at.
     """
-    fish, options, wishes = robot.load(), markers.arguments(), chosen.wishes()
+    fish, options, chain_options = robot.load(), markers.arguments(), places.chain_options()
     names = [Path(file).stem for file in files]
     for name in (name for k, name in enumerate(names) if name in names[:k]):
         raise InputError("is the name of two files", key=name, fix="rename one: files name their runs")
     runs: list[MarkerRun] = []
     with progress_bar("fitting") as progress:
         for k, file in enumerate(files):
-            runs.append(fit_marker_run(fish, file, wishes, **options))
-            if chosen.places_from_run is not None and wishes.from_run:
+            runs.append(fit_marker_run(fish, file, chain_options, **options))
+            if places.places_from_run is not None and chain_options.from_run:
                 text = places_text(runs[0].places, _comment())
-                write_atomically(chosen.places_from_run, text.encode())
-                wishes = replace(wishes, places=chosen.places_from_run, from_run=False)
+                write_atomically(places.places_from_run, text.encode())
+                chain_options = replace(chain_options, places=places.places_from_run, from_run=False)
             progress(k + 1, len(files))
-    show_marker_runs(runs, fish, output, plot, as_json, comment=_comment(), also=(chosen.places_from_run,))
+    show_marker_runs(runs, fish, output, plot, as_json, comment=_comment(), also=(places.places_from_run,))
 
 
 def show_marker_runs(
@@ -141,7 +141,7 @@ def show_marker_runs(
     refused_run = next((run for run in runs if run.refusal()), None)
     from hypertuna.trials.plots_markers import plot_markers
 
-    save(plot_markers(refused_run or next((run for run in runs if run.doubts), runs[0])), plot)
+    save(plot_markers(refused_run or next((run for run in runs if run.contradictions), runs[0])), plot)
     if refused_run is not None and (error := refused_run.refusal()):
         fix = f"{error.fix}; the picture is {plot}"
         with refused(as_json):

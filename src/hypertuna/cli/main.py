@@ -14,8 +14,8 @@ from hypertuna.cli.streams import (
     end_on_signals,
     open_streams,
     state,
-    tell,
     was_interrupted,
+    write_error,
 )
 from hypertuna.errors import InputError, escaped
 
@@ -215,7 +215,7 @@ def main() -> None:
     code = _run()
     if was_interrupted() or code == INTERRUPTED:
         code = INTERRUPTED
-        tell(f"interrupted: {state['done']}\n" if state["done"] else "interrupted\n")
+        write_error(f"interrupted: {state['done']}\n" if state["done"] else "interrupted\n")
     drop_unwritable_output()
     sys.exit(code)
 
@@ -239,7 +239,7 @@ def _run() -> Any:
         if not sentence:
             raise
     if sentence:
-        tell(escaped(f"error: {sentence}\n", "\n"))
+        write_error(escaped(f"error: {sentence}\n", "\n"))
     return 2
 
 

@@ -24,7 +24,7 @@ from hypertuna.display import Table
 from hypertuna.errors import InputError, shown
 from hypertuna.io.quantity import counted, values_of
 from hypertuna.mission.cards import ending_text
-from hypertuna.mission.checks import check_current, check_fit, doubts
+from hypertuna.mission.checks import check_current, check_fit, warnings_of
 from hypertuna.mission.file import MissionFile, missions, read_mission
 from hypertuna.mission.flight import Flight, Outcome, fly, outcome
 from hypertuna.mission.gpx import check_origin, write_gpx
@@ -122,14 +122,14 @@ def mission_command(
                 raise InputError("applies to a single flight", key=key, fix=fix)
         options: Any = {"threads": threads, "faults": fault or [], "duration": duration}
         how: Any = {"places": places, "refused": {"--checkpoint": checkpoint}, "as_json": as_json}
-        _tell_doubts(fish, file)
+        _print_warnings(fish, file)
         if not write_shards(output, fly_seed_shards, file, fish, seeds, **how, **options):
             options |= {"checkpoint": checkpoint}
             _fly_many(file, fish, seeds, options, places.cluster, output, as_json)
         return
     if gpx is not None:
         check_origin(file.origin, file.file)
-    _tell_doubts(fish, file)
+    _print_warnings(fish, file)
     log = None if output is None else Path(output)
     with progress_bar("flying [s]", parts="second", checkpoint=checkpoint) as progress:
         flight = fly(
@@ -163,11 +163,11 @@ def _robot(file: MissionFile, options: opt.MissionRobot) -> Robot:
     return replace(options, robot=chosen).load()
 
 
-def _tell_doubts(robot: Robot, file: MissionFile) -> None:
+def _print_warnings(robot: Robot, file: MissionFile) -> None:
     """Print notes, before the flight, on what will slow the mission down or end it early."""
     check_current(robot, file.mission)
     check_fit(robot, file.mission)
-    for sentence in (sentences := doubts(robot, file.mission)):
+    for sentence in (sentences := warnings_of(robot, file.mission)):
         note(sentence)
     if sentences and spelled(robot) != file.robot:
         command = f"hypertuna mission new FILE.toml --robot {shlex.quote(spelled(robot))}"

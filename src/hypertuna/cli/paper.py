@@ -108,8 +108,10 @@ def _lines(ledger: Ledger) -> Iterator[Any]:
     yield ""
     for e in ledger.entries:
         if e.model not in models:
-            told = f", {e.published_text} published: "
-            yield Text.assemble((e.id, "bold"), told, _answer(e), f" ({e.model}; {e.class_}): ", (f"{e.note}.", "dim"))
+            published = f", {e.published_text} published: "
+            yield Text.assemble(
+                (e.id, "bold"), published, _answer(e), f" ({e.model}; {e.class_}): ", (f"{e.note}.", "dim")
+            )
     yield ""
     for model, errors in ledger.summary["speeds"].items():
         rms, largest = (100 * errors[f"{key}_relative_error"] for key in ("rms", "largest"))

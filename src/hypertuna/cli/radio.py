@@ -17,7 +17,7 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import KINDS, read_bytes
 from hypertuna.io.files import rows_csv
 from hypertuna.mission.file import read_mission
-from hypertuna.mission.magnetic import declination
+from hypertuna.mission.geodesy import declination
 from hypertuna.mission.upload import download, upload
 from hypertuna.radio.check import Readiness, check_ready
 from hypertuna.radio.client import connect

@@ -296,11 +296,11 @@ def _compared_at_border(compared: xr.Dataset | None) -> dict[str, Any]:
         return {}
     axes: dict[str, dict[str, Any]] = {}
     for axis, unit in AXES.items():
-        shown, factor = BORDER[unit]
+        displayed, factor = BORDER[unit]
         for name in (name for name in (*HEADS, "run_rmse") if name in compared):
             errors = compared[name].sel(axis=axis).to_numpy()
             ratio = name in RATIOS
-            axes.setdefault(axis, {})[name if ratio else f"{name}_{shown}"] = errors if ratio else errors * factor
+            axes.setdefault(axis, {})[name if ratio else f"{name}_{displayed}"] = errors if ratio else errors * factor
     return {"axes": axes, "runs": compared["run"].to_numpy(), "frames": compared["frames"].to_numpy()}
 
 

@@ -101,10 +101,10 @@ def new(
     write_atomically(path, text.encode())
     robot = load(path)
     print_lines(_next_lines(robot))
-    _tell_of_twin(robot)
+    _print_twin_note(robot)
 
 
-def _tell_of_twin(robot: Robot) -> None:
+def _print_twin_note(robot: Robot) -> None:
     """Print a note if a robot has more joint groups than the twin can simulate."""
     if sentence := twin_note(robot):
         note(sentence)
@@ -163,7 +163,7 @@ def check(robot: RobotFile, as_json: opt.AsJson = False) -> None:
     """Check a robot description, and list unlikely values, estimates, and what has no source."""
     with refused(as_json):
         fish = load(robot)
-    _tell_of_twin(fish)
+    _print_twin_note(fish)
     emit(fish, record=_check_record, lines=_check_lines, as_json=as_json)
 
 

@@ -35,7 +35,7 @@ def open_streams() -> None:
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Return plain characters for those that a stream cannot write (else "?"), and the index where to go on."""
+    """Return plain characters, or "?", for those that a stream cannot write, and the index after them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
@@ -55,10 +55,10 @@ def _show_warning(
     sentence = f"warning: {message}\n"
     if not issubclass(category, DamageWarning):
         sentence = warnings.formatwarning(message, category, filename, lineno, line)
-    tell(sentence, file)
+    write_error(sentence, file)
 
 
-def tell(text: str, file: TextIO | None = None) -> None:
+def write_error(text: str, file: TextIO | None = None) -> None:
     """Write a text to the error output, or to `file`; ignore a reader that has gone."""
     with contextlib.suppress(OSError, ValueError):
         (file or sys.stderr).write(text)
@@ -67,7 +67,7 @@ def tell(text: str, file: TextIO | None = None) -> None:
 def note(sentence: str) -> None:
     """Print a note on input that is accepted but may be a mistake; the JSON record lists it as well."""
     state["notes"].append(sentence)
-    tell(f"note: {sentence}\n")
+    write_error(f"note: {sentence}\n")
 
 
 def end_on_signals() -> None:

@@ -154,7 +154,7 @@ def _server(page: bytes, port: int) -> _Server:
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
-    """Return a class of request handlers that serve the page at / and nothing else."""
+    """Return a class of request handlers that serve the page at / alone."""
 
     class Handler(BaseHTTPRequestHandler):
         server_version, sys_version = "hypertuna", ""

@@ -104,6 +104,6 @@ def _lines(result: Swim) -> list[Part]:
 
 def _animate(path: str, result: Swim) -> None:
     """Write the swimming body as an animated GIF."""
-    from hypertuna.swimming.animation import animate_swim  # slow to import
+    from hypertuna.swimming.plots import animate_swim  # slow to import
 
     animate_swim(result, path)

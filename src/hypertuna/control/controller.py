@@ -23,9 +23,7 @@ from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
 from hypertuna.swimming.model import core_model
 
-SETTLING_FACTOR = (
-    4.7439  # rate times time in which a critically damped filter makes 95 % of a step: (1 + x) e^-x = 0.05
-)
+SETTLING_FACTOR = 4.7439  # rate times time to 95 % of a step of a critically damped filter: (1 + x) e^-x = 0.05
 MAX_SUCTION = 0.2  # lowest pressure that holds a bend at rest, as a fraction of the cavitation pressure (below 0)
 FILL_TOLERANCE = 1e-6  # relative difference of both sides' mean pressure from the fill, below which no limit acts
 REACH = 1.2  # largest bend that control may command, over the joint's largest bend; the excess makes up for losses
@@ -368,9 +366,7 @@ def _oil(robot: Robot, control: Controller, hydraulics: Circuits) -> dict[str, l
     bandwidths = [rate for rate in hydraulics.column("bandwidth").tolist() if rate > 0]
     loop = _core.SERVO_LOOP_RATE * min(bandwidths) / control.rate
     lowest = present = 1.0
-    if robot.oil is not None and not math.isnan(
-        hydraulics.temperature
-    ):  # without oil in any joint, the temperature is NaN
+    if robot.oil is not None and not math.isnan(hydraulics.temperature):  # NaN if no joint has oil
         hottest, now, thickest = viscosity(robot.oil, [HOTTEST, hydraulics.temperature, robot.oil.pour_point]).tolist()
         lowest, present = hottest / thickest, now / thickest
     decay = without_last_bit(math.exp(-loop))

@@ -19,7 +19,7 @@ from hypertuna.description.fin import shape_fin
 from hypertuna.description.following import scale
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.base import Key, Part
-from hypertuna.description.validation import written
+from hypertuna.description.validation import Place, written
 from hypertuna.errors import InputError, did_you_mean, shown
 
 # Variables of the fin, each with its powers in the factors on span and chord.
@@ -27,7 +27,6 @@ FIN = {"span": (1.0, 0.0), "chord": (0.0, 1.0), "area": (0.5, 0.5), "aspect_rati
 WHOLE_FIN = "factor"  # unit of the fin's variables, which are factors on the described fin
 FOLLOWED = {"links.length": "length", "links.mass": "mass"}  # variables with which other values scale
 TEXTS = ("description", "sources", "uncertainty", "fit")  # tables without numbers to vary
-Place = tuple[int | str, ...]  # place of a value in a document: keys and indices, outermost first
 
 
 @dataclass(frozen=True)
@@ -163,8 +162,8 @@ def _leaves(part: Part, dump: Any, name: str, label: str, place: Place) -> Itera
             value = getattr(part, attribute)
             tables = isinstance(value, tuple) and any(isinstance(row, Part) for row in value)
             short = alias if tables else attribute  # a number's attribute has no unit
-            below = (f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip("."), (*place, alias))
-            yield from _values(value, dump[alias], *below, part.declared.get(attribute))
+            names = f"{name}.{alias}".lstrip("."), f"{label}.{short}".lstrip(".")
+            yield from _values(value, dump[alias], *names, (*place, alias), part.declared.get(attribute))
 
 
 def _values(value: Any, dump: Any, name: str, label: str, place: Place, about: Key | None) -> Iterator[_Leaf]:
@@ -209,8 +208,8 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[str]:
     """Yield the keys, without indices, of numbers that differ between two documents."""
     if isinstance(after, dict):
         for name, part in after.items():
-            below = written((name,)) if not key else f"{key}.{written((name,))}"
-            yield from _changes(before.get(name) if isinstance(before, dict) else None, part, below)
+            key_below = written((name,)) if not key else f"{key}.{written((name,))}"
+            yield from _changes(before.get(name) if isinstance(before, dict) else None, part, key_below)
     elif isinstance(after, list) and after and isinstance(after[0], dict):
         pairs = zip(before or [None] * len(after), after, strict=True)
         yield from dict.fromkeys(change for old, new in pairs for change in _changes(old, new, key))

@@ -127,8 +127,8 @@ def _spread(
 ) -> dict[int, float]:
     """Stretch a fin [m^2] over the last links from the trailing edge; return new over old added masses of links.
 
-    The fin's height at a distance x from the edge is that at x / chord before, times the span. Elsewhere the body
-    counts: where the fin has drawn back, it is as high as ahead of the fin.
+    The fin's height at a distance x from the edge is the former one at x / chord, times the span. Where a shorter fin
+    ends, the body is as high as ahead of the fin.
     """
     links, strip, (span, chord) = document["links"], document["water"]["strip"], factors
     old = _pieces(document, plate)

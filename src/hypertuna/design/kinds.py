@@ -22,7 +22,7 @@ STEPS = 64  # Runge-Kutta steps per beat or glide: their error is far below the 
 COASTS = 2.0  # a glide is followed for the time of this many body lengths at its first speed
 BEATS = {"power": "mechanical_power"}  # quantity of a run: its name in a settled beat, where the two differ
 Motion = tuple[Gait | None, float]  # gait, None for a straight body; speed [m/s]
-Told = tuple[str, float, float | None]  # name of a quantity; mean of repeats and its standard deviation [SI]
+Mean = tuple[str, float, float | None]  # name of a quantity; mean of repeats and its standard deviation [SI]
 
 
 class RunKind(ABC):
@@ -46,7 +46,7 @@ class RunKind(ABC):
     def choices(self, gaits: Sequence[Gait], speeds: Sequence[float]) -> list[Motion]:
         """Return the candidates of this kind, made from the given gaits or speeds [m/s]."""
 
-    def told(self, trial: Any) -> tuple[Motion, list[Told]]:
+    def means(self, trial: Any) -> tuple[Motion, list[Mean]]:
         """Return a trial's gait and speed, and its measured quantities with standard deviations."""
         sd = None if trial.sd is None else trial.sd / math.sqrt(trial.repeats)
         return (trial.gait, trial.u), [(kind_of(trial).quantities[0].name, trial.value, sd)]
@@ -73,10 +73,10 @@ class Swims(RunKind):
         """Return a swim of each gait."""
         return [(gait, 0.0) for gait in gaits]
 
-    def told(self, trial: Any) -> tuple[Motion, list[Told]]:
+    def means(self, trial: Any) -> tuple[Motion, list[Mean]]:
         """Return a trial's gait and speed, and its measured quantities with standard deviations."""
         if not isinstance(trial, SteadyRun):
-            motion, ((name, value, sd),) = super().told(trial)
+            motion, ((name, value, sd),) = super().means(trial)
             return motion, [(name, abs(value), sd)]
         root = math.sqrt(trial.repeats)
         stated = ((name, getattr(trial, name), getattr(trial, f"{name}_sd")) for name in MEASURED)
@@ -159,7 +159,7 @@ class Glides(RunKind):
         """Return a glide from each speed."""
         return [(None, u) for u in speeds]
 
-    def told(self, trial: Any) -> tuple[Motion, list[Told]]:
+    def means(self, trial: Any) -> tuple[Motion, list[Mean]]:
         """Return a glide's first speed, and its coasting length with its standard deviation."""
         length, sd, u = trial.coasting()
         return (None, u), [("coasting_length", length, sd)]

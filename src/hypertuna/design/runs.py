@@ -20,7 +20,7 @@ from hypertuna.trials.numbers import NumberRun, U
 from hypertuna.trials.steady import SteadyRun
 
 
-class Quantity(NamedTuple):
+class RunQuantity(NamedTuple):
     """A quantity of runs: default noise, relative and absolute [SI]; displayed unit, and its number per SI unit."""
 
     relative: float
@@ -30,13 +30,13 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "speed": Quantity(0.02, 0.003, "m/s"),
-    "cost_of_transport": Quantity(0.03, 0.0, "J/(kg m)"),
-    "turn_rate": Quantity(0.03, 0.02, "deg/s", 180 / math.pi),  # magnitude
-    "power": Quantity(0.03, 0.0, "W"),
-    "drag": Quantity(0.03, 0.005, "N"),
-    "thrust": Quantity(0.03, 0.005, "N"),
-    "coasting_length": Quantity(0.08, 0.0, "m"),
+    "speed": RunQuantity(0.02, 0.003, "m/s"),
+    "cost_of_transport": RunQuantity(0.03, 0.0, "J/(kg m)"),
+    "turn_rate": RunQuantity(0.03, 0.02, "deg/s", 180 / math.pi),  # magnitude
+    "power": RunQuantity(0.03, 0.0, "W"),
+    "drag": RunQuantity(0.03, 0.005, "N"),
+    "thrust": RunQuantity(0.03, 0.005, "N"),
+    "coasting_length": RunQuantity(0.08, 0.0, "m"),
 }
 SLOWEST = 3.0  # a candidate's expected value must exceed this many times its absolute noise
 # Grid of candidates: number of frequencies; amplitude and lag over their bounds; amplitude of the last group over that
@@ -158,10 +158,10 @@ class Measurement:
         return self.sd / self.value if self.sd is not None else noise_of(self.quantity, self.value)
 
 
-Told = SteadyRun | NumberRun | Decay | Measurement
+Trial = SteadyRun | NumberRun | Decay | Measurement
 
 
-def measurements(trial: Told, day: str = "") -> list[Measurement]:
+def measurements(trial: Trial, day: str = "") -> list[Measurement]:
     """Return the measured numbers of a trial, means over its repeats with the noise of a mean."""
     if isinstance(trial, Measurement):
         return [replace(trial, day=trial.day or day)]
@@ -169,7 +169,7 @@ def measurements(trial: Told, day: str = "") -> list[Measurement]:
     if kind is None:
         rule, fix = "must be a run that a design knows", "give steady runs, turns, powers, tows, held thrusts or glides"
         raise InputError(rule, key="tell", value=type(trial).__name__, fix=fix)
-    motion, quantities = kind.told(trial)
+    motion, quantities = kind.means(trial)
     return [Measurement(TankRun(kind.key, *motion), *values, trial.name, day) for values in quantities]
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse, robot_of
+from hypertuna.design.checks import check_gaits, check_new, check_size, renamed
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
-from hypertuna.design.doubts import check_gaits, check_new, check_size, renamed
 from hypertuna.design.kinds import RUN_KINDS
 from hypertuna.design.posterior import Posterior, infer
 from hypertuna.design.prediction import Row, predict
@@ -22,7 +22,7 @@ from hypertuna.design.runs import (
     BIASES,
     Measurement,
     TankRun,
-    Told,
+    Trial,
     bias_ends,
     candidate_gaits,
     measurements,
@@ -134,10 +134,10 @@ class TankDesign(TankState):
     ) -> None:
         options: dict[str, Any] | None = None
         if robot is not None:
-            has = {"tow": tow, "hold": hold, "glide": glide}
-            wishes = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
+            equipment = {"tow": tow, "hold": hold, "glide": glide}
+            aims = {"want": want, "width": width, "bounds": dict(bounds or {}), "prior": dict(prior or {})}
             given = robot_of(robot)
-            options = {"robot": given.document()} | wishes | has
+            options = {"robot": given.document()} | aims | equipment
             if path is not None and Path(path).exists():
                 begun = self._options_of(path)["robot"].get("name")
                 if begun != given.name:
@@ -229,7 +229,7 @@ class TankDesign(TankState):
             robot, self.want, self.width, width, tuple(choices), steps, unknowns, sd, never, stop, tuple(warnings)
         )
 
-    def tell(self, trials: Sequence[Told], day: str = "") -> list[str]:
+    def tell(self, trials: Sequence[Trial], day: str = "") -> list[str]:
         """Take the results of runs, in the order in which they were made; those of one run follow each other.
 
         Parameters
@@ -260,10 +260,10 @@ class TankDesign(TankState):
         self.posterior = posterior
         return notes
 
-    def _check(self, trials: Sequence[Told], results: Sequence[Measurement]) -> list[str]:
-        """Refuse results that are told already or in another unit; return sentences on names of other runs.
+    def _check(self, trials: Sequence[Trial], results: Sequence[Measurement]) -> list[str]:
+        """Refuse results that were entered before or are in another unit; return sentences on names of other runs.
 
-        Gaits that are asked for have no doubts.
+        Steady runs of candidates are plausible; others are checked.
         """
         robot = self.unknowns.robot
         check_new(results, self.results)
@@ -277,7 +277,7 @@ class TankDesign(TankState):
         return renamed(results, [(one.name, one.run) for one in self.ask(count).choices] if count in RUNS else [])
 
     def _made(self, results: tuple[Measurement, ...], before: Posterior) -> tuple[Step, Posterior]:
-        """Return the step of a run after those of a posterior, and the posterior after it."""
+        """Return the step of a new run, and the posterior after it; before: the posterior of the runs so far."""
         mean, sd = before.predict([Row(result.run, result.quantity) for result in results])
         spread = np.hypot(sd, [math.hypot(result.noise, before.day) for result in results])
         after = infer(self.unknowns, [*before.results, *results])

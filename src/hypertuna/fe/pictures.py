@@ -55,7 +55,7 @@ DEPTH = 6  # transparent layers that are rendered in order
 MATT: dict[str, Any] = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.56, "specular": 0.1, "specular_power": 15}
 
 
-class Quantity(NamedTuple):
+class ColoredQuantity(NamedTuple):
     """A quantity that colors show."""
 
     field: str  # name of the field in the files
@@ -64,13 +64,13 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {  # by name in the files of pictures
-    "stress": Quantity(STRESS, "von Mises stress [kPa]", 1e3),
-    "strain": Quantity(STRAIN, "largest principal logarithmic strain [1]", 1.0),
+    "stress": ColoredQuantity(STRESS, "von Mises stress [kPa]", 1e3),
+    "strain": ColoredQuantity(STRAIN, "largest principal logarithmic strain [1]", 1.0),
 }
 
 
 @dataclass(frozen=True)
-class Film:
+class FinishedRun:
     """A joint at several pressures, read from the files of a finished run."""
 
     title: str
@@ -90,7 +90,7 @@ class Film:
         return _round_up(largest) * scale.unit
 
 
-def read_film(folder: str | Path) -> Film:
+def read_film(folder: str | Path) -> FinishedRun:
     """Read the files of a finished run: `SUMMARY`, and the fields at each pressure."""
     need_pictures()
     summary = Path(folder) / SUMMARY
@@ -103,11 +103,11 @@ def read_film(folder: str | Path) -> Film:
     except (OSError, ValueError, KeyError, TypeError):
         fix = "give the folder of a finished `hypertuna fe bend`"
         raise InputError("must be the summary of a run", file=str(summary), fix=fix) from None
-    return Film(title, side, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in range(len(steps))))
+    return FinishedRun(title, side, pressure, angle, tuple(_faces(surface_path(folder, k)) for k in range(len(steps))))
 
 
 @styled
-def draw_step(film: Film, k: int, quantity: str) -> Figure:
+def draw_step(film: FinishedRun, k: int, quantity: str) -> Figure:
     """Draw both views of a quantity at the k-th pressure, side by side."""
     figure = Figure(figsize=(WIDTH, 0.5 * WIDTH), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -124,7 +124,7 @@ def draw_step(film: Film, k: int, quantity: str) -> Figure:
 
 
 @styled
-def draw_filmstrip(film: Film, *, width: float = WIDTH) -> Figure:
+def draw_filmstrip(film: FinishedRun, *, width: float = WIDTH) -> Figure:
     """Draw the cut view at all pressures, with a row for each of `QUANTITIES`; `width` in inches."""
     count, rows = len(film.faces), len(QUANTITIES)
     figure = Figure(figsize=(width, 0.4 + rows * (width / max(count, FEWEST) + 0.55)), layout="constrained")
@@ -174,7 +174,7 @@ def write_png(figure: Figure, path: str | Path, *, dpi: int = 200) -> None:
     write_atomically(path, packed.getvalue())
 
 
-def _bar(figure: Figure, axes: list[Axes], film: Film, quantity: str, **place: Any) -> None:
+def _bar(figure: Figure, axes: list[Axes], film: FinishedRun, quantity: str, **place: Any) -> None:
     """Draw the color bar of a quantity."""
     scale = QUANTITIES[quantity]
     colors = ScalarMappable(Normalize(0, film.top(quantity) / scale.unit), SEQUENCE)
@@ -207,7 +207,7 @@ def _faces(path: Path) -> dict[str, Any]:
     return {name: part(kinds) for name, kinds in PARTS.items()}
 
 
-def _render(film: Film, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
+def _render(film: FinishedRun, k: int, view: str, quantity: str) -> NDArray[np.uint8]:
     """Return a view at the k-th pressure as pixels (height, width, 3)."""
     import pyvista as pv
 
@@ -254,7 +254,7 @@ def _parts(faces: dict[str, Any], view: str, side: str) -> list[tuple[Any, float
     return [*lower, (shape["cut"], 1.0, True), *gray, (shape["plate_cut"], 1.0, False), *upper]
 
 
-def _camera(film: Film, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
+def _camera(film: FinishedRun, view: str) -> tuple[tuple[int, int], list[tuple[float, ...]], float]:
     """Return the size [pixels], camera position and scale that frame the body at rest and at the last pressure."""
     direction = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     right = np.cross((0.0, 0.0, 1.0), direction)

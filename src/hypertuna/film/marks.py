@@ -14,7 +14,7 @@ from hypertuna.errors import InputError, shown
 from hypertuna.film.camera import Camera
 from hypertuna.film.dots import follow_dots
 from hypertuna.film.noise import beat_of
-from hypertuna.film.pace import pace_doubts
+from hypertuna.film.pace import pace_warnings
 from hypertuna.film.source import Film
 from hypertuna.film.tags import find_tags
 from hypertuna.io.door import RUNS
@@ -87,7 +87,7 @@ def judged(run: MarkerRun, robot: Robot, rate: float) -> tuple[MarkerRun, tuple[
     beat = beat_of(run.markers.time[frames], run.fit.angle[frames]) if len(frames) else None
     if beat is None:
         return run, None
-    notes = (*run.markers.notes, *pace_doubts(robot, beat.frequency, rate))
+    notes = (*run.markers.notes, *pace_warnings(robot, beat.frequency, rate))
     run = replace(run, markers=replace(run.markers, notes=notes))
     return run, (np.maximum(beat.noise, np.median(run.fit.sd[frames, 3:], axis=0)), beat.memory)
 

@@ -3,7 +3,7 @@
 from hypertuna.description.robot import Robot
 
 
-def pace_doubts(robot: Robot, beat: float | None, rate: float) -> list[str]:
+def pace_warnings(robot: Robot, beat: float | None, rate: float) -> list[str]:
     """Return a warning if the beat [Hz] is outside the bounds of the robot's gaits; rate: frames per second [Hz]."""
     bounds = robot.gait_bounds
     if beat is None or bounds is None:

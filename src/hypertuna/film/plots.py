@@ -9,7 +9,6 @@ from hypertuna.arrays import Array
 from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
 from hypertuna.film.overlay import drawn
 from hypertuna.film.run import FilmRun
-from hypertuna.film.source import Gray
 from hypertuna.film.states import STATES
 
 WORST = 4  # number of frames shown, those that fit worst
@@ -23,7 +22,8 @@ def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
     grid = rows[0].get_subplotspec().subgridspec(2, WORST // 2)
     rows[0].remove()
     worst = _worst(run.tracked.offset)
-    pictures = {k: drawn(run, k, frame) for k, frame in _frames(run, worst)}
+    frames = (next(iter(run.view.film.frames(number))) for number in worst)
+    pictures = {k: drawn(run, k, frame) for k, frame in frames}
     for place, number in enumerate(worst):
         panel = figure.add_subplot(grid[place])
         panel.set_axis_off()
@@ -53,8 +53,3 @@ def _worst(offset: Array) -> list[int]:
     """Return the numbers of the frames whose edges are farthest off, in order of time; offset: (frames,) [px]."""
     measured = np.flatnonzero(np.isfinite(offset))
     return sorted(measured[np.argsort(-offset[measured])][:WORST].tolist())
-
-
-def _frames(run: FilmRun, numbers: list[int]) -> list[tuple[int, Gray]]:
-    """Read the frames of these numbers; return each number with its gray levels (height, width)."""
-    return [next(iter(run.view.film.frames(number))) for number in numbers]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ from hypertuna.film.noise import Beat, beat_of, path_noise
 from hypertuna.film.sections import COLUMNS, Body, body_of
 from hypertuna.film.source import open_film
 from hypertuna.film.states import FIXES, OK, STATES
-from hypertuna.film.takes import jumps, split_takes
 from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
@@ -26,6 +26,7 @@ from hypertuna.io.files import columns_csv, write_atomically
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_import import stretches_of, write_recording
 from hypertuna.trials.marker_run import Frames
+from hypertuna.trials.tracks import MIN_SAMPLES
 
 MIN_OK = 0.5  # smallest fraction of frames that must be tracked well
 MAX_SIZE_ERROR = 0.10  # largest relative difference of the length that the camera sees from the robot's
@@ -33,6 +34,7 @@ WARN_SIZE_ERROR = 0.02  # relative difference of length beyond which the user is
 WARN_GIRTH = 5.0  # percent: difference of width beyond which the user is warned
 STATION_STEP = 5  # every fifth station of the body is written to the file of learned widths
 BACKWARD = 0.2  # body lengths swum tail first, beyond which the fish is tracked again with its ends swapped
+JUMP, JUMP_STEPS = 0.1, 6.0  # a longer step than both is a jump: body lengths; multiples of the median step
 
 
 @dataclass(frozen=True)
@@ -125,39 +127,41 @@ class FilmRun:
     @property
     def warnings(self) -> list[str]:
         """Sentences that advise the user on doubtful results."""
-        told = []
+        sentences = []
         if abs(self.size - 1) > WARN_SIZE_ERROR:
             percent = f"{100 * abs(self.size - 1):.1f} % {'longer' if self.size > 1 else 'shorter'}"
             measure = "the fish's own length" if self.scale == "fish" else "the camera"
-            told.append(
+            sentences.append(
                 f"{self.name}: the fish looks {percent} than the robot: check the camera's height, the depth of the "
                 f"fish and its length. Lengths are measured by {measure}."
             )
         if self.body.measured and abs(girth := 100 * (math.exp(self.tuning.girth) - 1)) > WARN_GIRTH:
             width = f"{abs(girth):.0f} % {'wider' if girth > 0 else 'narrower'}"
-            told.append(
+            sentences.append(
                 f"{self.name}: the fish looks {width} than its sections: check them. The film's widths are used."
             )
         if self.body.file_off:
-            told.append(
+            sentences.append(
                 f"{self.name}: the widths of the file have another shape than those of the fish, by "
                 f"{100 * self.body.file_off:.0f} % of its area, so the film's are used and written: is the file of "
                 "another robot, or damaged? Measure the sections anew."
             )
         elif self.body.learned:
-            told.append(f"{self.name}: the widths are learned from the film: measure the sections for the best angles.")
+            sentences.append(
+                f"{self.name}: the widths are learned from the film: measure the sections for the best angles."
+            )
         if self.beat is None:
-            told.append(
+            sentences.append(
                 f"{self.name}: no steady beat was found, so the noise of ripples is unknown, and the errors are those "
                 "of the pixels alone: film six beats of a steady gait."
             )
         elif self.beat.beats < 6:
-            told.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
-        told += [f"{self.name}: {sentence}" for sentence in jumps(self.stretches, self.tracked.time)]
+            sentences.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
+        sentences += [f"{self.name}: {jump}" for jump in jumps(self.stretches, self.tracked.time)]
         if unused := len(self.tracked.state) - sum(map(len, self.stretches)):
             why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]
-            told.append(f"{self.name}: {unused} frames are left out ({', '.join(why) or 'in short parts'}).")
-        return told
+            sentences.append(f"{self.name}: {unused} frames are left out ({', '.join(why) or 'in short parts'}).")
+        return sentences
 
 
 def track_film(
@@ -257,3 +261,22 @@ def _check(tracked: Tracked, body: Body, file: str) -> tuple[Frames, ...]:
         rule = f"must show one fish, whole, in {100 * MIN_OK:g} % of its frames"
         raise InputError(rule, file=file, value=value, fix=FIXES[worst])
     return stretches
+
+
+def split_takes(stretches: Sequence[Frames], place: Array, length: float) -> tuple[Frames, ...]:
+    """Split stretches of frames where the fish's place (frames, 2) [m] jumps; drop short parts. length: fish's [m]."""
+    parts: list[Frames] = []
+    for frames in stretches:
+        step = np.linalg.norm(np.diff(place[frames], axis=0), axis=1) / np.diff(frames)
+        far = step > max(JUMP * length, JUMP_STEPS * float(np.median(step)))
+        parts += np.split(frames, np.flatnonzero(far) + 1)
+    return tuple(part for part in parts if len(part) >= MIN_SAMPLES)
+
+
+def jumps(stretches: Sequence[Frames], time: Array) -> list[str]:
+    """Return a warning for each jump of the fish, with the time [s] of the last frame before it."""
+    return [
+        f"the fish jumps after {time[one[-1]]:.2f} s, so the film is taken as several recordings: were films joined?"
+        for one, other in pairwise(stretches)
+        if other[0] == one[-1] + 1
+    ]

@@ -23,7 +23,7 @@ SIZE = Range(min=0, max=10, unit="m")  # of sections
 
 
 @dataclass(frozen=True)
-class Fit:
+class SilhouetteFit:
     """The result of fitting a silhouette to the pixels of a frame."""
 
     unknowns: Array
@@ -64,12 +64,12 @@ class Body:
         """Area of the silhouette from straight above [m^2]."""
         return float(2 * np.trapezoid(np.sqrt(self.section[:, 0]), self.stations))
 
-    def fit(self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float) -> Fit:
+    def fit(self, pixels: Array, start: Array, prior: tuple[Array, Array], stages: Array, loss: float) -> SilhouetteFit:
         """Fit the silhouette to pixels (n, 5); prior: mean and precision (times the squared noise) of the unknowns."""
         chain = (self.length, self.share, self.section)
         found = _core.fit_silhouette(pixels, *chain, start, *prior, stages, loss, ITERATIONS)
         noise, offset = map(float, found["noise_offset"])
-        return Fit(found["unknowns"], found["information"], found["seen"], noise, offset)
+        return SilhouetteFit(found["unknowns"], found["information"], found["seen"], noise, offset)
 
     def draw(self, pixels: Array, unknowns: Array, edge: float) -> dict[str, Any]:
         """Return values, derivatives and edge distances of a silhouette drawn over pixels (n, 5); edge: blur [m]."""

@@ -10,9 +10,8 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
-from hypertuna.film.first import guesses
 from hypertuna.film.noise import memory_of, student
-from hypertuna.film.sections import Body, Fit
+from hypertuna.film.sections import Body, SilhouetteFit
 from hypertuna.film.source import Gray
 from hypertuna.film.states import BORDER, FIXES, LOST, MISFIT, OK, STATES, UNSEEN
 from hypertuna.film.view import View
@@ -37,7 +36,7 @@ BLOCK_FRAMES = 60  # frames per record of the journal
 MAX_GAP = 0.25  # s: older frames do not predict the pose
 WIDTH_ROUNDS, END_ERROR = 2, 1.0  # rounds of learning the widths; px: error of the length learned with them
 # Fit of a frame in which the fish was not found.
-NOTHING = Fit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
+NOTHING = SilhouetteFit(np.empty(0), np.empty(0), np.empty(0), np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Outcome:
 
     state: int
     offset: float = np.inf  # px between drawn and seen edges
-    fit: Fit = NOTHING
+    fit: SilhouetteFit = NOTHING
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -297,7 +296,7 @@ def track(tracker: Tracker, journal: Journal, progress: Callable[[int, int], Non
     return Tracked(film.time, state, unknowns, covariance, seen, offset)
 
 
-def _covariance(found: Fit, n: int) -> Array:
+def _covariance(found: SilhouetteFit, n: int) -> Array:
     """Return the covariance (n, n) of pose and joint angles due to the noise of pixels, for known size and girth."""
     matrix = found.information
     unknown_places = [*range(n), matrix.shape[0] - 1]
@@ -315,3 +314,29 @@ def forward(tracked: Tracked) -> float:
     step = np.diff(poses[:, :2], axis=0)
     facing = -np.stack([np.cos(poses[:-1, 2]), np.sin(poses[:-1, 2])], axis=1)
     return float((step * facing).sum())
+
+
+def guesses(body: Body, places: Array, contrast: float) -> list[Array]:
+    """Return two guesses of a body's unknowns from the places (n, 2) [m] of its pixels, with the nose at either end."""
+    center = places.mean(axis=0)
+    centered = places - center
+    _, vectors = np.linalg.eigh(centered.T @ centered)
+    half = np.sqrt(body.section[:, 0])
+    from_nose = float((half * body.stations).sum() / half.sum())  # distance of the area's center from the nose
+    return [_guess(body, centered, center, sign * vectors[:, 1], from_nose, contrast) for sign in (1.0, -1.0)]
+
+
+def _guess(body: Body, centered: Array, center: Array, axis: Array, middle: float, contrast: float) -> Array:
+    """Guess a body's unknowns from its pixels (n, 2) [m] about their center: its links follow a fitted parabola.
+
+    axis: unit vector from nose to tail; middle: distance from the nose to the center [m].
+    """
+    normal = np.array([-axis[1], axis[0]])
+    along, across = centered @ axis + middle, centered @ normal
+    parabola = np.polynomial.Polynomial.fit(along, across, 2)
+    ends = np.append(0.0, np.cumsum(body.length))
+    heading = np.arctan2(axis[1], axis[0]) + np.arctan(parabola.deriv()((ends[1:] + ends[:-1]) / 2))
+    matrix = np.column_stack([np.ones(len(body.length)), body.share])
+    turn = np.linalg.lstsq(matrix, heading, rcond=None)[0]
+    nose = center - middle * axis + parabola(0.0) * normal
+    return np.concatenate([nose, turn, [0.0, 0.0, contrast]])

@@ -4,8 +4,9 @@ names, coefficients: free coefficients, their bounds and scales, and robots with
 experiment, prediction: arrange trials for a fit, and predict them with exact derivatives.
 loss, residuals, trends: robust losses, errors of runs and their trends, lack of fit, information criteria.
 estimator, profile: the estimator used for tank and bench, and the profile likelihood.
-angles, fixed: how errors of joint angles, and of coefficients that are not free, affect the fitted coefficients.
-search, uncertainty, sentences, identify: search the fit; its intervals and directions; sentences on these; the whole.
+fixed: how errors of coefficients that are not free affect the fitted ones.
+search, uncertainty, sentences: search for the fit; its intervals and directions, with errors of joint angles;
+sentences on them. identify: the procedure from trials to a fit.
 truncated_normal, posterior: samples within the bounds.
 tables, plots, cards: tables, figures and cards. image: a robot image with samples of its fit.
 """

@@ -12,7 +12,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.validation import field_at, nested_model, unit_of, written
 from hypertuna.errors import InputError
-from hypertuna.identification.names import COMMON, NUISANCES, Names, Place, default_bounds
+from hypertuna.identification.names import COMMON, NUISANCES, FreeValue, Names, default_bounds
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.ranges import NOT_NEGATIVE, Range
 from hypertuna.swimming.model import parameter_names
@@ -54,7 +54,7 @@ class Free:
     @property
     def indices(self) -> tuple[int, ...]:
         """Indices in the column that share the value; (0,) for a column of one value."""
-        return Place(self.column, self.index).members
+        return FreeValue(self.column, self.index).members
 
     @property
     def unit(self) -> str:
@@ -108,11 +108,13 @@ def free(
             raise InputError("must be listed only once", key=place.name, value="named twice", fix=fix)
         taken_members |= members
 
-    def by_place(table: Mapping[str, Any], key: str) -> dict[Place, Any]:
+    def by_place(table: Mapping[str, Any], key: str) -> dict[FreeValue, Any]:
         return {place: value for name, value in table.items() for place in resolver.covered(name, places, key)}
 
     ranges, log_scaled = by_place(bounds or {}, "bounds"), by_place(dict.fromkeys(log), "log")
-    starts = {Place("time_offset", name): offset for name, offset in offsets.items()} | by_place(start or {}, "start")
+    starts = {FreeValue("time_offset", name): offset for name, offset in offsets.items()} | by_place(
+        start or {}, "start"
+    )
     priors = by_place(prior or {}, "prior")
     log_scaled |= {place: None for place in priors if place.column not in NUISANCES}
     frees = [_make_free(robot, place, ranges.get(place), starts.get(place), place in log_scaled) for place in places]
@@ -262,7 +264,9 @@ def sample_robots(robot: Robot, count: int, seed: int) -> list[Robot]:
     return [with_values(robot, frees, from_scale(frees, x)) for x in samples]
 
 
-def _make_free(robot: Robot, place: Place, bounds: tuple[float, float] | None, start: float | None, log: bool) -> Free:
+def _make_free(
+    robot: Robot, place: FreeValue, bounds: tuple[float, float] | None, start: float | None, log: bool
+) -> Free:
     """Return a free coefficient with its bounds and start, given or default."""
     column, name = place.column, place.name
     table = _factor_bounds(robot, place) if place.common else default_bounds()["coefficient"].get(column, {})
@@ -292,7 +296,7 @@ def _make_free(robot: Robot, place: Place, bounds: tuple[float, float] | None, s
     return Free(name, float(lower), float(upper), first_value, "log" if log else "natural")
 
 
-def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | None) -> Free:
+def _with_prior(robot: Robot, coefficient: Free, place: FreeValue, width: float | None) -> Free:
     """Add a prior about the robot's value to a coefficient; width: factor by which the value may be off."""
     if width is None:
         return coefficient
@@ -310,7 +314,7 @@ def _with_prior(robot: Robot, coefficient: Free, place: Place, width: float | No
     return replace(coefficient, prior=(mean, width))
 
 
-def _factor_bounds(robot: Robot, place: Place) -> dict[str, float]:
+def _factor_bounds(robot: Robot, place: FreeValue) -> dict[str, float]:
     """Return bounds and start of a common factor, such that no value leaves the default bounds of its column."""
     present = [float(column_of(robot, place.column)[i]) for i in place.members]
     if not any(present):

@@ -314,7 +314,7 @@ def _frees(
         raise InputError("must be all names, or all of type Free", key="free", fix="give one kind of both")
     offsets = {recording.name: recording.time_offset for recording in trials.recordings}
     frees = free(robot, texts, recordings=offsets, **options)
-    measured = any(kind_of(trial).tells(trial, "cost_factor") for trial in trials.members)
+    measured = any(kind_of(trial).depends_on(trial, "cost_factor") for trial in trials.members)
     if any(f.column == "cost_factor" for f in frees) and not measured:
         fix = "leave it out, or give runs with their cost of transport or power"
         raise InputError("needs measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)

@@ -56,7 +56,7 @@ def default_bounds() -> dict[str, Any]:
     return tomllib.loads((shipped("data/published") / "bounds.toml").read_text(encoding="utf-8"))
 
 
-class Place(NamedTuple):
+class FreeValue(NamedTuple):
     """One free value, for a whole column or for some tied parameters of it."""
 
     column: str  # as `parameter_names` writes it
@@ -118,7 +118,7 @@ def prior_factor(robot: Robot, column: str) -> float | None:
 
 def common_place(column: str, members: Sequence[int], count: int, common: bool = True) -> str:
     """Return the name of one factor on some of `count` values of a column, or of one value for all of them."""
-    return Place(column, _canonical(members) if count else "", common).name
+    return FreeValue(column, _canonical(members) if count else "", common).name
 
 
 def free_of(robot: Robot, names: Sequence[str]) -> tuple[str, ...]:
@@ -153,7 +153,7 @@ class Names:
                 count[column] = count.get(column, 0) + bool(bracket)
         return count | dict.fromkeys(NUISANCES, 0)
 
-    def resolve(self, name: str, key: str) -> list[Place]:
+    def resolve(self, name: str, key: str) -> list[FreeValue]:
         """Return the places that a name selects; key: names the argument in errors."""
         where = f"{key} {name}"
         match = NAME.fullmatch(name)
@@ -174,7 +174,7 @@ class Names:
             if not selected:
                 rule = "needs recordings of joint angles, and the trials have none"
                 raise InputError(rule, key=where, fix="leave it out")
-            return [Place(column, recording) for recording in selected]
+            return [FreeValue(column, recording) for recording in selected]
         count = self.known[column]
         common = bool(match and match["common"])
         if common and column in NUISANCES:
@@ -182,15 +182,17 @@ class Names:
                 "is not a value of the robot and cannot have a common factor", key=where, fix=f"write {column}"
             )
         if index is None:
-            return [Place(column, _canonical(range(count)) if count else "", common)]
+            return [FreeValue(column, _canonical(range(count)) if count else "", common)]
         if not count:
             raise InputError("has one value only", key=where, fix=f"write {column} without brackets")
         if common and index.strip() == "*":
-            return [Place(column, _canonical(range(count)), True)]
+            return [FreeValue(column, _canonical(range(count)), True)]
         parts = [str(i) for i in range(count)] if index.strip() == "*" else index.split(",")
-        return [Place(column, _canonical(self._indices(column, part.strip(), count, where)), common) for part in parts]
+        return [
+            FreeValue(column, _canonical(self._indices(column, part.strip(), count, where)), common) for part in parts
+        ]
 
-    def covered(self, name: str, places: Sequence[Place], key: str) -> list[Place]:
+    def covered(self, name: str, places: Sequence[FreeValue], key: str) -> list[FreeValue]:
         """Return those of `places` that a name covers; raise an error if there are none."""
         wide = self.resolve(name, key)
         members = {member for place in wide for member in place.members}

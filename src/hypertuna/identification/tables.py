@@ -28,7 +28,7 @@ def _interval(row: Mapping[str, Any]) -> str:
 
 
 def _unit(row: Mapping[str, Any]) -> str:
-    """Return the unit of a coefficient as text; a common factor is a multiple of the described values."""
+    """Return the unit of a coefficient as text, empty for 1; a common factor multiplies the described values."""
     return "x described" if row["name"].endswith("=common") else row["unit"].removeprefix("1")
 
 

@@ -1,4 +1,4 @@
-"""Uncertainty of a fit: intervals, correlations, and directions that the data do not determine."""
+"""Uncertainty of a fit: intervals, correlations, undetermined directions, and the effect of errors of joint angles."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +8,6 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.identification import estimator
-from hypertuna.identification.angles import angle_errors
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, bounds_of, from_scale, prior_rows, to_scale
 from hypertuna.identification.estimator import Direction
 from hypertuna.identification.experiment import Experiment
@@ -20,6 +19,8 @@ from hypertuna.identification.sentences import MIN_WEIGHT, direction_sentence, h
 
 Z_95 = 1.96  # standard deviations to either side that contain 95 % of normal errors
 MIN_UNIT = 0.1  # smallest unit of a coefficient, as a fraction of its allowed range
+DRAWS = 24  # random draws of the noise of all joint angles
+SEED = 0  # of the draws; it is fixed so that repeating a fit gives the same intervals
 
 
 @dataclass(frozen=True)
@@ -143,3 +144,29 @@ def _units(frees: Sequence[Free], values: Array, extent: Array) -> Array:
         relative = max(1.0 if f.scale == "log" else abs(value), MIN_UNIT * extent_of)
         units.append(min(relative if f.scale == "log" else ABSOLUTE_UNITS.get(f.column, relative), extent_of))
     return np.array(units)
+
+
+def angle_errors(data: Experiment, values: Array, prediction: Prediction, levels: dict[str, float]) -> Array:
+    """Return the covariance (n, n) of the scaled coefficients that is due to errors of the joint angles.
+
+    Noise of the estimated size is added to the smoothed angles, which are smoothed again. The change of the
+    coefficients that would fit the same tracks follows from the linearized fit, with the bounds as a weak prior.
+    """
+    n = len(data.free)
+    if not any(rows.uncertain for rows in data.groups):
+        return np.zeros((n, n))
+    lower, upper = bounds_of(data.free)
+    spread = (upper - lower) / np.sqrt(12)
+    residual, jacobian = weighted(data, prediction, levels)
+    prior = prior_rows(data.free, np.zeros(n))[1]
+    inverse = np.linalg.pinv(np.concatenate([jacobian * spread, prior * spread, np.eye(n)]))[:, : len(residual)]
+    rng = np.random.default_rng(SEED)
+    coefficient_changes = []
+    for _ in range(DRAWS):
+        noisy_groups = tuple(rows.drawn(data.robot, rng) for rows in data.groups)
+        noisy_prediction = predict(replace(data, groups=noisy_groups), values, gradient_steps=None, levels=levels)
+        residual_change = weighted(data, noisy_prediction, levels)[0] - residual
+        if not noisy_prediction.failed.any():
+            coefficient_changes.append(spread * (inverse @ residual_change))
+    rows = np.array(coefficient_changes).reshape(-1, n)
+    return np.asarray(rows.T @ rows / max(len(rows), 1))

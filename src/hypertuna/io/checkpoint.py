@@ -130,7 +130,7 @@ class Journal(Closing):
         while (line := stream.readline()).endswith(b"\n"):
             record, checksum = _checked_record(line, self._sum)
             if record is None:
-                self._tell_damage(len(records), content.count(b"\n", intact) - 1, measured)
+                self._report_damage(len(records), content.count(b"\n", intact) - 1, measured)
                 break
             records.append(record)
             self._sum, intact = checksum, intact + len(line)
@@ -139,7 +139,7 @@ class Journal(Closing):
         file.seek(0, os.SEEK_END)
         return records
 
-    def _tell_damage(self, record: int, after: int, measured: bool) -> None:
+    def _report_damage(self, record: int, after: int, measured: bool) -> None:
         """Warn of a damaged line, or refuse it where the answers cannot be computed again."""
         if measured:
             rule, fix = "is damaged", "remove this line and all after it, and enter their measurements again"

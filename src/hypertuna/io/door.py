@@ -1,7 +1,7 @@
 """The door: the only place where users' files are opened; their limits are checked before anything is parsed.
 
 A file must be a regular one: a pipe or a device may never end. Each kind has its largest size in `KINDS`; texts have
-limits of depth, numbers and values, archives limits of what they unpack to. Whatever breaks one is an `InputError`.
+limits of depth, numbers and values, archives limits of what they unpack to. A file beyond a limit is an `InputError`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MB = 1_000_000  # bytes
 
 
-class Kind(NamedTuple):
+class FileKind(NamedTuple):
     """A kind of file: its name, its largest size, and the fix where it is missing."""
 
     name: str  # with its article, as in errors
@@ -37,24 +37,24 @@ class Kind(NamedTuple):
 
 # Kinds of files. Each limit exceeds the size of honest files, and a gigabyte of memory is enough to read it.
 KINDS = {
-    "toml": Kind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
-    "csv": Kind("a CSV file", 64 * MB),  # half an hour of 12 markers at 60 Hz has 20 MB
-    "plan": Kind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
-    "points": Kind("a file of tracked points", 256 * MB),  # an hour of 12 markers at 60 Hz has 62 MB
-    "bag": Kind("a bag of ROS 2", 256 * MB, "give a .mcap or .db3 file, or the folder of a bag"),
-    "log": Kind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of a mission, 40 minutes are read
-    "box": Kind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
-    "journal": Kind("a journal", 128 * MB),  # a record of a search has 1 kB, a minute of a flight 1.4 MB
-    "manifest": Kind("a manifest of shards", 64 * MB),  # has the labels of all results
-    "shard": Kind("a shard", 256 * MB),  # a million gaits have 200 MB
-    "policy": Kind("a policy", 16 * MB, "give the .npz file that examples/learning/train_goto.py writes"),
-    "header": Kind("a C++ header", MB),  # HyperTuna's has 20 kB
-    "key": Kind("a key", 1000, "make one: openssl rand -out key 32"),
-    "scheduler": Kind("a scheduler file of Dask", MB),
-    "state": Kind("a stored state", 250 * MB, "remove the folder to start over"),  # that of the finest mesh fits
-    "surface": Kind("a surface", 250 * MB, "remove the folder and run `hypertuna fe bend` again"),
-    "film": Kind("a film", 64_000 * MB),  # an hour of a camera at its highest rate has 45 GB; read frame by frame
-    "stored": Kind("a stored result", 16 * MB),  # written by another program of this package
+    "toml": FileKind("a TOML file", MB),  # HyperTuna's own has 30 kB, a manifest of 1,000 recordings 300 kB
+    "csv": FileKind("a CSV file", 64 * MB),  # half an hour of 12 markers at 60 Hz has 20 MB
+    "plan": FileKind("a plan", 5 * MB, "give a .plan, .waypoints, .gpx or .kml file"),  # 1,000 waypoints have 0.5 MB
+    "points": FileKind("a file of tracked points", 256 * MB),  # an hour of 12 markers at 60 Hz has 62 MB
+    "bag": FileKind("a bag of ROS 2", 256 * MB, "give a .mcap or .db3 file, or the folder of a bag"),
+    "log": FileKind("an MCAP file", 256 * MB, "give the path of a .mcap file"),  # of a mission, 40 minutes are read
+    "box": FileKind("a black box", 128 * MB, "give the path of a .bin file from the robot's card"),  # 4 hours of ticks
+    "journal": FileKind("a journal", 128 * MB),  # a record of a search has 1 kB, a minute of a flight 1.4 MB
+    "manifest": FileKind("a manifest of shards", 64 * MB),  # has the labels of all results
+    "shard": FileKind("a shard", 256 * MB),  # a million gaits have 200 MB
+    "policy": FileKind("a policy", 16 * MB, "give the .npz file that examples/learning/train_goto.py writes"),
+    "header": FileKind("a C++ header", MB),  # HyperTuna's has 20 kB
+    "key": FileKind("a key", 1000, "make one: openssl rand -out key 32"),
+    "scheduler": FileKind("a scheduler file of Dask", MB),
+    "state": FileKind("a stored state", 250 * MB, "remove the folder to start over"),  # that of the finest mesh fits
+    "surface": FileKind("a surface", 250 * MB, "remove the folder and run `hypertuna fe bend` again"),
+    "film": FileKind("a film", 64_000 * MB),  # an hour of a camera at its highest rate has 45 GB; read frame by frame
+    "stored": FileKind("a stored result", 16 * MB),  # written by another program of this package
 }
 DEPTH = 24  # nested tables and lists, and parts of a dotted key
 DIGITS = 100  # of a whole number: a float holds it, and a random generator's state has 39

@@ -30,7 +30,7 @@ class Hdf5:
     left_out: tuple[str, ...] = ()  # arrays that are too large
 
     def array(self, name: str, dimensions: int) -> Array:
-        """Return a required array of numbers with so many dimensions, or raise InputError."""
+        """Return a required array of numbers with a number of dimensions, or raise InputError."""
         if name in self.left_out:
             rule, fix = "must have at most 12 million numbers", "cut the film into parts, and export each"
             raise InputError(rule, file=self.file, key=name, value="more", fix=fix)

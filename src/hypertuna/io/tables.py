@@ -102,7 +102,7 @@ class Table:
         return InputError(rule, value=f"{len(row)} long", fix=fix)
 
     def check_once(self, names: Iterable[str]) -> None:
-        """Check that none of these names is that of two columns, which would be ambiguous."""
+        """Check that none of these names belongs to two columns: it would be ambiguous."""
         for name in names:
             if (count := self.head.count(name)) > 1:
                 rule, value, fix = "must be there once", f"there {count} times", "rename or remove the others"

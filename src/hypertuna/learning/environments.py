@@ -96,8 +96,8 @@ class SwimmerEnv(_Saved, gymnasium.Env[Batch, Batch]):
         render_mode: str | None = None,
     ) -> None:
         self.swimmers = Swimmers(_task_of(task), robot_of(robot), 1, [*map(robot_of, robots)], step=step)
-        single, self.metadata = Spaces(self.swimmers), {"render_modes": [], "render_fps": 1 / step}
-        self.action_space, self.observation_space, self.render_mode = single.action, single.observation, render_mode
+        spaces, self.metadata = Spaces(self.swimmers), {"render_modes": [], "render_fps": 1 / step}
+        self.action_space, self.observation_space, self.render_mode = spaces.action, spaces.observation, render_mode
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Batch, dict[str, Any]]:
         """Start an episode; return the first observation (size,) and no infos."""

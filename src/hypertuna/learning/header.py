@@ -7,7 +7,7 @@ import numpy as np
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.learning.policy import Policy
-from hypertuna.learning.spans import BIAS, LAG, knobs, sensed, span_of, ticks_of
+from hypertuna.learning.spans import BIAS, LAG, knobs, sensed_size, span_of, ticks_of
 from hypertuna.learning.tasks import TASKS
 
 NEURONS_MAX = 128  # limit of core control/policy.hpp
@@ -43,9 +43,9 @@ def policy_header(policy: Policy, robot: Robot, source: str, *, step: float) -> 
         rule, fix = f"must have layers of 1 to {NEURONS_MAX} neurons", "train one of that size"
         raise InputError(rule, file=source, value=", ".join(map(str, sizes)), fix=fix)
     fix = "give the robot that it was trained for"
-    task, observed = TASKS.get(policy.task or ""), sensed(robot)
-    if sizes[0] != observed + task.size if task else sizes[0] < observed:
-        inputs = f"{observed + task.size} inputs for {policy.task} with" if task else f"at least {observed} inputs for"
+    task, sensed = TASKS.get(policy.task or ""), sensed_size(robot)
+    if sizes[0] != sensed + task.size if task else sizes[0] < sensed:
+        inputs = f"{sensed + task.size} inputs for {policy.task} with" if task else f"at least {sensed} inputs for"
         raise InputError(f"must have {inputs} {robot.name}", file=source, value=str(sizes[0]), fix=fix)
     if max(abs(part).max() for part in (*policy.weights, *policy.biases)) > np.finfo(np.float32).max:
         raise InputError("must have weights in the range of single precision", file=source, fix="train it anew")

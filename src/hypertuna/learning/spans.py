@@ -29,7 +29,7 @@ def knobs(robot: Robot) -> tuple[str, ...]:
     )
 
 
-def sensed(robot: Robot) -> int:
+def sensed_size(robot: Robot) -> int:
     """Return how many numbers of an observation are not the task's: speed, turn, bends measured and set, action."""
     return 2 + 2 * len(robot.joints) + len(knobs(robot))
 

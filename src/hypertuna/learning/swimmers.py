@@ -18,7 +18,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.description.twin import require_controller
 from hypertuna.errors import InputError
-from hypertuna.learning.spans import STEP, sensed, span_of, ticks_of
+from hypertuna.learning.spans import STEP, sensed_size, span_of, ticks_of
 from hypertuna.learning.tasks import Outcome, Seen, Task
 from hypertuna.simulation.plant import controller_of, parts_of, steps_of
 
@@ -72,7 +72,7 @@ class Swimmers:
     @property
     def size(self) -> int:
         """Count of the numbers of an observation."""
-        return sensed(self.robot) + self.task.size
+        return sensed_size(self.robot) + self.task.size
 
     def restart(self, swimmers: Iterable[int], rngs: Sequence[np.random.Generator]) -> None:
         """Start swimmers anew, each at rest with a goal, a current and a robot from its generator of `rngs`."""
@@ -105,7 +105,7 @@ class Swimmers:
         return self.task.outcome(self.goal, self.seen, seen_before)
 
     def observe(self) -> Array:
-        """Return what each swimmer observes (N, size); measured bends have the noise of the sensors, all else is true.
+        """Return what each swimmer observes (N, size): bends with the noise of the sensors, other numbers exact.
 
         Speed ahead [BL/s], rate of turn [rad/s], bends as measured and as set, over the largest; the action; the task.
         """

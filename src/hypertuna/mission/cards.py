@@ -5,7 +5,6 @@ from functools import partial
 
 from hypertuna.arrays import Array
 from hypertuna.control.guidance import gait_table
-from hypertuna.control.mission import Mission
 from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
 from hypertuna.io.quantity import Quantity, quantity
 from hypertuna.mission.file import MissionFile
@@ -90,7 +89,7 @@ def mission_card(file: MissionFile) -> Card:
     facts = {
         "robot": file.robot or "any",
         "waypoints": f"{len(mission.waypoints)}",
-        "course": number(_length(mission), "m"),
+        "course": number(sum(map(math.dist, mission.course, mission.course[1:])), "m"),
         "max depth": number(mission.depth_max, "m"),
         "reserve of the charge": number(100 * mission.reserve, "%"),
         "fence": f"{len(mission.fence)} corners" if mission.fence else "none",
@@ -125,8 +124,3 @@ def _track(record: MissionRecord, duration: float) -> str:
     """Return an SVG of the track from above."""
     east, north = record.path[:, 0], record.path[:, 1]
     return track_svg(east, north, duration, "north [m] over east [m]")
-
-
-def _length(mission: Mission) -> float:
-    """Return the length of the course [m]."""
-    return sum(math.dist(a, b) for a, b in zip(mission.course, mission.course[1:], strict=False))

@@ -52,7 +52,7 @@ def check_fit(robot: Robot, mission: Mission) -> None:
         raise InputError(rule, key="limits.depth_m", value=f"{mission.depth_max:g}", fix=fix)
 
 
-def doubts(robot: Robot, mission: Mission) -> list[str]:
+def warnings_of(robot: Robot, mission: Mission) -> list[str]:
     """Return warnings about a mission that will be slow, or will end before all waypoints are reached."""
     pilot, fastest = require(robot.guidance, "guidance", robot), gait_table(robot).speed[-1]
     course, top_speed, warnings = course_time(mission, fastest), max(mission.speeds), []

@@ -25,7 +25,8 @@ def layout(record: MissionRecord) -> dict[str, Any]:
     topic_keys["/motion"] += DERIVED
     modes = {"mode": STATES[0], "state": STATES[1], "reasons": FLAGS[0], "faults": FLAGS[1]}
     mode_names = [name for key, name in modes.items() if key in topic_keys.get("/mode", ())]
-    panels: dict[str, Any] = {"3D!space": {"followMode": "follow-position", "followTf": _frame(record)}}
+    followed = "robot" if record.true else "estimate"  # frame of the true pose, or without it of the estimate
+    panels: dict[str, Any] = {"3D!space": {"followMode": "follow-position", "followTf": followed}}
     if record.origin is not None:
         panels["map!place"] = {"followTopic": "/location", "zoomLevel": 17}
     for title, prefixes_by_topic in PLOTS.items():
@@ -47,11 +48,6 @@ def layout(record: MissionRecord) -> dict[str, Any]:
         "playbackConfig": {"speed": 1},
         "layout": _tiled([*panels], "row"),
     }
-
-
-def _frame(record: MissionRecord) -> str:
-    """Return the name of the frame that the view follows: the true pose, or the estimated pose without it."""
-    return "robot" if record.true else "estimate"
 
 
 def _path(topic: str, key: str) -> dict[str, Any]:

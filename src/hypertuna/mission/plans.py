@@ -45,7 +45,8 @@ def checked_number(value: object, where: str, what: str, low: float = -math.inf,
     """Check that a value of a plan is a number in a range, and return it."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high or math.isinf(value):
         rule = f"must have {what} from {low:g} to {high:g}" if math.isfinite(low) else f"must have {what}, a number"
-        raise InputError(rule, key=where, value=_given(value), fix="correct it, and export the plan again")
+        given = "missing" if value is None else shown(value)
+        raise InputError(rule, key=where, value=given, fix="correct it, and export the plan again")
     return float(value)
 
 
@@ -72,10 +73,6 @@ def check_count(count: int) -> None:
     if count > MAX_WAYPOINTS:
         rule, fix = f"must have at most {MAX_WAYPOINTS} waypoints", "thin them out in a map program"
         raise InputError(rule, value=f"{count} long", fix=fix)
-
-
-def _given(value: object) -> str:
-    return "missing" if value is None else shown(value)
 
 
 def _listed(where: list[str]) -> str:

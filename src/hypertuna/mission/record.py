@@ -285,7 +285,7 @@ def parts_of(name: str, joints: tuple[str, ...], circuits: tuple[str, ...]) -> t
 
 
 def names_of(robot: Robot) -> dict[str, tuple[str, ...]]:
-    """Return the names of joints, circuits, modes and the like in a robot's records, by fields of `MissionRecord`."""
+    """Return the names of joints, circuits, modes and flags in a robot's records, by fields of `MissionRecord`."""
     joints = tuple(group.name for group in robot.joints)
     return {
         "joints": joints,

@@ -13,7 +13,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.optimization.design_space import DesignSpace
 from hypertuna.optimization.objective import Evaluation
-from hypertuna.optimization.sqp import MARGIN, PENALTY, SQP, Point
+from hypertuna.optimization.sqp import MARGIN, PENALTY, SQP, SqpPoint
 
 MAX_ROUNDS = 40  # most evaluations in one search
 ON_BOUND = 1e-9  # a variable this near its bound, as a part of its range, is on the bound
@@ -80,7 +80,7 @@ def stationarity(problem: _Differentiable, evaluation: Evaluation, scale: Array)
 
 
 def _residual(point: _Scaled) -> float:
-    """Return the least norm of a mean gradient plus nonnegative multiples of active gradients, over the steepest."""
+    """Return the KKT residual [1]: the least norm of the Lagrangian's gradient, over that of the steepest objective."""
     from scipy.optimize import nnls
 
     steepest = float(np.linalg.norm(point.value_jacobian, axis=1).max())
@@ -100,11 +100,11 @@ def _residual(point: _Scaled) -> float:
     return float(np.linalg.norm(gradients.T @ weights) / total) if total > 0 else 1.0
 
 
-def _sqp_point(target: Target, scaled: _Scaled, scale: Array) -> Point:
+def _sqp_point(target: Target, scaled: _Scaled, scale: Array) -> SqpPoint:
     """Return a point for SQP, with the bounded objectives as constraints."""
     bounded = np.flatnonzero(np.isfinite(target.limits))
     value = scaled.value[target.objective]
-    return Point(
+    return SqpPoint(
         scaled.u,
         value,
         scaled.value_jacobian[target.objective],

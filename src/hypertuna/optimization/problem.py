@@ -149,8 +149,8 @@ class Problem:
     ) -> dict[str, Array]:
         """Return the quantities of gaits, shape (gaits,), and with `derivatives` their gradients as ``d_NAME``.
 
-        `by` has derivatives with respect to the robot's variables, shape (rows, variables): of the `model_features`,
-        then of the quantities that `gait_quantities` returns.
+        variable_rates: derivatives with respect to the robot's variables, shape (rows, variables): of the
+        `model_features`, then of the quantities that `gait_quantities` returns.
         """
         beats = settle(robot, gaits, steps=self.steps, threads=self.threads)
         of_gait, d_gait = gait_quantities(robot, gaits)
@@ -160,9 +160,9 @@ class Problem:
         directions = self.space.directions(robot)
         d_gait = {name: gradient[:, self.space.free[: directions.shape[1]]] for name, gradient in d_gait.items()}
         if variable_rates is not None:
-            rows = dict(zip(d_gait, variable_rates[len(directions) :], strict=True))
+            d_variables = dict(zip(d_gait, variable_rates[len(directions) :], strict=True))
             directions = np.hstack([directions, variable_rates[: len(directions)]])
-            d_gait = {name: np.hstack([gradient, rows[name][np.newaxis]]) for name, gradient in d_gait.items()}
+            d_gait = {name: np.hstack([gradient, d_variables[name][np.newaxis]]) for name, gradient in d_gait.items()}
         gradients = directional_derivatives(robot, gaits, beats, directions, steps=self.steps)
         for size, names in PER.items() if variable_rates is not None else ():
             for name in names:

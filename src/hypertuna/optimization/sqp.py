@@ -19,7 +19,7 @@ SAME = 1e-3  # values within this relative difference count as the same
 
 
 @dataclass(frozen=True)
-class Point:
+class SqpPoint:
     """Value, constraints and derivatives at a point of the unit box."""
 
     u: Array  # (dim,) coordinates from 0 to 1
@@ -45,11 +45,11 @@ class SQP:
     """
 
     def __init__(self, start: Array, iterations: int, slacked: int = 0) -> None:
-        self._points: list[Point] = []
+        self._points: list[SqpPoint] = []
         self._search = _slsqp(start, iterations, slacked)
         self.u: Array | None = next(self._search)
 
-    def tell(self, point: Point) -> None:
+    def tell(self, point: SqpPoint) -> None:
         """Take the evaluation of `u`."""
         point = point.rounded()
         self._points.append(point)
@@ -59,7 +59,7 @@ class SQP:
             self.u = None
 
     @property
-    def best(self) -> Point | None:
+    def best(self) -> SqpPoint | None:
         """The feasible point with the least merit; None if no point is feasible."""
         return min((p for p in self._points if p.feasible), key=lambda point: point.merit, default=None)
 
@@ -68,17 +68,17 @@ class _AbandonedError(Exception):
     """Raised in the thread of a search whose generator was closed."""
 
 
-def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Point, None]:
+def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, SqpPoint, None]:
     """Yield the points that SLSQP wants evaluated; evaluated points are sent back.
 
     SciPy calls the objective, so SLSQP runs in a thread of its own. The thread and this generator take turns, and never
     run at the same time.
     """
     questions: SimpleQueue[Array | BaseException | None] = SimpleQueue()
-    answers: SimpleQueue[Point | None] = SimpleQueue()
-    answered: dict[bytes, Point] = {}
+    answers: SimpleQueue[SqpPoint | None] = SimpleQueue()
+    answered: dict[bytes, SqpPoint] = {}
 
-    def point_at(z: Array) -> Point:
+    def point_at(z: Array) -> SqpPoint:
         u = rounded(np.minimum(np.maximum(z[: len(start)], 0.0), 1.0))
         key = u.tobytes()
         if key not in answered:
@@ -108,7 +108,7 @@ def _slsqp(start: Array, iterations: int, slacked: int) -> Generator[Array, Poin
         thread.join()
 
 
-def _minimize(point_at: Callable[[Array], Point], start: Array, iterations: int, slacked: int) -> None:
+def _minimize(point_at: Callable[[Array], SqpPoint], start: Array, iterations: int, slacked: int) -> None:
     """Run SLSQP on the points of `point_at`; its variables z are the coordinates of the box, then the slack if any."""
     from scipy.optimize import minimize
 
@@ -182,7 +182,7 @@ class MultiStart(Optimizer):
         self._running = unfinished if len(self.batches) < self._iterations else []
         self._cut = len(unfinished) - len(self._running)
 
-    def _point(self, evaluation: Evaluation, k: int, u: Array) -> Point:
+    def _point(self, evaluation: Evaluation, k: int, u: Array) -> SqpPoint:
         """Return point k of an evaluation, scaled; an unusable gait gets a large penalty and zero gradient."""
         assert evaluation.value_jacobian is not None
         assert evaluation.violation_jacobian is not None
@@ -200,8 +200,8 @@ class MultiStart(Optimizer):
             jacobian = np.vstack([jacobian, -speed_gradient, speed_gradient])
         if not np.isfinite(merit):
             violated = np.full_like(constraints, -PENALTY)
-            return Point(u, PENALTY, np.zeros_like(gradient), violated, np.zeros_like(jacobian), PENALTY, False)
-        return Point(u, value, gradient, constraints, jacobian, merit, bool(evaluation.feasible[k]))
+            return SqpPoint(u, PENALTY, np.zeros_like(gradient), violated, np.zeros_like(jacobian), PENALTY, False)
+        return SqpPoint(u, value, gradient, constraints, jacobian, merit, bool(evaluation.feasible[k]))
 
 
 def latin_hypercube(count: int, dim: int, seed: int) -> Array:

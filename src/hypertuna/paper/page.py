@@ -67,9 +67,8 @@ computed as you turn."""
     values |= {"best": best, "fish": swimming_svg(best), "frame": FRAME}
     title = "hypertuna: a digital twin for robotic fish"
     text = page(title, sections, lede=lede, template="ledger.html.j2", values=values)
-    return text.replace(
-        FRAME, html.escape(studio_page(best.robot, best.gait, ledger="")), 1
-    )  # inserted last, as typography would damage its scripts
+    # The studio is inserted last, as typography would damage its scripts.
+    return text.replace(FRAME, html.escape(studio_page(best.robot, best.gait, ledger="")), 1)
 
 
 def _chapters(ledger: Ledger) -> list[dict[str, Any]]:

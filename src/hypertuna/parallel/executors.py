@@ -34,7 +34,7 @@ TIMEOUT = 30  # seconds to reach a scheduler
 
 
 def thread_count(threads: int | None, executor: Executors | None = None) -> int:
-    """Return a number of threads: for None all processors, or one on each worker of an executor."""
+    """Return the given number of threads; None: one per processor, or one on each worker of an executor."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if executor is None else 1
     return POSITIVE_WHOLE.check(threads, "threads", "leave it out for all processors")

@@ -290,7 +290,7 @@ def write_merged(shards: Shards, path: str | Path | None, progress: Callable[[in
 
 
 def _check_values(shards: Shards, variables: int) -> None:
-    """Check that so many variables at once, by the sizes in the manifest, are not too many values to merge."""
+    """Check that a number of variables, of the sizes in the manifest, has few enough values to merge at once."""
     values = math.prod(shards.layout.sizes.values()) * variables
     if values > MERGED:
         rule = f"must have at most {MERGED} values to merge at once"

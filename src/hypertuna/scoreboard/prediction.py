@@ -37,14 +37,14 @@ class Predicted:
 
 
 def first_robot(swimmer: Swimmer) -> Robot:
-    """Return the robot of `hypertuna robot new` for a swimmer: from links, length, mass if published, and nose."""
+    """Return a swimmer's first robot, that of `hypertuna robot new`: by links, length, nose, and mass if published."""
     body = swimmer.body
     sizes = Sizes(links=swimmer.link_count, length=body.length, mass=body.mass, nose=swimmer.nose)
     return parse(new_robot(swimmer.name, joints=swimmer.joints, **sizes))
 
 
 def own_robot(swimmer: Swimmer) -> Robot | None:
-    """Return the first robot with the published lengths, sections and fin of a swimmer; None where it has none."""
+    """Return a swimmer's first robot with its published lengths, sections and fin; None where none are published."""
     body, fin = swimmer.body, swimmer.fin
     chord = fin.area / fin.span if fin.area and fin.span else fin.chord
     measures = {"height": body.height, "width": body.width, "fin_span": fin.span, "fin_chord": chord}

@@ -254,7 +254,7 @@ class Scoreboard(Plotted, Tabular, data=lambda board: board.dataset()):
 
 
 def ratios_of(scores: Iterable[Score], *, own: bool = False) -> dict[str, list[float]]:
-    """Return predicted over published speed of each swimmer's runs; with `own` sections, where these are published."""
+    """Return predicted over published speeds of runs, by swimmer; own: predicted with its published sections."""
     ratios: dict[str, list[float]] = {}
     for score in scores:
         if score.quantity == "speed" and (not own or math.isfinite(score.own)):

@@ -62,7 +62,8 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return the columns of a robot's models in water, with names ``models.K.NAME``."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
-        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
+        law = list(dict(_core.water_laws())).index(model.model.water)
+        own = model_columns(model, {}) | {"law": law, "robot_mass": robot.body.mass} | _spring_columns(robot)
         columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
 
@@ -92,11 +93,6 @@ def pack(columns: Mapping[str, Any], text: str) -> bytes:
     tables = entries + b"".join(names) + encoded
     body = sizes + tables + bytes(-len(tables) % 8) + numbers.tobytes()
     return MAGIC + struct.pack("<2I", _core.IMAGE_VERSION, zlib.crc32(body)) + body
-
-
-def _law(robot: Robot) -> int:
-    """Return the index of a robot's water law in the core's list."""
-    return list(dict(_core.water_laws())).index(robot.model.water)
 
 
 def _models(robot: Robot) -> Iterator[Robot]:

@@ -34,8 +34,8 @@ STEPS = tuple(k / 10 for k in range(6, 17))  # factors of a knob whose numbers m
 
 Numbers = Callable[[Robot], Mapping[str, Array]]  # returns a robot's columns by name, as flat arrays
 # How a number follows a factor: power p; or power q and size s of a term of the sum; or values at the knob's steps.
-Law = tuple[int] | tuple[int, float] | tuple[tuple[float, ...]]
-Laws = dict[tuple[str, int], Law]  # by column, and index in the column
+FollowingLaw = tuple[int] | tuple[int, float] | tuple[tuple[float, ...]]
+Laws = dict[tuple[str, int], FollowingLaw]  # by column, and index in the column
 
 
 @dataclass

@@ -29,9 +29,7 @@ class Sea:
     """Current, bottom and magnetic field around a robot; the still surface is at depth zero."""
 
     current: tuple[float, float] = (0.0, 0.0)  # velocity of the water at the surface toward east and north [m/s]
-    current_bottom: tuple[float, float] | None = (
-        None  # at the bottom, with a linear profile between [m/s]; None: uniform
-    )
+    current_bottom: tuple[float, float] | None = None  # at the bottom, linear between [m/s]; None: uniform
     bottom: float = math.inf  # depth of the bottom [m]
     dip: float = DIP  # angle of the magnetic field below the horizon [rad]
     declination: float = 0.0  # angle of the magnetic field east of north [rad]

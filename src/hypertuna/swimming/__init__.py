@@ -4,6 +4,6 @@ In reading order: `gait_checks` (checks of gaits and grids), `gait` (one harmoni
 `model` (the core's model of a robot and the names of its parameters), `yielding` (hinges in the settled beat),
 `designs` (derivatives with respect to numbers of a robot's file), `beat` (settled beats and their derivatives), `swim`
 (one gait), `trajectory` (the motion of a swim), `band` (range of speed by uncertain estimates), `batch`, `sweep` and
-`shards` (many gaits, gradients), `turn` (turning circles), `outline` (the body as shapes); figures in `plots`,
-`plots_gait`, `plots_turn`, `animation`; text in `cards`, `cards_sweep`.
+`shards` (many gaits, gradients), `turn` (turning circles), `outline` (the body as shapes); figures in `plots` and
+`plots_turn`; text in `cards`, `cards_sweep`.
 """

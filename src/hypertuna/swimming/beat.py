@@ -1,4 +1,4 @@
-"""Settled beats of many gaits: rows of the core, turned into named quantities with a status."""
+"""Settled beats of many gaits: the rows that core host/rows.hpp computes, as named quantities with a status."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ STATUSES = tuple(_core.beat_statuses())
 
 
 class About(NamedTuple):
-    """A row of the core's table of quantities of a settled beat: unit, label and meaning."""
+    """A row of the table of quantities in core swimming/quantities.hpp: unit, label and meaning."""
 
     shown_unit: str  # unit for people: BL/s for 1/s, and empty for 1
     label: str  # label on the terminal, with a note after a comma

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from hypertuna.description.robot import Robot
 from hypertuna.display import Card, Part, Table, cards
 from hypertuna.io.files import variable_columns
 from hypertuna.pictures import BARS, bars_svg, captioned
-from hypertuna.swimming.gait import KINDS, Gait, gait_degrees, gait_text
+from hypertuna.swimming.gait import KINDS, gait_degrees, gait_text
 from hypertuna.swimming.outline import circling_svg
 from hypertuna.swimming.sweep import Gradient
 from hypertuna.swimming.swim import swim
@@ -116,9 +114,5 @@ def turning_card(turning: Turning) -> Card:
         *turn_sentences(turning),
     ]
     title = f"{turning.robot.name}, tightest: {gait_text(best.gait)}"
-    return Card(title, content, partial(_turn_svg, turning.robot, best.gait))
-
-
-def _turn_svg(robot: Robot, gait: Gait) -> str:
-    """Return an SVG of the body swimming its turning circle."""
-    return captioned(circling_svg(swim(robot, gait)), "The tightest turn from above, in real time.")
+    caption = "The tightest turn from above, in real time."
+    return Card(title, content, lambda: captioned(circling_svg(swim(turning.robot, best.gait)), caption))

@@ -1,24 +1,44 @@
-"""Figures of a swim, of a sweep as in the paper's Fig. 10, and of computed beside published numbers."""
+"""Figures of a swim, a gait, a gradient and a sweep as in the paper's Fig. 10, and an animation of the body."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
 from hypertuna.description.pose import Points
 from hypertuna.display import plots
 from hypertuna.errors import InputError
-from hypertuna.figures import COLORS, FAINT, INK, POINTS, SEQUENCE, SHAPES, TIGHT, WIDTH, line_style, sequence, styled
-from hypertuna.swimming.outline import last_beat, midlines
+from hypertuna.figures import (
+    COLORS,
+    FAINT,
+    GRID,
+    INK,
+    POINTS,
+    SEQUENCE,
+    SHAPES,
+    TIGHT,
+    WIDTH,
+    line_style,
+    sequence,
+    styled,
+)
+from hypertuna.io.files import write_atomically
+from hypertuna.swimming.gait import Gait, gait_text
+from hypertuna.swimming.outline import FRAME, last_beat, midlines, outlines, slowed, specks
+from hypertuna.swimming.sweep import Gradient
 from hypertuna.swimming.swim import Swim
 from hypertuna.swimming.trajectory import body_of, nose_points
 
@@ -28,6 +48,7 @@ if TYPE_CHECKING:
 BEATS = 4  # beats of a straight path
 MAX_BEATS = 80  # most beats of a turn
 MAP = 6  # a grid with this many frequencies and phases is shown as a map: lines would cross too often
+BARS = 12  # number of parameters shown
 
 
 @plots.of(Swim)
@@ -181,6 +202,31 @@ def plot_ledger(
     return figure
 
 
+def animate_swim(swim: Swim, path: str | Path) -> None:
+    """Write the body swimming one beat as an animated GIF that repeats without a jump."""
+    shapes, step = outlines(swim)
+    reach = 1.15 * max(0.16, float(np.abs(shapes[..., 1]).max()))
+    figure = Figure(figsize=(6.4, 6.4 * 2 * reach / 1.3), dpi=100, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(-0.15, 1.15), ylim=(-reach, reach), aspect="equal")
+    axes.set_axis_off()
+    dots = specks(step, reach)
+    (water,) = axes.plot(*dots.T, ".", color=GRID, ms=5, zorder=1)
+    (body,) = axes.fill(*shapes[0].T, color=COLORS[1], lw=0, zorder=2)
+    text = f"{swim.robot.name}, {swim.gait.frequency:g} Hz: {swim.speed:.2f} m/s, {slowed(swim)}"
+    axes.text(0.015, 0.03, text, transform=axes.transAxes, color=FAINT if swim.settled else INK, fontsize=9)
+    frames = []
+    for k, shape in enumerate(shapes):
+        water.set_data(*(dots + step * (k / len(shapes))).T)
+        body.set_xy(shape)
+        canvas.draw()
+        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("P", palette=Image.Palette.ADAPTIVE))
+    content = io.BytesIO()
+    frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], duration=FRAME, loop=0)
+    write_atomically(path, content.getvalue())
+
+
 def unroll(z: Points, motion: xr.Dataset, beats: int) -> Points:
     """Continue the path of a point of the body over more beats, each of which moves and turns the body equally.
 
@@ -275,6 +321,44 @@ def _levels(grid: xr.Dataset, dim: str) -> tuple[Array, list[str]]:
     if dim == "phase":
         return columns[-1], [f"{angle:.4g}°" for angle in columns[-1]]
     return columns[-1], [", ".join(f"{angle:.4g}°" for angle in angles) for angles in zip(*columns, strict=True)]
+
+
+@plots.of(Gait)
+@styled
+def plot_gait(gait: Gait, *, width: float = WIDTH) -> Figure:
+    """Plot the angle of each joint group over one beat; `width` [inch]."""
+    figure = Figure(figsize=(width, 0.36 * width + 0.6), layout="constrained")
+    axes = figure.subplots()
+    time = np.linspace(0, 1 / gait.frequency, 201)
+    colors = COLORS if len(gait.phase) <= len(COLORS) else sequence(len(gait.phase))
+    for g, (amplitude, phase, bias) in enumerate(zip(gait.amplitude, gait.phase, gait.bias, strict=True)):
+        angle = bias + amplitude * np.sin(2 * np.pi * gait.frequency * time - phase)
+        axes.plot(time, np.degrees(angle), color=colors[g], label=f"joint group {g + 1}")
+    axes.axhline(0, color=FAINT, lw=0.8)
+    axes.set(xlabel="time [s]", ylabel="bend [deg]", title=gait_text(gait), xlim=(0, 1 / gait.frequency))
+    figure.legend(loc="outside lower left", ncols=5, **TIGHT)
+    return figure
+
+
+@plots.of(Gradient)
+@styled
+def plot_gradient(gradient: Gradient, *, width: float = WIDTH) -> Figure:
+    """Plot the largest influences on the speed, beside those on the cost of transport; `width` [inch]."""
+    influences = {name: gradient.influence(name) for name in ("speed", "cost_of_transport")}
+    first = np.argsort(-np.abs(influences["speed"]), kind="stable")[:BARS]
+    rows = np.arange(len(first))
+    figure = Figure(figsize=(width, 0.26 * len(rows) + 1.2), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, values) in enumerate(influences.items()):
+        place = rows + 0.38 * (k - 0.5)
+        axes.barh(place, values[first], height=0.36, color=COLORS[1 - k], label=name.replace("_", " "))
+    axes.axvline(0, color=FAINT, lw=0.8)
+    axes.set_yticks(rows, [gradient.names[k] for k in first])
+    axes.set(ylim=(len(rows) - 0.5, -0.5), xlabel="change for 1 % more of the parameter, or 1 deg more [%]")
+    axes.grid(axis="y", visible=False)
+    axes.set_title(f"Influence on {gradient.robot.name} at {gradient.gait.frequency:.3g} Hz")
+    figure.legend(loc="outside lower left", ncols=2, **TIGHT)
+    return figure
 
 
 def phase_label(grid: xr.Dataset) -> str:

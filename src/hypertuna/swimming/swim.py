@@ -245,7 +245,7 @@ def _swim(
     current: tuple[float, float],
     from_rest: float | None = None,
 ) -> Swim:
-    """Return the swim of a settled beat, or of the last beat of a run from rest, from a result of `settle`."""
+    """Return the swim of a settled beat, or of a run's last beat; its quantities are the core's, from `settle`."""
     values: dict[str, Any] = {name: float(result[name][0]) for name in QUANTITIES}
     status = STATUSES[result["status"][0]]
     text = _core.verdict(

@@ -182,9 +182,9 @@ def given_springs(robot: Robot) -> list[str]:
 def yield_derivatives(
     robot: Robot, gaits: Gaits, state: Array, along: Array, model: _core.Model, steps: int, options: Mapping[str, Any]
 ) -> Array:
-    """Return derivatives as `_core.gradient`, along directions (parameters, or those of the springs too; directions).
+    """Return derivatives as `_core.gradient` does; along: directions (parameters, directions).
 
-    The springs' parameters are those of `spring_values`.
+    The rows of `along` are the model's parameters, and after them those of the springs (`spring_values`), if any.
     """
     links, parameters = hinge_links(robot), len(model.parameter_names())
     if len(along) == parameters:

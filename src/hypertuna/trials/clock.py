@@ -128,7 +128,7 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
     if len(time) < 2:
         return []
     step = np.diff(time) / (np.diff(frame) if frame is not None else 1.0)
-    # the mean over the whole run has no rounding errors of single times; without frames, lost ones must not count
+    # With frame numbers, the mean interval, which averages rounding errors; else the median, which ignores lost frames.
     interval = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
     if rate is not None:
         ratio = 1 / interval / rate

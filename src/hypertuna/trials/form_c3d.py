@@ -11,8 +11,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS, read_bytes
-from hypertuna.trials.form_arrays import seen
-from hypertuna.trials.points import Points, Rows
+from hypertuna.trials.points import Points, Rows, seen
 
 BLOCK, FILE_MARK = 512, 80  # bytes of a block; second byte of every C3D file
 INTEL, DEC, SGI = 84, 85, 86  # processors, which differ in byte order and float format

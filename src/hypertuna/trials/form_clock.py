@@ -73,10 +73,10 @@ def _check_others(samples: Samples, names: list[str], fields: dict[str, Any]) ->
 
 
 def _index(samples: Samples, used: Sequence[int], clock: bool) -> int | None:
-    """Return the column of frame numbers without a name of its own: one whose whole numbers grow, or None.
+    """Return the index of an unnamed column of frame numbers, whose whole numbers grow; None without one.
 
     Beside a clock, an index that only counts the rows says nothing. Without one, a column that looks like a clock and
-    has no known name is refused: nobody should have to guess.
+    has no known name is refused: its meaning would be a guess.
     """
     candidates, skipping = [], []  # columns that may be an index, and those of them that do not only count the rows
     for k in (k for k in range(len(samples.head)) if k not in used and len(samples.rows) >= GROWING):

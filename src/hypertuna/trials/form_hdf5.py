@@ -11,9 +11,8 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.hdf5 import Hdf5, read_hdf5
 from hypertuna.io.matlab import dense
 from hypertuna.trials.form import one_point
-from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.form_matlab import points_of_arrays
-from hypertuna.trials.points import Points, Rows, choose_individual
+from hypertuna.trials.points import Points, Rows, choose_individual, seen
 
 AXES = ("x", "y", "z")  # names of coordinates
 MAX_LEVELS = 6  # largest number of levels of column names (scorer, individuals, bodyparts, coords) and of blocks

@@ -10,8 +10,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.matlab import read_matlab
 from hypertuna.trials.form import FRAME, TIME, one_point, plain, time_and_frame
-from hypertuna.trials.form_arrays import seen
-from hypertuna.trials.points import Points, Rows, choose_individual
+from hypertuna.trials.points import Points, Rows, choose_individual, seen
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}
 END = re.compile(r"_(m|cm|mm|px)$")

@@ -9,8 +9,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import MB, opened, read_npz
 from hypertuna.trials.form import one_point
-from hypertuna.trials.form_arrays import seen
-from hypertuna.trials.points import Points, Rows
+from hypertuna.trials.points import Points, Rows, seen
 
 POSE = re.compile(r"pose([XY])(\d+)")  # name of an array of TRex's poses
 FIX = "track several points of one body, by DeepLabCut or SLEAP"  # in errors

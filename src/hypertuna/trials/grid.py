@@ -35,9 +35,7 @@ MISSING = (
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
 MARKS, FIRST_LINES = (";", "\t", ","), 30  # between cells, and lines in which they are sought
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-IMAGE = re.compile(
-    r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII
-)  # the number of a frame at the end of its image's name
+IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # number of a frame, last in its image's name
 
 
 DATED = re.compile(r"(19|20)\d\d[-_]?\d\d[-_]?\d\d[-_T. ]\d\d[-_h.]?\d\d[-_m.]?\d\d[-_s.]\d", re.ASCII)

@@ -164,7 +164,7 @@ class Kind(ABC, Generic[T]):
         """Return the trial with only the runs of some names, or None if it has none of them."""
         return trial if trial.name in names else None
 
-    def tells(self, trial: T, nuisance: str) -> bool:
+    def depends_on(self, trial: T, nuisance: str) -> bool:
         """Return whether a trial's results depend on a coefficient of the trials, such as `cost_factor`."""
         return nuisance == self.nuisance
 

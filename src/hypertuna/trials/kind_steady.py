@@ -82,7 +82,7 @@ class Steady(Kind[SteadyRun]):
         Quantity("cost_of_transport", "J/(kg m)", "relative", "%", 100.0, 0.05, "cost of transport"),
     )
 
-    def tells(self, trial: SteadyRun, nuisance: str) -> bool:
+    def depends_on(self, trial: SteadyRun, nuisance: str) -> bool:
         """Return whether a run's cost of transport, which `cost_factor` scales, was measured."""
         return nuisance == self.nuisance and trial.cost_of_transport is not None
 

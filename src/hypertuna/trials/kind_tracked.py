@@ -19,7 +19,7 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plausibility import implausible_recording
 from hypertuna.trials.replay import AXES, BORDER, joint_grid, replay_jacobian, seen_from_start
 from hypertuna.trials.smoothing import SmoothSeries
-from hypertuna.trials.start import Unknown, beat_of, begin_of, between, fit_begin, head_of
+from hypertuna.trials.start import UnknownBegin, beat_of, begin_of, between, fit_begin, head_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +41,7 @@ class TrackedRows(Rows):
     turn: Array  # (frames,) rad: rotation from the axes of the replay to those of the run
     twist: Array | None  # (3,) initial twist of runs that begin in motion, given or guessed; None at rest
     error: Array  # (runs, 3): guessed errors of the first poses
-    unknown: Unknown | None  # unknown twist or first poses, which are fitted; None if all are known
+    unknown: UnknownBegin | None  # unknown twist or first poses, which are fitted; None if all are known
 
     one_motion: ClassVar[bool] = True
 
@@ -242,7 +242,7 @@ def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRo
     measured = np.concatenate(poses).T.ravel()
     sample = np.repeat(np.arange(len(samples)), [one.count for one in samples])
     own = (recording, curve, joints, step, time, np.concatenate(times), np.concatenate(turns), twist, error)
-    return TrackedRows(measured, sample, samples, len(times), *own, Unknown.of(replay_axes, begin_at, inexact))
+    return TrackedRows(measured, sample, samples, len(times), *own, UnknownBegin.of(replay_axes, begin_at, inexact))
 
 
 def _samples(recording: Recording, sizes: Sequence[int]) -> list[Sample]:

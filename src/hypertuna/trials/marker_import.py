@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
@@ -17,7 +18,6 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import write_atomically
 from hypertuna.trials.chain import Chain, ChainFit, chain_of, check_rank, fit_chain, merge, unmerged
 from hypertuna.trials.importers import manifest_text
-from hypertuna.trials.marker_order import in_order
 from hypertuna.trials.marker_places import Places, equal_spacing, moved, read_places, straight
 from hypertuna.trials.marker_run import Frames, MarkerRun
 from hypertuna.trials.markers import Markers, read_markers
@@ -28,6 +28,8 @@ ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last
 ANOTHER = 30.0  # times the robot's length, or a part of it: markers of another unit
 LATE = 100.0  # s, from which on 7 digits are no time
 LEARNED = 100  # frames from which places are taken
+INVERTED = 0.35  # mean spacings by which a marker may lie ahead of the marker before it
+MAX_FRAMES = 200  # about the number of frames from which the order is found
 
 
 @dataclass(frozen=True)
@@ -49,18 +51,18 @@ def read_marker_run(robot: Robot, path: str | Path, *, places: str | Path | None
     return run
 
 
-def fit_marker_run(robot: Robot, path: str | Path, wishes: ChainOptions, **options: Any) -> MarkerRun:
+def fit_marker_run(robot: Robot, path: str | Path, chain_options: ChainOptions, **options: Any) -> MarkerRun:
     """Fit the chain of a robot to the markers of a file, whether or not the run can be used.
 
     options: of `read_markers`.
     """
-    return fit_markers(robot, read_markers(path, **options), wishes)
+    return fit_markers(robot, read_markers(path, **options), chain_options)
 
 
-def fit_markers(robot: Robot, markers: Markers, wishes: ChainOptions) -> MarkerRun:
+def fit_markers(robot: Robot, markers: Markers, chain_options: ChainOptions) -> MarkerRun:
     """Return the fit of a robot's chain to markers, even if the run cannot be used."""
-    markers = _without(markers, wishes.leave_out)
-    where, notes = _places(robot, markers, wishes)
+    markers = _without(markers, chain_options.leave_out)
+    where, notes = _places(robot, markers, chain_options)
     tracked = [markers.names.index(name) for name in where.names]
     used = replace(
         markers,
@@ -73,18 +75,18 @@ def fit_markers(robot: Robot, markers: Markers, wishes: ChainOptions) -> MarkerR
         fix = "check the scale and --min-likelihood"
         raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
     groups = [group.name for group in robot.joints]
-    for name in (name for joint in wishes.merge for name in joint if name not in groups):
+    for name in (name for joint in chain_options.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
         raise InputError("must be a joint group", key="--merge", value=shown(name), fix=fix)
 
     def fitted(where: Places, markers: Markers) -> tuple[Chain, ChainFit]:
         chain = chain_of(robot, where.link, where.along, where.across)
-        merged, share = merge(chain, wishes.merge, [len(group.links) for group in robot.joints])
+        merged, share = merge(chain, chain_options.merge, [len(group.links) for group in robot.joints])
         check_rank(merged, where.names, markers.file)
         _check_size(robot, markers)
         return chain, unmerged(fit_chain(merged, markers.place, markers.weight), share)
 
-    if wishes.from_run:
+    if chain_options.from_run:
         where = _learned(robot, where, used, fitted)
     chain, fit = fitted(where, used)
     stretches = stretches_of(used.time, np.flatnonzero(fit.determined))
@@ -114,13 +116,13 @@ def _without(markers: Markers, names: Sequence[str]) -> Markers:
     return replace(markers, place=markers.place[:, others], weight=markers.weight[:, others], names=kept_names)
 
 
-def _places(robot: Robot, markers: Markers, wishes: ChainOptions) -> tuple[Places, tuple[str, ...]]:
+def _places(robot: Robot, markers: Markers, chain_options: ChainOptions) -> tuple[Places, tuple[str, ...]]:
     """Return the markers' places on the robot, of a file or equally spaced, and sentences on their order."""
-    if wishes.places is not None:
-        return read_places(wishes.places, robot, markers.names), ()
+    if chain_options.places is not None:
+        return read_places(chain_options.places, robot, markers.names), ()
     order, notes = in_order(markers)
     names = [markers.names[m] for m in order]
-    return equal_spacing(robot, names[::-1] if wishes.tail_first else names), notes
+    return equal_spacing(robot, names[::-1] if chain_options.tail_first else names), notes
 
 
 def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Places:
@@ -138,6 +140,70 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
         if np.abs(shift).max() < SETTLED * max(fit.noise, 1e-6):
             break
     return where
+
+
+def in_order(markers: Markers) -> tuple[list[int], tuple[str, ...]]:
+    """Return the indices of markers from nose to tail, and a note if that is not the order of the file.
+
+    Names sorted as text (p1, p10, p2) are put in the order of their numbers. Raise an error if the markers do not lie
+    along the body in the order found.
+    """
+    names = markers.names
+    by_number = sorted(range(len(names)), key=lambda m: _by_numbers(names[m]))
+    order = list(range(len(names)))
+    notes: tuple[str, ...] = ()
+    if by_number != order and list(names) == sorted(names) and _differ_by_number(names):
+        order = by_number
+        notes = (f"markers are taken in the order of their numbers, {names[order[0]]} to {names[order[-1]]}",)
+    _check_order(markers, order)
+    return order, notes
+
+
+def _by_numbers(name: str) -> list[tuple[bool, int, str]]:
+    """Return a sort key for a name, made of its words and numbers, so that m2 comes before m10."""
+    parts = re.findall(r"[0-9]{1,12}|[^0-9]+", name.lower())
+    return [(part.isdecimal(), int(part) if part.isdecimal() else 0, part) for part in parts]
+
+
+def _differ_by_number(names: Sequence[str]) -> bool:
+    """Return whether names differ only in their numbers."""
+    return len({re.sub("[0-9]+", "0", name) for name in names}) == 1
+
+
+def _check_order(markers: Markers, order: Sequence[int]) -> None:
+    """Check, by the distances between markers, that they lie along the body in the given order."""
+    place = markers.place[:: len(markers.time) // MAX_FRAMES + 1][:, list(order)]
+    if len(order) < 3 or not np.isfinite(place).all(axis=2).any(axis=0).all():
+        return
+    positions = _along(place)
+    if positions is None:
+        return
+    positions = positions * np.sign(np.polyfit(np.arange(len(positions)), positions, 1)[0] or 1.0)
+    spacing = float(np.ptp(positions)) / (len(positions) - 1)
+    if (np.diff(positions) >= -INVERTED * spacing).all():
+        return
+    by_distance = [markers.names[order[m]] for m in np.argsort(positions)]
+    if by_distance.index(markers.names[order[0]]) > len(by_distance) / 2:
+        by_distance.reverse()
+    text = ", ".join(by_distance if len(by_distance) <= 12 else [*by_distance[:10], "...", by_distance[-1]])
+    rule = f"must lie along the body in the order of the file, but lie as {text}, or the other way round"
+    fix = "write them from nose to tail, or give their places with --places; animals side by side are no body"
+    raise InputError(rule, file=markers.file, key="the markers", fix=fix)
+
+
+def _along(place: Array) -> Array | None:
+    """Return positions (markers,) along the body that fit the median distances between markers (frames, markers, 2)."""
+    count = place.shape[1]
+    distances = np.zeros((count, count))
+    for m in range(count):
+        distance = np.linalg.norm(place - place[:, m : m + 1], axis=2)
+        if not np.isfinite(distance).any(axis=0).all():
+            return None  # two markers are never seen in the same frame
+        distances[m] = np.nanmedian(distance, axis=0)
+    center = np.eye(count) - 1 / count
+    value, vector = np.linalg.eigh(-0.5 * center @ (distances + distances.T) ** 2 / 4 @ center)
+    along: Array = vector[:, -1] * np.sqrt(max(value[-1], 0.0))
+    return along
 
 
 def write_marker_runs(

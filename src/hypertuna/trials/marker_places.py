@@ -52,7 +52,9 @@ def read_places(path: str | Path, robot: Robot, markers: Sequence[str]) -> Place
 
     def row(_: int, cells: dict[str, str]) -> tuple[str, int, float, float]:
         if (name := cells["marker"]) not in markers:
-            raise InputError("must be a tracked marker", key="marker", value=shown(name), fix=_known(name, markers))
+            raise InputError(
+                "must be a tracked marker", key="marker", value=shown(name), fix=did_you_mean(name, markers)
+            )
         across = _number(cells.get("across_m") or "0", "across_m")
         if not by_link:
             distance = _number(cells["from_nose_m"], "from_nose_m")
@@ -132,8 +134,3 @@ def _number(text: str, key: str) -> float:
     if not np.isfinite(value):
         raise InputError("must be finite", key=key, value=text, fix="give it in m")
     return value
-
-
-def _known(name: str, markers: Sequence[str]) -> str:
-    """Return advice on a marker name that is not tracked."""
-    return did_you_mean(name, markers)

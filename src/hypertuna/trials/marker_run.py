@@ -138,7 +138,7 @@ class MarkerRun:
     @property
     def warnings(self) -> list[str]:
         """Sentences that advise the user on doubtful results."""
-        sentences = [*self.markers.notes, *self.doubts]
+        sentences = [*self.markers.notes, *self.contradictions]
         if self.markers.ignored:
             sentences.append(f"columns without a use: {', '.join(self.markers.ignored)}")
         if unused := len(self.markers.time) - sum(map(len, self.stretches)):
@@ -147,7 +147,7 @@ class MarkerRun:
         return [f"{self.name}: {sentence}{'.' * (not sentence.endswith('?'))}" for sentence in sentences]
 
     @property
-    def doubts(self) -> list[str]:
+    def contradictions(self) -> list[str]:
         """Sentences on results that contradict the robot's description."""
         sentences = []
         distance = np.linalg.norm(self.offsets, axis=1)

@@ -4,10 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.ranges import CELL
 
 MAX_LISTED = 300  # largest length of the list of names in an error [characters]
+MAX_COORDINATE = CELL.max or np.inf  # in any unit
 
 
 class Rows(Sequence[str]):
@@ -65,3 +69,8 @@ def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, wh
         value = None if chosen is None else shown(chosen)
         raise InputError(rule, file=file, key="--individual", value=value, fix=fix)
     return chosen
+
+
+def seen(place: Array) -> Array:
+    """Return places (..., 2 or 3) with NaN where a coordinate is missing or too large in any unit."""
+    return np.where((np.abs(place) <= MAX_COORDINATE).all(axis=-1, keepdims=True), place, np.nan)

@@ -79,9 +79,8 @@ class SmoothSeries(Plotted, Tabular, data=lambda smooth: smooth._columns()):
         """
         angle = self(self.series.time)[:, :, 0]
         noise, keep = rng.standard_normal(angle.shape), (self.memory - 1) / (self.memory + 1)
-        for k in range(
-            1, len(noise) if keep else 0
-        ):  # first-order autoregressive: the memory is 1 + 2 (keep + keep^2 + ...)
+        # First-order autoregressive noise: its memory is 1 + 2 (keep + keep^2 + ...).
+        for k in range(1, len(noise) if keep else 0):
             noise[k] = keep * noise[k - 1] + math.sqrt(1 - keep**2) * noise[k]
         return replace(self.series, angle=angle + self.noise * noise)
 

@@ -48,7 +48,7 @@ Replayed = Callable[
 
 
 @dataclass(frozen=True)
-class Unknown:
+class UnknownBegin:
     """Unknown initial twist (common to all runs) and errors of first poses, with the frames from which to fit them.
 
     Poses are relative to the first frame of their run, so an error of that frame moves and rotates the whole run.
@@ -122,13 +122,13 @@ class Unknown:
         count = by.shape[2]
         prior = np.eye(count)[count - error.size :] / self.sd.reshape(-1, 1) if self.poses else np.zeros((0, count))
         inverse = np.linalg.pinv(np.concatenate([weight[:, np.newaxis] * by.reshape(len(weight), -1), prior]))
-        pull = inverse[:, len(weight) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
-        return np.asarray(inverse[:, : len(weight)] * weight), -pull
+        prior_step = inverse[:, len(weight) :] @ (error / self.sd).ravel() if self.poses else np.zeros(count)
+        return np.asarray(inverse[:, : len(weight)] * weight), -prior_step
 
 
 @np.errstate(over="ignore", invalid="ignore")  # after too large a step the cost is NaN, which counts as not smaller
 def fit_begin(
-    unknown: Unknown, replayed: Replayed, twist: Array | None, error: Array, noise: Array | None
+    unknown: UnknownBegin, replayed: Replayed, twist: Array | None, error: Array, noise: Array | None
 ) -> tuple[Array | None, Array, Array, Array]:
     """Fit the initial twist and the errors (runs, 3) of first poses; also return poses (frames, 3) and derivatives.
 
@@ -144,8 +144,8 @@ def fit_begin(
         residual = unknown.pose - poses
         frame_noise = unknown.noise(residual, noise)
         matrix = unknown.jacobian(poses, by_twist, begin[1])
-        gain, pull = unknown.gain(matrix, begin[1], frame_noise)
-        step = gain @ residual.ravel() + pull
+        gain, prior_step = unknown.gain(matrix, begin[1], frame_noise)
+        step = gain @ residual.ravel() + prior_step
         nearer = _nearer(unknown, replayed, begin, residual, matrix, step, frame_noise) if rounds_left else None
         if nearer is None:
             return *begin, poses, by - matrix @ (gain @ by.reshape(gain.shape[1], -1))
@@ -154,7 +154,13 @@ def fit_begin(
 
 
 def _nearer(
-    unknown: Unknown, replayed: Replayed, begin: Begin, residual_poses: Array, matrix: Array, step: Array, noise: Array
+    unknown: UnknownBegin,
+    replayed: Replayed,
+    begin: Begin,
+    residual_poses: Array,
+    matrix: Array,
+    step: Array,
+    noise: Array,
 ) -> tuple[Begin, tuple[Array, Array, Array]] | None:
     """Try a step and fractions of it; return the first with a smaller cost, and its replay, or None."""
     cost = unknown.cost(residual_poses, begin[1], noise)
@@ -232,7 +238,7 @@ def begin_of(
     pose = [seen_from_start(track.pose, math.pi) for track in tracks]
     used = [t <= min(until, 0.5 * step * (len(joints) - 1)) for t in time]
     clock = np.concatenate([t[k] for t, k in zip(time, used, strict=True)])
-    unknown = Unknown.of([p[k] for p, k in zip(pose, used, strict=True)], twist, inexact)
+    unknown = UnknownBegin.of([p[k] for p, k in zip(pose, used, strict=True)], twist, inexact)
     if unknown is None:
         return twist, error
     if unknown.twist:

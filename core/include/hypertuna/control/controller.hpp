@@ -188,8 +188,8 @@ T furthest_angle(const Controller<T>& model, const ControllerState<T>& state, in
 }
 
 /// Furthest angle back that the pump of a line that rings may be sent to in this tick. The pump moves smoothly, and so
-/// slowly that its cylinder does not run empty, because the oil that refills it hammers. Where readings show a trough,
-/// a lower one makes the pump slower.
+/// slowly that its cylinder does not run empty: oil that refills an empty cylinder hammers. A lower trough of the
+/// pressure makes the pump slower.
 template <class T>
 T nearest_angle(const Controller<T>& model, const ControllerState<T>& state, int c) {
     const SupervisorModel<T>& supervisor = model.circuit[c];

@@ -140,7 +140,7 @@ void read_pressure(const Controller<T>& model, ControllerState<T>& state, int c,
     // A spike does not stop a joint; a pressure that lasts does, even where the sensor seems faulty.
     circuit.hard = model.pressure_hard < reading && reading <= model.pressure_high ? circuit.hard + 1 : 0;
     if ((trusted ? hard_trusted : hard_any) <= circuit.hard) circuit.stopped = true;
-    governor.doubt = governor.doubt || !quality.usable || repeats(state.pressure[c]);
+    governor.untrusted = governor.untrusted || !quality.usable || repeats(state.pressure[c]);
     if (state.pressure[c].faulty) {
         status.set(Condition::blind, c);
         circuit.before = circuit.pressure = circuit.crest = circuit.trough = supervisor.fill;

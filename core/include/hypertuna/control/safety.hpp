@@ -234,13 +234,13 @@ T furthest_pump_angle(const SupervisorModel<T>& model, T sent, T pressure, T sof
 /// Limit of a joint from beat to beat: the widest bend, amplitude plus bias, that its pressures allow.
 template <class T>
 struct Governor {
-    T ceiling;      // rad: widest bend that the beats so far allow
-    T bend_limit;   // rad: limit in force now, which moves smoothly to the ceiling
-    T frequency;    // Hz at which the ceiling was found
-    T proven;       // rad: widest bend of the last beat that kept the limit by its readings
-    T peak;         // Pa: largest pressure read in the beat so far
-    T sent, swung;  // rad: largest bend sent and largest bend read in the beat so far
-    bool doubt;     // a reading of this beat is not to be trusted
+    T ceiling;       // rad: widest bend that the beats so far allow
+    T bend_limit;    // rad: limit in force now, which moves smoothly to the ceiling
+    T frequency;     // Hz at which the ceiling was found
+    T proven;        // rad: widest bend of the last beat that kept the limit by its readings
+    T peak;          // Pa: largest pressure read in the beat so far
+    T sent, swung;   // rad: largest bend sent and largest bend read in the beat so far
+    bool untrusted;  // whether a reading of this beat is not to be trusted
 };
 
 inline constexpr double governor_swing =
@@ -270,7 +270,7 @@ void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
     if (part < T(1)) {
         governor.ceiling = min(governor.ceiling, beat.bend * max(part, T(governor_min)));
         governor.proven = min(governor.proven, governor.ceiling);
-    } else if (!governor.doubt) {
+    } else if (!governor.untrusted) {
         const T grown = min(beat.bend, governor.ceiling) * min(sqrt(sqrt(part)), T(governor_max));
         governor.ceiling = max(governor.ceiling, grown);
         governor.proven = governor.sent;
@@ -279,7 +279,7 @@ void govern(Governor<T>& governor, const BeatEnd<T>& beat, T fill, T work) {
     governor.ceiling = clamp(governor.ceiling, T(governor_floor), beat.reach);
     governor.peak = fill;
     governor.sent = governor.swung = T(0);
-    governor.doubt = false;
+    governor.untrusted = false;
 }
 
 /// At a frequency above those of the beats so far, bound the ceiling by a bend that is safe by the model.

@@ -17,7 +17,7 @@ namespace hypertuna {
 /// Version of the robot images that carry columns to other hosts: it changes whenever columns come, go or change.
 inline constexpr std::uint32_t image_version = 6;
 
-/// Numbers of shape (rows, width), row by row, in memory that belongs to someone else.
+/// Numbers of shape (rows, width), row by row, in memory that the column does not own.
 struct NamedColumn {
     std::string name;
     const double* data;

@@ -331,8 +331,8 @@ PilotTick<double, D> flight_tick(Twin<Body6<double, Law, D>>& twin, FlightState<
         const Reception<double> got = receive(world, on.receiver, truth.fixed, time, controller.tick, seed);
         truth.fixed = got.fixed;
         const double noise = instruments.sensors.model[channel_kind("position")].noise;
-        truth.accuracy =
-            sqrt(noise * noise + got.told * got.told);  // not std::hypot, which libraries round differently
+        // Not std::hypot, which libraries round differently.
+        truth.accuracy = sqrt(noise * noise + got.reported * got.reported);
         for (int k = 0; k < 2; ++k) truth.fix[k] += got.error[k];
         if (held) {  // the IMU shows only gravity
             const Vector<double> up = gravity * rotation(start.pose.attitude).up;

@@ -251,7 +251,7 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
         carry(model.way, way, dt);
         out.fix = take_fix(model.way, way, readings.fix, readings.accuracy);
     }
-    out.fixes_refused = 1 < way.doubt.fixes;
+    out.fixes_refused = 1 < way.refused.count;
     if (out.fix && out.depths && out.attitude) follow_surface(model, state, pose.up);
     out.zeroed = state.zeroed;
 

@@ -33,8 +33,8 @@ void visit_fields(WayModel<T>& m, const Visit& visit) {
 
 /// Fixes that were refused since the last one that was used.
 template <class T>
-struct Doubt {
-    int fixes;       // number of fixes in a row
+struct RefusedFixes {
+    int count;       // number of fixes in a row
     bool reached;    // the robot can have come to the place of the last one
     T off[2];        // m: place of the last one relative to the estimate
     T since, agree;  // s since the last one; s for which they have agreed on one place
@@ -50,13 +50,13 @@ struct WayState {
     T suspected;                       // variance given to the factors because of an apparent current
     T apart;           // rad by which the field has turned relative to the gyroscope, beyond the gyroscope's offset
     T from[2], reach;  // m: place of the last fix that was taken, and how far from it the robot can be
-    Doubt<T> doubt;
+    RefusedFixes<T> refused;
     T astray;  // m swum since the attitude was lost
 };
 
 /// Largest squared deviation of a fix that is believed, in variances: all but one fix in 1000 keep it; and while fixes
 /// are refused.
-inline constexpr double fix_gate = 14, doubt_gate = 5;
+inline constexpr double fix_gate = 14, refused_gate = 5;
 inline constexpr float reach_gate = 3.74f,
                        speed_factor_max = 1.7f;  // root of fix_gate; largest factor on the gait's speed
 
@@ -107,7 +107,7 @@ void carry(const WayModel<T>& model, WayState<T>& way, T tick) {
     for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
     const T current = abs(way.at[way_current]) + abs(way.at[way_current + 1]) + T(reach_gate) * model.current_error;
     way.reach += T(speed_factor_max) * sqrt(way.moved[0] * way.moved[0] + way.moved[1] * way.moved[1]) + current * dt;
-    way.doubt.since += dt;
+    way.refused.since += dt;
     way.moved[0] = way.moved[1] = T(0);
     way.ticks = 0;
 }
@@ -172,7 +172,7 @@ inline constexpr float off_slope = 0.364f, off_deviations = 3, off_turn = 0.35f;
 /// Make the factors uncertain where there seems to be a current. On one heading a compass that is off looks like one, v
 /// over ground minus U f; but a current stays where it is, and the compass' error turns with the robot. The current
 /// becomes uncertain along with the factors, so that the velocity on the present heading remains known. Each amount is
-/// added once: what two headings told is not doubted again.
+/// added once: what fixes on two headings showed does not become uncertain again.
 template <class T>
 void suspect_compass(WayState<T>& way) {
     const T x = way.swim[0], y = way.swim[1], square = x * x + y * y;
@@ -193,7 +193,7 @@ void suspect_compass(WayState<T>& way) {
 }
 
 /// Sum up how far the field turns relative to the gyroscope, beyond the gyroscope's largest offset. If it does, iron on
-/// board turns with the robot, so what fixes told of the compass on other headings no longer holds, and its uncertainty
+/// board turns with the robot, so corrections of the compass from other headings no longer hold, and its uncertainty
 /// grows.
 template <class T>
 void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled) {
@@ -225,17 +225,17 @@ void face_by_course(const WayState<T>& way, Vector<T>& facing) {
 
 /// s for which refused fixes must agree on one place until the estimate counts as wrong; longest pause between two of
 /// them that counts [s]. Reflected signals last some seconds.
-inline constexpr float doubt_time = 30, doubt_pause = 1;
+inline constexpr float refused_time = 30, refused_pause = 1;
 
 /// Record a refused fix. The longer fixes agree within `near` [m^2], the less the estimate is believed.
 template <class T>
-void refuse(Doubt<T>& doubt, const T (&off)[2], T near) {
-    const T x = off[0] - doubt.off[0], y = off[1] - doubt.off[1];
-    const bool agrees = 0 < doubt.fixes && x * x + y * y < near;
-    doubt.agree = agrees ? doubt.agree + min(doubt.since, T(doubt_pause)) : T(0);
-    for (int k = 0; k < 2; ++k) doubt.off[k] = off[k];
-    if (doubt.fixes < 1 << 30) ++doubt.fixes;
-    doubt.since = T(0);
+void refuse(RefusedFixes<T>& refused, const T (&off)[2], T near) {
+    const T x = off[0] - refused.off[0], y = off[1] - refused.off[1];
+    const bool agrees = 0 < refused.count && x * x + y * y < near;
+    refused.agree = agrees ? refused.agree + min(refused.since, T(refused_pause)) : T(0);
+    for (int k = 0; k < 2; ++k) refused.off[k] = off[k];
+    if (refused.count < 1 << 30) ++refused.count;
+    refused.since = T(0);
 }
 
 /// Begin anew at a fix with the variance `noise` [m^2]: the robot was carried there, or its estimate was wrong.
@@ -260,16 +260,16 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T a
     const T square = off[0] * off[0] / (way.spread[0][0] + extra) + off[1] * off[1] / (way.spread[1][1] + extra);
     const T x = fix[0] - way.from[0], y = fix[1] - way.from[1], far = way.reach + T(reach_gate) * sqrt(extra);
     const bool reached = x * x + y * y <= far * far;
-    if (reached && square <= (0 < way.doubt.fixes ? T(doubt_gate) : T(fix_gate))) {
+    if (reached && square <= (0 < way.refused.count ? T(refused_gate) : T(fix_gate))) {
         for (int axis = 0; axis < 2; ++axis) take_fix(way, axis, fix[axis] - way.at[axis], noise);
         suspect_compass(way);
     } else {
-        refuse(way.doubt, off, T(2 * fix_gate) * noise);
-        way.doubt.reached = reached;
-        if (way.doubt.agree < T(doubt_time)) return false;
+        refuse(way.refused, off, T(2 * fix_gate) * noise);
+        way.refused.reached = reached;
+        if (way.refused.agree < T(refused_time)) return false;
         begin_at(model, way, fix, noise);
     }
-    way.doubt = {};
+    way.refused = {};
     way.reach = T(reach_gate) * deviation;
     for (int k = 0; k < 2; ++k) way.from[k] = way.at[k];
     return true;
@@ -282,10 +282,10 @@ T position_error(const WayModel<T>& model, const WayState<T>& way) {
     const T mean = T(0.5) * (way.spread[0][0] + way.spread[1][1]),
             half = T(0.5) * (way.spread[0][0] - way.spread[1][1]);
     const T largest = mean + sqrt(half * half + way.spread[0][1] * way.spread[0][1]);
-    const T(&off)[2] = way.doubt.off;
-    const T agree = way.doubt.reached ? way.doubt.agree / T(doubt_time) : T(0);
-    const T doubted = agree * (off[0] * off[0] + off[1] * off[1]) / T(doubt_gate);
-    return sqrt(max(T(0), largest) + model.fix_offset * model.fix_offset + doubted);
+    const T(&off)[2] = way.refused.off;
+    const T agree = way.refused.reached ? way.refused.agree / T(refused_time) : T(0);
+    const T contradicted = agree * (off[0] * off[0] + off[1] * off[1]) / T(refused_gate);
+    return sqrt(max(T(0), largest) + model.fix_offset * model.fix_offset + contradicted);
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH

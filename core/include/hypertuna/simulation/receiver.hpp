@@ -63,7 +63,7 @@ template <class T>
 struct Reception {
     bool fixed;
     T error[2];  // m east and north
-    T told;      // m, standard deviation that the receiver reports in addition to its noise
+    T reported;  // m, standard deviation that the receiver reports in addition to its noise
 };
 
 /// Add the jump of a time, which reflected signals cause. Time is cut into pieces with one jump of 3 to 12 s each.
@@ -78,7 +78,7 @@ void add_jump(const Receiver<T>& model, std::uint64_t seed, T time, Reception<T>
     const T far = model.jump * (T(1) + T(2) * u(2)) / T(3);
     const auto direction = sincos(T(2 * pi) * u(3));
     out.error[0] += far * direction.sin, out.error[1] += far * direction.cos;
-    if (model.honest) out.told += far;
+    if (model.honest) out.reported += far;
 }
 
 /// One tick of length dt. `sky` is whether the antenna is dry and satellites stand above it.
@@ -104,7 +104,7 @@ Reception<T> receive(const Receiver<T>& model, ReceiverState<T>& state, bool sky
     const auto direction = sincos(T(2 * pi) * u(1));
     const T off = state.error * part * (T(0.5) + u(2));
     out.error[0] = off * direction.sin, out.error[1] = off * direction.cos;
-    out.told = state.error * part;
+    out.reported = state.error * part;
     add_jump(model, seed, time, out);
     return out;
 }

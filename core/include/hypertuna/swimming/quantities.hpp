@@ -29,11 +29,13 @@ struct QuantityAbout {
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
-/// Arguments of the formulas: a beat with its gait and robot, and the results of its search, which have no derivatives.
+/// Arguments of the formulas, which `measured` and `settle_into` of host/rows.hpp fill in: a beat with its gait and
+/// robot, and the results of its search, which have no derivatives.
 template <class S>
 struct Measured {
     BeatNumbers<S> beat;
-    S speed, rate_peak;         // m/s; rad/s
+    S speed;                    // m/s: `mean_speed` of beat.hpp
+    S rate_peak;                // rad/s: `largest_rate` of gait.hpp
     S frequency, length, mass;  // Hz; m and kg, of the whole body
     S towed_power;              // W, power to tow the straight body at this speed
     S residual, distance, beats;

@@ -1,8 +1,8 @@
-/// Joints that yield: the settled beat of a body whose tail also bends as springs and water want.
+/// Joints that yield: the settled beat of a body with joints that springs and water bend.
 ///
-/// D coordinates bend it beside the prescribed joints. The joint in front of link i yields by share[i] . q, so that
-/// link i moves with the twist xi + sum_d screw_id q'_d. The state is made of momenta (P, q, p): with the mass matrix
-/// and what the prescribed joints bring along, P = M xi + C q' + b and p = C^T xi + B q' + b_q, and
+/// D coordinates of these joints come beside the prescribed ones. The joint in front of link i yields by share[i] . q,
+/// so that link i moves with the twist xi + sum_d screw_id q'_d. The state is made of momenta (P, q, p): with the mass
+/// matrix and what the prescribed joints bring along, P = M xi + C q' + b and p = C^T xi + B q' + b_q, and
 ///     dp/dt = -k q - c q' + m(t) + N - v x pi,
 /// m a moment that drives the joint, N that of the water about the joint, v the joint's velocity and pi the momentum of
 /// all that hangs behind it. As for P, no derivative of the mass matrix and no acceleration of a joint is needed.

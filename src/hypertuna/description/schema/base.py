@@ -201,7 +201,7 @@ class Part(BaseModel):
 
     @classmethod
     def scales(cls, *ratios: str) -> dict[str, Scale]:
-        """Return the scale of each key of the file that scales with these ratios only."""
+        """Return the scales of the keys that depend on no ratios but the given ones."""
         scales = {cls.model_fields[name].alias or name: key.scale for name, key in cls.declared.items()}
         return {key: scale for key, scale in scales.items() if scale and scale.powers.keys() <= {*ratios}}
 

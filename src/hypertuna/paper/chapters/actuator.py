@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypertuna.actuation.bending import Bend, Step, bend, misprints, straightness
+from hypertuna.actuation.bending import Bend, Correction, bend, misprints, straightness
 from hypertuna.actuation.soft_joint import MATERIAL_SETS
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
@@ -30,7 +30,9 @@ class Bends:
 
     sets: dict[str, dict[str, Bend]]  # corrected equations, loading and unloading, with each material set of the robot
     printed: dict[str, Bend]  # the equations as the paper prints them, with the robot's own set
-    steps: dict[str, tuple[Step, ...]]  # from the printed equations to the corrected ones, at the largest pressure
+    steps: dict[
+        str, tuple[Correction, ...]
+    ]  # from the printed equations to the corrected ones, at the largest pressure
 
     @property
     def corrected(self) -> dict[str, Bend]:

@@ -278,7 +278,7 @@ def sections(passive: PassiveJoints) -> list[Section]:
     """Show the tables of costs, springs, fins and claims."""
     if not passive.record:
         return compose("passive", {}, record={}, reason=passive.reason, gap=0.0, verdicts={})
-    from hypertuna.paper.figures_passive import plot_passive
+    from hypertuna.paper.figures import plot_passive
 
     record = passive.record
     shown: dict[str, Shown] = {

@@ -1,4 +1,4 @@
-"""Results that a design refuses before it keeps them: told already, beyond the robot, or in another unit."""
+"""Results that a design refuses: entered before, beyond what the robot can do, or in another unit."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -14,10 +14,10 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait
 from hypertuna.trials.plausibility import FAR
 
-MUCH = 2.0  # times a bound of the robot's gaits: the power of a beat goes as the cube of both, so eight times the power
-SURELY = 6.0  # standard deviations: no noise, for a quantity that is also more than FAR times another
+MUCH = 2.0  # times a bound of the robot's gaits: it takes eight times the power, which grows as the cube of either
+SURELY = 6.0  # standard deviations: a larger difference is no noise, if the ratio is also beyond FAR
 SAME_GAIT = 0.1  # of the frequency, and rad: the same gait, as it is rounded or set by hand
-UNITS: dict[str, dict[str, float]] = {  # that are given by mistake, in each displayed unit
+UNITS: dict[str, dict[str, float]] = {  # displayed unit -> units used by mistake, with their number in one of it
     "m/s": {"cm/s": 100, "mm/s": 1000},
     "deg/s": {"rad/s": math.pi / 180},
     "N": {"gf": 1000 / 9.81, "mN": 1000},
@@ -43,10 +43,10 @@ def check_gaits(results: Iterable[Measurement], robot: Robot) -> None:
                 raise InputError(rule, key=key, value=f"{value:.4g} {unit}", fix=fix)
 
 
-def check_new(results: Sequence[Measurement], told: Sequence[Measurement]) -> None:
-    """Refuse results that were told before: they would count twice."""
+def check_new(results: Sequence[Measurement], earlier: Sequence[Measurement]) -> None:
+    """Refuse results that are among the earlier ones: they would count twice."""
     for k, result in enumerate(results):
-        for old in (*told, *results[:k]) if result.name else ():
+        for old in (*earlier, *results[:k]) if result.name else ():
             same = (old.name, old.run, old.quantity) == (result.name, result.run, result.quantity)
             if same and (old.value == result.value or old.day == result.day):
                 rule, fix = f"is told already, as {_shown(old)}", "leave it out; a repeat has a name of its own"

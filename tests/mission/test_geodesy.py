@@ -8,7 +8,7 @@ import pytest
 
 from hypertuna.errors import InputError
 from hypertuna.mission.file import read_mission
-from hypertuna.mission.magnetic import declination
+from hypertuna.mission.geodesy import declination
 
 
 def test_a_value_of_the_report_on_the_model() -> None:
