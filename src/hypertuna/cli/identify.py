@@ -22,7 +22,7 @@ from hypertuna.display import Part, Table
 from hypertuna.errors import InputError
 from hypertuna.identification.cards import digits_table, sampled_card
 from hypertuna.identification.identify import Fit, compare, identify
-from hypertuna.identification.names import split_names, two_lines
+from hypertuna.identification.names import ANGLES, split_names, two_lines, value_of
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import law_table
 from hypertuna.ranges import check_name
@@ -48,7 +48,7 @@ class Fits:
 
 def _unit(name: str) -> tuple[str, float]:
     """Return the unit of a coefficient on the command line, and the factor from SI to that unit."""
-    return ("deg", 180 / math.pi) if name.startswith("joints.phase_offset") else ("its SI unit", 1.0)
+    return ("deg", 180 / math.pi) if value_of(name.partition("=")[0]) in ANGLES else ("its SI unit", 1.0)
 
 
 def _bound(text: str, key: str) -> parsing.Bound:
@@ -168,8 +168,8 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    if runs.recordings:
-        opt.with_rigid_hinge(fish, "in recordings of joint angles")
+    if rigid := [f"{kind.label}s" for kind in runs.kinds if not kind.hinges_bend]:
+        opt.with_rigid_hinge(fish, f"in {' and '.join(rigid)}")
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)
