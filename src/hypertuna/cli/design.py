@@ -110,6 +110,9 @@ def ask_command(
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
+    opt.with_rigid_trials(
+        result.robot, (kind for kind in KINDS if kind.key in {one.run.kind for one in result.choices})
+    )
     if report is not None:
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 

@@ -136,8 +136,8 @@ def identify_command(
         str | None,
         opt.text(
             "--free",
-            "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth; NAME=common is one factor on the "
-            "present values. (default: one factor each on drags and added mass of the water law, and linear drag "
+            "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth,hinge.stiffness; NAME=common is one "
+            "factor on the present values. (default: one factor each on drags and added mass of the water law, and linear drag "
             "if the errors of the speed go with speed or frequency)",
         ),
     ] = None,
@@ -168,8 +168,7 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    if rigid := [f"{kind.label}s" for kind in runs.kinds if not kind.hinges_bend]:
-        opt.with_rigid_hinge(fish, f"in {' and '.join(rigid)}")
+    opt.with_rigid_trials(fish, runs.kinds)
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)

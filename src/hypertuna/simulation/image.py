@@ -62,12 +62,12 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     """Return the columns of a robot's models in water, with names ``models.K.NAME``."""
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
-        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | _spring_columns(robot)
+        own = model_columns(model, {}) | {"law": _law(model), "robot_mass": robot.body.mass} | spring_columns(robot)
         columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
 
 
-def _spring_columns(robot: Robot) -> dict[str, list[float]]:
+def spring_columns(robot: Robot) -> dict[str, list[float]]:
     """Return the columns of the springs in a robot's passive hinges; none without hinges."""
     springs = [{"link": link} | spring_of(hinge) for link, hinge in zip(hinge_links(robot), robot.hinges, strict=True)]
     return {f"spring.{name}": [spring[name] for spring in springs] for name in ("link", *SPRING) if springs}
