@@ -110,9 +110,8 @@ def ask_command(
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
-    opt.with_rigid_trials(
-        result.robot, (kind for kind in KINDS if kind.key in {one.run.kind for one in result.choices})
-    )
+    asked = {choice.run.kind for choice in result.choices}
+    opt.with_rigid_trials(result.robot, (kind for kind in KINDS if kind.key in asked))
     if report is not None:
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 

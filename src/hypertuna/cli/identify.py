@@ -137,8 +137,8 @@ def identify_command(
         opt.text(
             "--free",
             "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth,hinge.stiffness; NAME=common is one "
-            "factor on the present values. (default: one factor each on drags and added mass of the water law, and linear drag "
-            "if the errors of the speed go with speed or frequency)",
+            "factor on the present values. (default: one factor each on drags and added mass of the water law, and "
+            "linear drag if the errors of the speed go with speed or frequency)",
         ),
     ] = None,
     water: Annotated[

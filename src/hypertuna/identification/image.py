@@ -31,8 +31,9 @@ def sampled_image(robot: Robot) -> bytes:
     else:
         return robot_image(robot)
     model = model_columns(robot, {}) | spring_columns(robot)
-    rows = {
-        name: np.array([np.ravel(sample.get(name, values)) for sample in samples]) for name, values in model.items()
-    }
-    columns = {f"samples.{name}": drawn for name, drawn in rows.items() if (drawn != np.ravel(model[name])).any()}
+    columns = {}
+    for name, values in model.items():
+        drawn = np.array([np.ravel(sample.get(name, values)) for sample in samples])
+        if (drawn != np.ravel(values)).any():
+            columns[f"samples.{name}"] = drawn
     return robot_image(robot, columns, {"samples": {"count": len(samples)} | facts})
