@@ -26,6 +26,7 @@ from hypertuna.identification.names import ANGLES, split_names, two_lines, value
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import law_table
 from hypertuna.ranges import check_name
+from hypertuna.trials.kinds import rigid_in
 from hypertuna.trials.trials import read_trials
 
 
@@ -168,7 +169,8 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    opt.with_rigid_trials(fish, runs.kinds)
+    if rigid := rigid_in(runs.kinds):
+        opt.with_rigid_hinge(fish, f"in {rigid}")
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import inspect
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
@@ -22,7 +22,6 @@ from hypertuna.ranges import Range, check_choice
 
 if TYPE_CHECKING:
     from hypertuna.description.robot import Robot
-    from hypertuna.trials.kind import Kind
 
 # --- how options are declared. A callback reads the value: it knows the option's name, for the InputError of a bad one.
 
@@ -285,12 +284,6 @@ def with_rigid_hinge(robot: Robot, where: str = "here") -> Robot:
         rigid = "rigid and straight" if hinge.rest else "rigid"
         note(f"the hinge of link {hinge.link} stays {rigid} {where}: `swim` bends it.")
     return robot
-
-
-def with_rigid_trials(robot: Robot, kinds: Iterable[Kind[Any]]) -> Robot:
-    """Return a robot unchanged, and print a note if its hinges stay rigid in trials of some of these kinds."""
-    rigid = " and ".join(f"{kind.label}s" for kind in kinds if not kind.hinges_bend)
-    return with_rigid_hinge(robot, f"in {rigid}") if rigid else robot
 
 
 Joint = Annotated[str, text("--joint", "Name of the joint group, or its number from the head.", "JOINT")]
