@@ -73,7 +73,7 @@ def test_recordings_are_swum_with_a_rigid_hinge(run: Run, hinged: str) -> None:
         "2,10,20,0,40,0.15\n1.5,10,20,0,40,0.11\n1,10,20,0,40,0.07\n2,15,30,0,40,0.2\n"
     )
     assert "notes" not in json.loads(run("identify", "runs.csv", "--robot", hinged, "--json")[1])
-    where = RIGID.replace("link 2 stays rigid here", "link 7 stays rigid in recordings of joint angles")
+    where = RIGID.replace("link 2 stays rigid here", "link 7 stays rigid in tracked recordings")
     write_robot(robot_named("hypertuna strip hinge"), "tuna.toml")
     manifest = str(Path(__file__).parents[2] / "examples" / "tank" / "tank.toml")
     assert run("identify", manifest, "--robot", "tuna.toml", "--free", "nothing")[2].startswith(f"note: {where}\n")
@@ -81,6 +81,24 @@ def test_recordings_are_swum_with_a_rigid_hinge(run: Run, hinged: str) -> None:
     replayed = ("replay", "angles.csv", "--columns", "J1,J2", "--unit", "deg", "--robot", hinged)
     assert f"note: {RIGID}\n" in run(*replayed)[2]
     assert RIGID not in run("studio", hinged, "-o", "page.html")[2]  # its page bends the hinge
+
+
+def test_the_hinge_stays_rigid_while_the_head_is_held_or_towed(run: Run, hinged: str) -> None:
+    Path("thrusts.csv").write_text(
+        "frequency_hz,amplitude_J1_deg,amplitude_J2_deg,phase_J1_deg,phase_J2_deg,thrust_n\n2,10,20,0,40,0.15\n"
+    )
+    Path("tows.csv").write_text("u_m_s,drag_n\n0.1,0.01\n0.2,0.04\n")
+    where = RIGID.replace("here", "in tows and held thrusts")
+    assert f"note: {where}\n" in run("identify", "thrusts.csv", "tows.csv", "--robot", hinged, "--validate", "0")[2]
+    spring = ("identify", "thrusts.csv", "tows.csv", "--robot", hinged, "--free", "hinge.stiffness")
+    code, _, errors = run(*spring)
+    assert code == 2
+    assert errors.splitlines()[-1].startswith("error: free hinge.stiffness needs trials whose computed motion bends")
+    asked = ("design", "ask", "--state", "tank.jsonl", "--robot", hinged, "--prior", "hinge.stiffness=1.5")
+    assert "note" not in run(*asked)[2]
+    tow = ("design", "ask", "--state", "tow.jsonl", "--robot", hinged, "--prior", "water.drag_tangential=3", "--tow")
+    code, output, errors = run(*tow, "--runs", "6", "--json")
+    assert (f"note: {where.replace(' and held thrusts', '')}\n" in errors) == ("tow_m_s" in output)
 
 
 def test_the_twin_bends_the_hinge_and_says_nothing(run: Run, hinged: str) -> None:

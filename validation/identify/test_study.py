@@ -48,3 +48,11 @@ def test_intervals_hold_the_truth_while_the_model_is_wrong() -> None:
     alone = [study["fitted"]("drag area off by 2", "drag along", seed) for seed in range(6)]
     assert [record["constrained"] for record in alone] == [[False]] * 6
     assert sum(record["held"][0] for record in alone) >= 5
+
+
+def test_intervals_hold_a_hidden_stiffness() -> None:
+    """A small sample of springs.py: eight intervals of 95 %, of which five are 4 sd fewer."""
+    study = runpy.run_path(str(Path(__file__).parent / "springs.py"))
+    records = [study["repeat"]("noise", seed) for seed in range(8)]
+    assert sum(record["held"] for record in records) > 5
+    assert all(record["constrained"] and record["converged"] for record in records)

@@ -25,7 +25,7 @@ from hypertuna.errors import InputError
 from hypertuna.identification.names import split_names
 from hypertuna.io.files import Csv, rows_csv
 from hypertuna.trials.decay import MIN_ROWS
-from hypertuna.trials.kinds import KINDS
+from hypertuna.trials.kinds import KINDS, rigid_in
 from hypertuna.trials.numbers import TurnRun
 from hypertuna.trials.steady import COLUMNS as STEADY_COLUMNS
 from hypertuna.trials.steady import MEASURED, SteadyRun
@@ -110,6 +110,9 @@ def ask_command(
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
     with TankDesign(state, robot or None, **design.arguments()) as tank:
         result = tank.ask(runs)
+    asked = {choice.run.kind for choice in result.choices}
+    if rigid := rigid_in(kind for kind in KINDS if kind.key in asked):
+        opt.with_rigid_hinge(result.robot, f"in {rigid}")
     if report is not None:
         from hypertuna.reports.results import report as write_page  # here, because its import takes long
 

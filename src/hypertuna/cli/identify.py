@@ -22,10 +22,11 @@ from hypertuna.display import Part, Table
 from hypertuna.errors import InputError
 from hypertuna.identification.cards import digits_table, sampled_card
 from hypertuna.identification.identify import Fit, compare, identify
-from hypertuna.identification.names import split_names, two_lines
+from hypertuna.identification.names import ANGLES, split_names, two_lines, value_of
 from hypertuna.identification.posterior import Posterior, check_posterior, posterior, with_posterior
 from hypertuna.identification.tables import law_table
 from hypertuna.ranges import check_name
+from hypertuna.trials.kinds import rigid_in
 from hypertuna.trials.trials import read_trials
 
 
@@ -48,7 +49,7 @@ class Fits:
 
 def _unit(name: str) -> tuple[str, float]:
     """Return the unit of a coefficient on the command line, and the factor from SI to that unit."""
-    return ("deg", 180 / math.pi) if name.startswith("joints.phase_offset") else ("its SI unit", 1.0)
+    return ("deg", 180 / math.pi) if value_of(name.partition("=")[0]) in ANGLES else ("its SI unit", 1.0)
 
 
 def _bound(text: str, key: str) -> parsing.Bound:
@@ -136,9 +137,9 @@ def identify_command(
         str | None,
         opt.text(
             "--free",
-            "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth; NAME=common is one factor on the "
-            "present values. (default: one factor each on drags and added mass of the water law, and linear drag "
-            "if the errors of the speed go with speed or frequency)",
+            "Coefficients to fit, such as water.drag[0,1-6,7],joints.bandwidth,hinge.stiffness; NAME=common is one "
+            "factor on the present values. (default: one factor each on drags and added mass of the water law, and "
+            "linear drag if the errors of the speed go with speed or frequency)",
         ),
     ] = None,
     water: Annotated[
@@ -168,8 +169,8 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    if runs.recordings:
-        opt.with_rigid_hinge(fish, "in recordings of joint angles")
+    if rigid := rigid_in(runs.kinds):
+        opt.with_rigid_hinge(fish, f"in {rigid}")
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}
         names = None if free is None else split_names(free)

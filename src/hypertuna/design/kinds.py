@@ -170,7 +170,7 @@ class Glides(RunKind):
         With drag proportional to the square of the speed, 1/u grows by 1/length per second. With other drag, the
         length is a mean over the glide.
         """
-        straight, along, results = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), np.asarray(at.along), []
+        straight, along, results = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), at.model_along, []
         for _, u in motions:
             time, twist = COASTS * at.robot.body.length / u, np.array([-u, 0.0, 0.0])
             track = _core.track(at.model, straight, along, step=time / STEPS, twist=twist, rates=True)

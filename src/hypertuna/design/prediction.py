@@ -1,7 +1,7 @@
 """Predicted logarithms of measured quantities, with exact derivatives with respect to the unknown coefficients."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,9 +9,7 @@ from hypertuna.arrays import Array
 from hypertuna.design.kinds import RUN_KINDS, STEPS
 from hypertuna.design.runs import TankRun
 from hypertuna.design.unknowns import Unknowns
-from hypertuna.identification.coefficients import columns, from_scale, parameter_jacobian
-from hypertuna.swimming.model import core_model
-from hypertuna.trials.kind import Point
+from hypertuna.identification.coefficients import from_scale, point_at
 
 
 class Row(NamedTuple):
@@ -30,10 +28,8 @@ class Predicted(NamedTuple):
 
 def predict(unknowns: Unknowns, x: Array, rows: Sequence[Row]) -> Predicted:
     """Return the predicted logarithms of rows and their derivatives, at scaled coefficients x (n,)."""
-    values, robot = from_scale(unknowns.free, x), unknowns.robot
-    changed = columns(robot, unknowns.free, values)
-    slopes = np.ascontiguousarray(parameter_jacobian(robot, unknowns.free, values))
-    point = Point(robot, core_model(robot, changed), changed, slopes, len(x), {}, {}, STEPS, STEPS, 1)
+    options: Any = {"nuisances": {}, "levels": {}, "steps": STEPS, "gradient_steps": STEPS, "threads": 1}
+    point = point_at(unknowns.robot, unknowns.free, from_scale(unknowns.free, x), slopes=True, **options)
     results: dict[Row, tuple[float, Array]] = {}
     for key, kind in RUN_KINDS.items():
         if asked := list(dict.fromkeys(row for row in rows if row.run.kind == key)):

@@ -1,6 +1,7 @@
 """Identification: coefficients of the model from tank trials, with their uncertainty.
 
-names, coefficients: free coefficients, their bounds and scales, and robots with given values of them.
+columns: columns of the model and of springs that can be free. names, coefficients: free coefficients, their bounds and
+scales, and robots with given values of them.
 experiment, prediction: arrange trials for a fit, and predict them with exact derivatives.
 loss, residuals, trends: robust losses, errors of runs and their trends, lack of fit, information criteria.
 estimator, profile: the estimator used for tank and bench, and the profile likelihood.

@@ -3,21 +3,45 @@
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from typing import Any, Literal, cast, get_origin
+from typing import Any, Literal
 
 import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse
-from hypertuna.description.validation import field_at, nested_model, unit_of, written
 from hypertuna.errors import InputError
-from hypertuna.identification.names import COMMON, NUISANCES, FreeValue, Names, default_bounds
+from hypertuna.identification.columns import (
+    SPRINGS,
+    column_key,
+    column_of,
+    file_key,
+    is_spring,
+    parameter_name,
+    parameter_rows,
+    with_springs,
+    write_column,
+)
+from hypertuna.identification.names import (
+    COMMON,
+    NUISANCES,
+    SIGNED,
+    FreeValue,
+    Names,
+    bounds_table,
+    factor_table,
+    value_of,
+)
 from hypertuna.identification.truncated_normal import truncated_normal
 from hypertuna.ranges import NOT_NEGATIVE, Range
-from hypertuna.swimming.model import parameter_names
+from hypertuna.swimming.model import core_model
+from hypertuna.trials.kind import Point
 
-ABSOLUTE_UNITS = {"time_offset": 0.1, "joints.phase_offset": 0.1}  # s, rad: units of errors that are not relative
+OFFSETS = (
+    "time_offset",
+    "joints.phase_offset",
+    *(f"{table}.{x}" for table in SPRINGS for x in ("rest", "moment_phase")),
+)
+ABSOLUTE_UNITS = dict.fromkeys(OFFSETS, 0.1)  # s, rad: units of errors that are not relative
 MAX_BOUND = 1e12  # largest magnitude of a bound [SI]
 ABOVE_ONE = Range(above=1)  # factors of priors
 LOG_DECADES = 4  # decades below the upper bound, for the lower bound in log scale if the default is 0
@@ -161,16 +185,32 @@ def columns(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array
     return changed
 
 
+def point_at(
+    robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array, *, slopes: bool, **options: Any
+) -> Point:
+    """Return the model with values (n,) [SI] of coefficients, with derivatives if `slopes`; options: of `Point`."""
+    changed = columns(robot, frees, values)
+    springs = {name: changed.pop(name) for name in [*changed] if is_spring(name)}
+    return Point(
+        robot=with_springs(robot, springs),
+        model=core_model(robot, changed),
+        columns=changed,
+        along=parameter_jacobian(robot, frees, values) if slopes else None,
+        count=len(frees),
+        **options,
+    )
+
+
 def parameter_jacobian(robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
-    """Return derivatives (parameters, n) of the model's parameters with respect to the scaled coefficients."""
-    row_of = {name: k for k, name in enumerate(parameter_names(robot))}
+    """Return derivatives (parameters, n) of the `parameter_rows` with respect to the scaled coefficients."""
+    row_of = parameter_rows(robot)
     matrix = np.zeros((len(row_of), len(frees)))
     for k, (f, value) in enumerate(zip(frees, values, strict=True)):
         if f.column not in NUISANCES:
             for i in f.indices:
-                name = f"{f.column}[{i}]" if f.index else f.column
+                row = row_of[parameter_name(f.column, i if f.index else None)]
                 present = float(column_of(robot, f.column)[i]) if f.common else 1.0
-                matrix[row_of[name], k] = present * (value if f.scale == "log" else 1.0)
+                matrix[row, k] = present * (value if f.scale == "log" else 1.0)
     if _inertia_follows(robot, {f.column for f in frees}):
         changed = columns(robot, frees, values)
         for i, (mass, length) in enumerate(_mass_and_length(robot, changed)):
@@ -189,7 +229,7 @@ def with_values(robot: Robot, frees: Sequence[Free], values: Sequence[float] | A
     document.get("sources", {}).pop("fit", None)
     for column, numbers in changed.items():
         if column != "links.inertia" or "inertia" in robot.links.model_fields_set:
-            _write(document, column, numbers)
+            write_column(document, column, numbers)
     links = document["links"]
     if "links.length" in changed:
         document["body"]["length_m"] = math.fsum(links["length_m"])
@@ -217,7 +257,7 @@ def with_fit(
     sources = document.setdefault("sources", {})
     origin = f"identified from {trials}, see [fit]"
     for column in dict.fromkeys(f.column for f in frees if f.column not in NUISANCES):
-        key = written(column_key(column)[0])
+        key = file_key(column)
         document.get("uncertainty", {}).pop(key, None)  # the value is no estimate any more
         column_frees = [f for f in frees if f.column == column]
         fitted = {i for f in column_frees for i in f.indices}
@@ -269,14 +309,14 @@ def _make_free(
 ) -> Free:
     """Return a free coefficient with its bounds and start, given or default."""
     column, name = place.column, place.name
-    table = _factor_bounds(robot, place) if place.common else default_bounds()["coefficient"].get(column, {})
+    table = _factor_bounds(robot, place) if place.common else bounds_table(column)
     value = table.get("start", 0.0)
     if column not in NUISANCES and not place.common:
         present = column_of(robot, column)
         tied = [present[i] for i in place.members if present[i] is not None]
         if tied:  # the mean, written so that equal values give exactly this value
             value = tied[0] + math.fsum(x - tied[0] for x in tied) / len(tied)
-    factor = default_bounds()["factor"]["links"]
+    factor = factor_table(column)
     lower, upper = bounds or (table.get("lower", factor["lower"] * value), table.get("upper", factor["upper"] * value))
     if log and lower == 0 and bounds is None:
         lower = upper * 10.0**-LOG_DECADES
@@ -287,13 +327,27 @@ def _make_free(
     if log and lower <= 0:
         rule, fix = "must have bounds greater than 0 in log scale", "give such bounds, or do not name it in --log"
         raise InputError(rule, key=key, value=range_text, fix=fix)
-    if column not in NUISANCES and not column.startswith("joints.phase"):
+    if value_of(name) not in (*NUISANCES, *SIGNED):
         NOT_NEGATIVE.check(lower, key, "give 0 or more")
     first_value = float(start) if start is not None else max(value, lower) if log and value <= 0 else value
     if not lower <= first_value <= upper:
         key, fix = f"{'start' if start is not None else 'bounds'} {name}", "give other bounds, or another start"
         raise InputError(f"must start within its bounds, {range_text}", key=key, value=f"{first_value:g}", fix=fix)
-    return Free(name, float(lower), float(upper), first_value, "log" if log else "natural")
+    made = Free(name, float(lower), float(upper), first_value, "log" if log else "natural")
+    if is_spring(column):
+        _check_springs(robot, made, key)
+    return made
+
+
+def _check_springs(robot: Robot, one: Free, key: str) -> None:
+    """Check that the robot's file is valid with a spring's number at both bounds; key: names the bounds in errors."""
+    for end in (one.lower, one.upper):
+        try:
+            with_values(robot, (one,), (end,))
+        except InputError as error:
+            rule = f"must keep the robot's file valid (at {end:g} {error.key or ''} {error.rule})"
+            value = f"{one.lower:g} to {one.upper:g}"
+            raise InputError(rule, key=key, value=value, fix=error.fix or "narrow the bounds") from None
 
 
 def _with_prior(robot: Robot, coefficient: Free, place: FreeValue, width: float | None) -> Free:
@@ -322,51 +376,12 @@ def _factor_bounds(robot: Robot, place: FreeValue) -> dict[str, float]:
         raise InputError(
             "needs a value other than 0 in the robot to have a common factor", key=place.name, value="0", fix=fix
         )
-    table = default_bounds()["coefficient"].get(place.column)
-    if table is None:
-        factor_bounds = default_bounds()["factor"]["links"]
+    table = bounds_table(place.column)
+    if not table:
+        factor_bounds = factor_table(place.column)
         return {"lower": factor_bounds["lower"], "upper": factor_bounds["upper"], "start": 1.0}
     largest = max(abs(value) for value in present)
     return {"lower": max(0.0, table["lower"] / largest), "upper": max(table["upper"] / largest, 2.0), "start": 1.0}
-
-
-@cache
-def column_key(column: str) -> tuple[tuple[str, ...], str]:
-    """Return a column's keys in a robot's file, outermost first, and its unit there; column: as water.lumped.drag."""
-    model: Any = Robot
-    keys, unit = [], ""
-    for attribute in column.split("."):
-        field = model.model_fields[attribute]
-        keys.append(field.alias)
-        unit, model = unit_of(field), nested_model(field.annotation)
-    return tuple(keys), unit
-
-
-def column_of(robot: Robot, column: str) -> tuple[Any, ...]:
-    """Return the values of a column such as water.lumped.drag [SI]."""
-    table, _, name = column.rpartition(".")
-    if table == "joints":
-        return tuple(getattr(group, name) for group in robot.joints)
-    part: Any = robot
-    for attribute in column.split("."):
-        part = getattr(part, attribute)
-    return part if isinstance(part, tuple) else (part,)
-
-
-def _write(document: dict[str, Any], column: str, numbers: Sequence[float]) -> None:
-    """Write the values [SI] of a column into a robot's document, in the unit of the file."""
-    keys, unit = column_key(column)
-    in_unit = [float(f"{math.degrees(x):.15g}") if unit == "deg" else x for x in numbers]
-    if keys[0] == "joints":
-        for group, number in zip(document["joints"], in_unit, strict=True):
-            group[keys[1]] = number
-        return
-    table = document
-    for key in keys[:-1]:
-        table = table[key]
-    field = field_at(Robot, keys)[1]
-    one_per_link = field is not None and get_origin(field.annotation) is tuple
-    table[keys[-1]] = cast(Any, in_unit) if one_per_link else in_unit[0]
 
 
 def _mass_and_length(robot: Robot, changed: Mapping[str, Sequence[float]]) -> Iterator[tuple[float, float]]:

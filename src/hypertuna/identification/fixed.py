@@ -1,4 +1,4 @@
-"""Coefficients of the water law that are not free, and the effect of their errors on the residuals."""
+"""Coefficients of the water law and numbers of springs that are not free, and the effect of their errors."""
 
 import math
 from collections.abc import Sequence
@@ -8,19 +8,27 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.identification.coefficients import Free, column_of
+from hypertuna.identification.coefficients import Free
+from hypertuna.identification.columns import column_of, is_spring
 from hypertuna.identification.experiment import Experiment
-from hypertuna.identification.names import NUISANCES, Names, common_place, default_bounds, prior_factor
+from hypertuna.identification.names import NUISANCES, Names, common_place, default_bounds, factor_table, prior_factor
 from hypertuna.identification.prediction import predict, weighted
 
 
 def fixed_coefficients(robot: Robot, free: Sequence[Free]) -> list[Free]:
-    """Return a coefficient for the fixed values of each water-law column: a common factor, or a value if all are 0."""
+    """Return a coefficient for the fixed values of each column: a common factor, or a value if all are 0.
+
+    Columns are those of the water law, and of estimated springs other than 0.
+    """
     law, free_places = robot.model.water, {(f.column, i) for f in free for i in f.indices}
     frees = []
     for column, count in Names(robot).known.items():
         used = column.startswith(f"water.{law}.") or (column == "joints.bandwidth" and robot.model.joints != "ideal")
         fixed = [i for i in range(max(count, 1)) if (column, i) not in free_places]
+        if is_spring(column) and prior_factor(robot, column) and any(column_of(robot, column)[i] for i in fixed):
+            bounds = factor_table(column)
+            frees.append(Free(common_place(column, fixed, count), bounds["lower"], bounds["upper"], 1.0))
+            continue
         if not used or not fixed or column in NUISANCES or column not in default_bounds()["coefficient"]:
             continue
         largest, table = (

@@ -17,7 +17,8 @@ from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.water import LAWS
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, InputErrors, shown
-from hypertuna.identification.coefficients import Free, free, from_scale, with_fit
+from hypertuna.identification.coefficients import Free, free, from_scale, with_fit, with_values
+from hypertuna.identification.columns import is_spring
 from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import LOSSES
 from hypertuna.identification.names import default_bounds, default_names, default_priors, free_of, split_names
@@ -32,6 +33,7 @@ from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import version
 from hypertuna.ranges import NOT_NEGATIVE, Range, Whole, check_name
 from hypertuna.swimming.beat import DEFAULT_STEPS, check_steps
+from hypertuna.swimming.yielding import steps_for
 from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.reach import reach_of
 from hypertuna.trials.trials import Trials, digest, implausible, read_trials, split
@@ -191,6 +193,7 @@ def identify(
     choices = {"bounds": bounds, "log": log, "start": start, "prior": prior}
     names = default_names(robot) if free is None else _names(free)
     frees = _frees(robot, trials, names, choices)
+    _check_springs(robot, trials, frees, steps)
     runs = split(trials, validate, seed)
     settings: dict[str, Any] = {"loss": loss, "steps": steps, "threads": threads or len(os.sched_getaffinity(0))}
     arguments = {"validate": validate, "seed": seed, "loss": loss, "starts": starts, "steps": steps}
@@ -319,6 +322,25 @@ def _frees(
         fix = "leave it out, or give runs with their cost of transport or power"
         raise InputError("needs measured costs of transport, and the trials have none", key="free cost_factor", fix=fix)
     return frees
+
+
+def _check_springs(robot: Robot, trials: Trials, frees: Sequence[Free], steps: int) -> None:
+    """Check that hinges with a free spring bend in some trials, whose beats follow the stiffest allowed springs."""
+    springs = [f for f in frees if is_spring(f.column)]
+    if not springs:
+        return
+    beats = [kind_of(trial).motion(trial)["frequency"] for trial in trials.members if kind_of(trial).hinges_bend]
+    key = f"free {springs[0].name}"
+    if not beats:
+        kinds = ", ".join(f"{kind.label}s" for kind in KINDS if kind.hinges_bend)
+        rule = "needs trials whose computed motion bends the hinge, and these leave it rigid"
+        raise InputError(rule, key=key, fix=f"give trials of other kinds ({kinds}), or leave it out")
+    stiffest = with_values(robot, springs, [f.upper for f in springs])
+    try:
+        steps_for(stiffest, np.array([min(beats)]), steps)
+    except InputError as error:
+        rule = f"must have bounds that the beats can follow (at the upper ones {error.key} {error.rule})"
+        raise InputError(rule, key=key, value=error.value, fix="give lower --bounds") from None
 
 
 def _result(

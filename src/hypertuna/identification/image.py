@@ -7,6 +7,7 @@ import numpy as np
 from hypertuna.description.robot import Robot
 from hypertuna.identification.coefficients import sample_robots
 from hypertuna.mission.image import robot_image
+from hypertuna.simulation.image import spring_columns
 from hypertuna.swimming import band
 from hypertuna.swimming.model import model_columns
 
@@ -25,11 +26,14 @@ def sampled_image(robot: Robot) -> bytes:
         samples = [model_columns(robot, columns) for columns in estimates[0]]
         facts: dict[str, Any] = {"seed": band.SEED, "speed_factors": estimates[1].tolist()}
     elif robot.fit is not None:
-        samples = [model_columns(sample, {}) for sample in sample_robots(robot, SAMPLES, SEED)]
+        samples = [model_columns(sample, {}) | spring_columns(sample) for sample in sample_robots(robot, SAMPLES, SEED)]
         facts = {"seed": SEED}
     else:
         return robot_image(robot)
-    model = model_columns(robot, {})
-    changed = [name for name in model if any(not np.array_equal(sample[name], model[name]) for sample in samples)]
-    columns = {f"samples.{name}": np.array([np.ravel(sample[name]) for sample in samples]) for name in changed}
+    model = model_columns(robot, {}) | spring_columns(robot)
+    columns = {}
+    for name, values in model.items():
+        drawn = np.array([np.ravel(sample.get(name, values)) for sample in samples])
+        if (drawn != np.ravel(values)).any():
+            columns[f"samples.{name}"] = drawn
     return robot_image(robot, columns, {"samples": {"count": len(samples)} | facts})

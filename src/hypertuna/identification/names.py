@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
+from hypertuna.description.provenance import factor_of, is_estimate
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.water import LAWS
 from hypertuna.errors import InputError, did_you_mean, shown
+from hypertuna.identification.columns import file_key, is_spring, known_columns
 from hypertuna.io.files import shipped
 from hypertuna.ranges import check_name
-from hypertuna.swimming.band import estimated
-from hypertuna.swimming.model import parameter_names
 
 NUISANCES = {
     "time_offset": "s",
@@ -21,6 +21,7 @@ NUISANCES = {
 }  # by name of a coefficient of the trials, not of the robot: its unit
 # A name such as water.drag[0,1-6]=common.
 NAME = re.compile(r"(?P<column>[\w.]+)(?:\[(?P<index>.*?)\])?(?P<common>=common)?")
+HINGE = re.compile(r"^hinges\[(.*?)\]\.(\w+)")  # one of several hinges, as files have it: hinges[0].stiffness
 ALONG = ("friction", "drag_tangential")  # columns of drag along the body
 DEFAULT_COLUMNS = (
     *ALONG,
@@ -30,7 +31,10 @@ DEFAULT_COLUMNS = (
     "added_mass_normal",
     "blunt_area",
 )  # columns that are free by default
-UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m)$")  # unit at the end of a key in the robot's file
+SIGNED = ("phase_offset", "rest", "moment_phase")  # values of columns that may be negative
+ANGLES = (*SIGNED, "stop")  # values of columns that are angles
+# unit at the end of a key in the robot's file
+UNIT = re.compile("_(kg_m2|kg_m3|m2|m3|m|kg|hz|deg|pa|n_m|n_m_per_rad|n_m_s_per_rad|n_m_per_rad3|n_m_s_per_rad2)$")
 Z_90 = 1.645  # standard deviations to either side that contain 90 % of normal errors
 COMMON = "=common"  # end of a name that means a common factor on several values instead of a common value
 
@@ -44,6 +48,11 @@ def split_names(text: str) -> list[str]:
     return [name.strip() for name in re.split(r",(?![^\[]*\])", text) if name.strip()]
 
 
+def value_of(name: str) -> str:
+    """Return what a name's values are, without table, index and unit: "bandwidth" of ``joints.bandwidth_hz[0]``."""
+    return UNIT.sub("", re.sub(r"\[.*?\]", "", name).removesuffix(COMMON).rpartition(".")[2])
+
+
 def two_lines(name: str) -> str:
     """Return a name with a line break after its table, unchanged without a table."""
     end = name.partition("[")[0].rfind(".") + 1
@@ -54,6 +63,18 @@ def two_lines(name: str) -> str:
 def default_bounds() -> dict[str, Any]:
     """Read data/published/bounds.toml: bounds and starts by column [SI], and bounds of links as factors."""
     return tomllib.loads((shipped("data/published") / "bounds.toml").read_text(encoding="utf-8"))
+
+
+def bounds_table(column: str) -> dict[str, Any]:
+    """Return bounds and start of a column in data/published/bounds.toml [SI]; {} if it has none."""
+    table: dict[str, Any] = default_bounds()["coefficient"].get(column.replace("hinges.", "hinge."), {})
+    return table
+
+
+def factor_table(column: str) -> dict[str, Any]:
+    """Return the bounds of a column without its own in data/published/bounds.toml, over the described value."""
+    factors: dict[str, dict[str, Any]] = default_bounds()["factor"]
+    return factors.get(value_of(column)) or factors["springs" if is_spring(column) else "links"]
 
 
 class FreeValue(NamedTuple):
@@ -107,12 +128,15 @@ def prior_factor(robot: Robot, column: str) -> float | None:
     """Return the factor by which the robot's values of a column may be off, one standard deviation of the logarithm.
 
     The factor is the larger of the handbooks' and that of the file's [uncertainty], since a prior as narrow as the rule
-    of an estimate would hold a fit too close to the estimate. None if there is neither.
+    of an estimate would hold a fit too close to the estimate. None if there is neither, or for a spring whose source
+    is no estimate.
     """
+    if is_spring(column) and not is_estimate(robot, file_key(column)):
+        return None
     factors = default_bounds()["prior"].get(column.rpartition(".")[2], {})
     has_blunt_area = any(getattr(getattr(robot.water, robot.model.water), "blunt_area", ()))
     handbook = factors.get("beside_blunt_area" if has_blunt_area and "beside_blunt_area" in factors else "factor", 1.0)
-    factor = float(max(handbook, estimated(robot).get(column, 1.0) ** (1 / Z_90)))
+    factor = float(max(handbook, factor_of(robot, file_key(column)) ** (1 / Z_90)))
     return factor if factor > 1 else None
 
 
@@ -146,16 +170,12 @@ class Names:
     @cached_property
     def known(self) -> dict[str, int]:
         """By column: its number of values, 0 for a single value without an index."""
-        count: dict[str, int] = {}
-        for name in parameter_names(self.robot):
-            column, bracket, _ = name.partition("[")
-            if not column.startswith("gait."):
-                count[column] = count.get(column, 0) + bool(bracket)
-        return count | dict.fromkeys(NUISANCES, 0)
+        return known_columns(self.robot) | dict.fromkeys(NUISANCES, 0)
 
     def resolve(self, name: str, key: str) -> list[FreeValue]:
         """Return the places that a name selects; key: names the argument in errors."""
         where = f"{key} {name}"
+        name = HINGE.sub(r"hinges.\2[\1]", name)
         match = NAME.fullmatch(name)
         column, index = (match["column"], match["index"]) if match else (name, None)
         column = UNIT.sub("", column) if column not in self.known else column
@@ -210,6 +230,11 @@ class Names:
             return InputError(
                 f"is not used by model.water = {own_law!r}", key=where, fix=f"choose water = '{law}' in [model]"
             )
+        if is_spring(column) and not self.robot.hinges:
+            fix = "leave it out, or add the table [hinge]"
+            return InputError(
+                "belongs to a hinge, which the robot lacks", file=self.robot.file or None, key=where, fix=fix
+            )
         if column.startswith("gait."):
             fix = "free coefficients of water, joints or links"
             return InputError("belongs to the gait, which the trials give", key=where, fix=fix)
@@ -222,7 +247,7 @@ class Names:
     def _indices(self, column: str, text: str, count: int, where: str) -> list[int]:
         """Parse an index, a range, or several tied by +; names of links and joint groups stand for their indices."""
         groups = [group.name for group in self.robot.joints]
-        names = groups if column.startswith("joints.") else list(self.robot.links.name)
+        names = groups if column.startswith("joints.") else [] if is_spring(column) else list(self.robot.links.name)
         indices: set[int] = set()
         for part in (part.strip() for part in text.split("+")):
             match = re.fullmatch(r"(\d+)(?:-(\d+))?", part)
@@ -232,7 +257,7 @@ class Names:
                 indices |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
             else:
                 ranges = f"indices from 0 to {count - 1}, ranges such as 1-{count - 1}"
-                rule = f"must have {ranges}, or names ({', '.join(names)})"
+                rule = f"must have {ranges}" + f", or names ({', '.join(names)})" * bool(names)
                 raise InputError(rule, key=where, value=shown(part), fix="write an index within the range")
         return sorted(indices)
 

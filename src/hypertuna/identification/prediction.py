@@ -5,12 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import columns, parameter_jacobian
+from hypertuna.identification.coefficients import point_at
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.names import NUISANCES
 from hypertuna.swimming.beat import DEFAULT_STEPS
-from hypertuna.swimming.model import core_model
-from hypertuna.trials.kind import Point
 from hypertuna.trials.kind import Prediction as Prediction
 
 
@@ -27,13 +25,11 @@ def predict(
     gradient_steps: Runge-Kutta steps per beat for derivatives of steady runs; None: all Jacobians are zero. levels:
     noise of frames by quantity, for runs whose initial motion is not known.
     """
-    changed_columns, count = columns(data.robot, data.free, values), len(data.free)
-    point = Point(
-        robot=data.robot,
-        model=core_model(data.robot, changed_columns),
-        columns=changed_columns,
-        along=None if gradient_steps is None else parameter_jacobian(data.robot, data.free, values),
-        count=count,
+    point = point_at(
+        data.robot,
+        data.free,
+        values,
+        slopes=gradient_steps is not None,
         nuisances={
             f.name: (k, float(value), float(value) if f.scale == "log" else 1.0)
             for k, (f, value) in enumerate(zip(data.free, values, strict=True))

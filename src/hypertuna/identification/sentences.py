@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free, column_of
+from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free
+from hypertuna.identification.columns import column_of
 from hypertuna.identification.estimator import MIN_SINGULAR, Direction
 from hypertuna.identification.experiment import LARGE_ERROR, NAMES, Experiment
 from hypertuna.identification.names import NUISANCES

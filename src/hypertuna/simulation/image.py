@@ -63,12 +63,12 @@ def _model_columns(robot: Robot, models: Iterable[Robot]) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     for k, model in enumerate(models):
         law = list(dict(_core.water_laws())).index(model.model.water)
-        own = model_columns(model, {}) | {"law": law, "robot_mass": robot.body.mass} | _spring_columns(robot)
+        own = model_columns(model, {}) | {"law": law, "robot_mass": robot.body.mass} | spring_columns(robot)
         columns |= {f"models.{k}.{name}": value for name, value in own.items()}
     return columns
 
 
-def _spring_columns(robot: Robot) -> dict[str, list[float]]:
+def spring_columns(robot: Robot) -> dict[str, list[float]]:
     """Return the columns of the springs in a robot's passive hinges; none without hinges."""
     springs = [{"link": link} | spring_of(hinge) for link, hinge in zip(hinge_links(robot), robot.hinges, strict=True)]
     return {f"spring.{name}": [spring[name] for spring in springs] for name in ("link", *SPRING) if springs}

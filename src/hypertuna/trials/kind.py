@@ -72,13 +72,20 @@ class Point:
     robot: Robot
     model: Any  # the core's model
     columns: Mapping[str, Sequence[float]]  # columns of the model that differ from the robot's description
-    along: Array | None  # (parameters, n): derivatives by the scaled free coefficients; None: zero Jacobians
+    along: Array | None  # (parameters, n): derivatives of the parameters, then of the springs' numbers, by the scaled
+    # free coefficients; None: zero Jacobians
     count: int  # n, number of free coefficients
     nuisances: Mapping[str, tuple[int, float, float]]  # by name: index, value [SI], derivative by the scaled value
     levels: Mapping[str, float]  # noise by quantity
     steps: int  # Runge-Kutta steps per beat
     gradient_steps: int  # Runge-Kutta steps per beat for derivatives
     threads: int
+
+    @property
+    def model_along(self) -> Array:
+        """Derivatives of the model's parameters alone (parameters, n), for trials in which hinges stay rigid."""
+        count = len(self.model.parameter_names())
+        return np.zeros((count, self.count)) if self.along is None else np.ascontiguousarray(self.along[:count])
 
 
 @dataclass(frozen=True)
@@ -153,6 +160,7 @@ class Kind(ABC, Generic[T]):
     label: ClassVar[str]  # words for one trial of this kind
     others: ClassVar[str]  # in sentences: further measurements of this kind that could be made
     transient: ClassVar[bool] = False  # whether its trials show transients
+    hinges_bend: ClassVar[bool] = False  # whether the computed motion bends the hinges; otherwise they stay rigid
     nuisance: ClassVar[str] = ""  # a coefficient of the trials, not of the robot, that a fit may free
     quantities: ClassVar[tuple[Quantity, ...]]
 

@@ -13,7 +13,6 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
-from hypertuna.swimming.model import parameter_names
 from hypertuna.trials.decay import Decay, Glide, YawDecay
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 
@@ -37,14 +36,12 @@ class DecayRows(Rows):
 
     def predict(self, at: Point) -> Prediction:
         """Return the computed values and their Jacobian, which includes the change of the best first value."""
-        along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
+        along = at.model_along
         joints, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
         sign, no_flag = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
 
         def decay(first: float) -> tuple[Array, Array, Array]:
-            track = _core.track(
-                at.model, joints, np.ascontiguousarray(along), step=step, twist=first * self.begin, rates=True
-            )
+            track = _core.track(at.model, joints, along, step=step, twist=first * self.begin, rates=True)
             values = np.column_stack([track["rate"][:, self.axis], track["rate_gradient"][:, self.axis]])
             place = np.clip(self.time / step, 0, STEPS)
             before = np.minimum(place.astype(int), STEPS - 1)

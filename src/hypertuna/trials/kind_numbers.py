@@ -16,7 +16,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits, gait_text
-from hypertuna.swimming.model import core_model, parameter_names
+from hypertuna.swimming.model import core_model
 from hypertuna.trials.kind import (
     FAILED,
     Kind,
@@ -49,9 +49,8 @@ class HeldRows(Rows):
 
     def predict(self, at: Point) -> Prediction:
         """Return the computed mean force of every run [N]."""
-        along = np.zeros((len(parameter_names(at.robot)), at.count)) if at.along is None else at.along
         options: dict[str, Any] = {"steps": at.steps if at.along is None else at.gradient_steps, "threads": at.threads}
-        rows = _core.held(at.model, *Gaits.of(self.gaits).columns, self.u, np.ascontiguousarray(along), **options)
+        rows = _core.held(at.model, *Gaits.of(self.gaits).columns, self.u, at.model_along, **options)
         none = np.zeros(self.runs, dtype=bool)
         return Prediction(self.sign * rows[:, 0], self.sign * rows[:, 1:], none, none, {})
 
@@ -207,7 +206,7 @@ class Powers(Numbers[PowerRun]):
     """Mean power of settled gaits."""
 
     trial = PowerRun
-    key, label, others, nuisance = "powers", "power log", "gaits", "cost_factor"
+    key, label, others, nuisance, hinges_bend = "powers", "power log", "gaits", "cost_factor", True
     quantities = (Quantity("power", "W", "relative", "%", 100.0, 0.05, "power"),)
 
     def rows(self, robot: Robot, trials: Sequence[PowerRun], lowest: Mapping[str, float]) -> list[Rows]:
@@ -219,7 +218,7 @@ class Turns(Numbers[TurnRun]):
     """Rates of turn of settled gaits."""
 
     trial = TurnRun
-    key, label, others = "turns", "turn", "turning gaits"
+    key, label, others, hinges_bend = "turns", "turn", "turning gaits", True
     quantities = (Quantity("turn_rate", "rad/s", "relative", "%", 100.0, 0.05, "rate of turn"),)
 
     def rows(self, robot: Robot, trials: Sequence[TurnRun], lowest: Mapping[str, float]) -> list[Rows]:

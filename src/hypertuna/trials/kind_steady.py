@@ -76,7 +76,7 @@ class Steady(Kind[SteadyRun]):
     """Steady runs: speed and cost of transport of settled gaits."""
 
     trial = SteadyRun
-    key, label, others, nuisance = "steady", "steady run", "gaits", "cost_factor"
+    key, label, others, nuisance, hinges_bend = "steady", "steady run", "gaits", "cost_factor", True
     quantities = (
         Quantity("speed", "m/s", "relative", "%", 100.0, 0.05, "speed"),
         Quantity("cost_of_transport", "J/(kg m)", "relative", "%", 100.0, 0.05, "cost of transport"),

@@ -58,7 +58,7 @@ class TrackedRows(Rows):
     def predict(self, at: Point) -> Prediction:
         """Return the computed poses at the frames of all runs, axis by axis."""
         frames, n = len(self.frames), at.count
-        along = np.zeros((len(parameter_names(at.robot)), 0)) if at.along is None else at.along
+        along = at.model_along if at.along is not None else at.model_along[:, :0]
         half = at.columns.get("links.length", at.robot.links.length)[0] / 2
         by_half = along[parameter_names(at.robot).index("links.length[0]")] / 2
         # frames are interpolated between two steps of the replay; before its start the robot rests
