@@ -202,3 +202,14 @@ def test_mistakes_of_a_wide_table_take_no_time(tmp_path: Path) -> None:
         read_table(tmp_path / "x.csv").keys({"u": "u"}, {}, fix="")
     assert "u must appear only once" in str(watch.raised)
     assert not watch.problem
+
+
+def test_a_chunk_of_an_array_is_bounded(tmp_path: Path) -> None:
+    """40 numbers may lie in a chunk of 1.9 GB, of which a file has 8 MB."""
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        about: dict[str, Any] = {"chunks": (1_100_000_000,), "maxshape": (None,), "compression": "gzip"}
+        array = file.create_dataset("x", (40,), "i1", **about)
+        packer = zlib.compressobj(1)
+        array.id.write_direct_chunk((0,), b"".join(packer.compress(bytes(10**7)) for _ in range(110)) + packer.flush())
+    with pytest.raises(InputError, match="must be a whole HDF5 file"):
+        read_hdf5(tmp_path / "x.h5")

@@ -10,7 +10,7 @@ import resource
 import sys
 from typing import Any
 
-SECONDS, MEMORY = 40, 3 << 30  # limits: s of processor time; bytes of address space
+SECONDS, MEMORY = 40, 1 << 30  # limits: s of processor time; bytes of address space
 # Limits: nested groups; groups and arrays; attributes; texts of an array; letters of all texts and of attributes.
 DEPTH, OBJECTS, ATTRIBUTES, TEXTS, LETTERS = 8, 2000, 20_000, 20_000, 4_000_000
 LARGEST, MOST = 12_000_000, 24_000_000  # numbers of an array and of all: an hour of 12 markers at 60 Hz has 8 million
