@@ -13,6 +13,7 @@
 
 #include "hypertuna/host/body.hpp"
 #include "hypertuna/host/load_model.hpp"
+#include "ranges.hpp"
 
 #if mjVERSION_HEADER < 4000000
 #error "needs MuJoCo 4, whose mass matrix is stored by rows"
@@ -26,17 +27,23 @@ using Links = std::vector<LinkSpace<double>>;
 
 /// Columns parsed from the file's text, one after another: name, rows, width, numbers.
 struct Text {
+    static constexpr std::size_t most = 1000000;               // rows, width, and numbers of a column
+    static constexpr NumberRange any{-huge, huge, false, ""};  // of excess, which images lack
     std::vector<std::vector<double>> numbers;
     NamedColumns columns;
+    std::string fault;
 
     explicit Text(const char* text) {
         std::istringstream in(text);
         std::string name, word;
         std::size_t rows, width;
-        while (in >> name >> rows >> width && rows * width <= 1000000) {
+        while (in >> name >> rows >> width && rows <= most && width <= most && rows * width <= most) {
             std::vector<double>& column = numbers.emplace_back(rows * width);
             for (double& number : column) in >> word, number = std::strtod(word.c_str(), nullptr);  // inf is one
             columns.push_back({name, column.data(), rows, width});
+            const NumberRange& range = name == "excess" ? any : range_of(name);
+            for (const double number : column)
+                if (!in_range(range, number)) fault = name + ": has a number that no robot has";
         }
     }
 };
@@ -201,6 +208,7 @@ int init(const mjModel* m, mjData* d, int instance) {
                                                                         mj_getPluginConfig(m, instance, "columns");
     if (!law || !columns) return refuse("must have law and columns, as `hypertuna export mjcf --plugin` writes them");
     const Text text(columns);
+    if (!text.fault.empty()) return refuse(text.fault);
     const Loaded<Model> model = load_model(law, text.columns);
     if (!model.object) return refuse(model.fault);
     const int links = model.object->links;

@@ -1,8 +1,10 @@
 """What a command imports: nothing that it does not use. A list of modules is the same on a busy machine."""
 
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.main import get_command
@@ -76,3 +78,15 @@ def test_the_list_of_commands_says_what_each_command_is() -> None:
             if isinstance(place, dict):
                 checked.append((place, commands[name]))
     assert len(checked) > 1
+
+
+@pytest.mark.parametrize("style", [b"\xff\xfe", b"foo: \x1b[31m bar\n", None], ids=["bytes", "signs", "device"])
+def test_figures_take_no_style_from_the_folder_or_the_shell(tmp_path: Path, style: bytes | None) -> None:
+    """Matplotlib reads a file of the present folder, which may never end, or hold signs for the terminal."""
+    file = tmp_path / "matplotlibrc"
+    file.write_bytes(style) if style is not None else file.symlink_to("/dev/zero")
+    shell = os.environ | {"MPLBACKEND": "none", "MATPLOTLIBRC": "/dev/zero"}
+    command = [sys.executable, "-m", "hypertuna", *SWIM, "--plot", "out.svg"]
+    result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=shell, timeout=300)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert (tmp_path / "out.svg").read_bytes().endswith(b"</svg>\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -128,6 +129,12 @@ def test_columns_that_are_not_a_robots_are_refused(monkeypatch: pytest.MonkeyPat
         (text.replace('value="strip"', 'value="stripes"'), "law: must be one of lumped, strip, elongated"),
         (text.replace("wetted_area 8 1", "area 8 1"), "lacks wetted_area"),
         (text.replace('<plugin instance="water" />', "", 1), "must be the plugin of 8 bodies, but is of 7"),
+        (text.replace("joint_group 8 1", "joint_group 4294967295 0"), "joint_group: must have one link or more"),
+        (
+            text.replace("joint_group 8 1", "joint_group 9223372036854775812 2"),
+            "joint_group: must have one link or more",
+        ),
+        (re.sub(r"wetted_area 8 1 \S+", "wetted_area 8 1 nan", text), "wetted_area: has a number that no robot has"),
     ):
         with pytest.raises(ValueError, match=sentence):
             mujoco.MjModel.from_xml_string(broken)

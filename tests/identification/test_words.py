@@ -17,6 +17,13 @@ def test_names_are_joined_as_one_says_them() -> None:
     assert sentences._join(["a", "b", "c", "d"]) == "a, b, c and d"
 
 
+def test_files_of_trials_are_named_as_a_robots_file_takes_them() -> None:
+    """A fit with a sign for the terminal in a name, or with too long a list, was refused after the search."""
+    assert identify._listed(["/a/b.csv", "c/b.csv", "", "\x1b[31m.csv"]) == "b.csv, memory, \\u001b[31m.csv"
+    assert identify._listed([f"{k}" for k in range(52)]).endswith("48, 49, and 2 more")
+    assert len(identify._listed([f"{k:03}{'x' * 250}" for k in range(1000)])) < 6000
+
+
 @dataclass
 class Fitted:
     """As much of a fit as the choice of a linear drag asks for."""

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +90,7 @@ def test_groups_lie_in_each_other_eight_deep(tmp_path: Path) -> None:
 def test_attributes_are_texts_and_single_numbers(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file.attrs.update({"rate": 50.0, "one": np.array([3]), "unit": "mm", "raw": np.bytes_(b"m"), "list": [1, 2]})
-        assert attributes(file) == {"rate": 50.0, "one": 3, "unit": "mm", "raw": "m"}
+        assert attributes(file, Counter()) == {"rate": 50.0, "one": 3, "unit": "mm", "raw": "m"}
 
 
 @pytest.mark.parametrize("array", [np.array([[b"a", b"b"]]), np.array([["a"], ["b"]], dtype=object)])

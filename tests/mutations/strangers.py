@@ -18,7 +18,7 @@ from typing import Any
 import hypertuna as ht
 import point_files
 from hypertuna.errors import DamageWarning, InputError
-from mutations import forged, forged_points, surfaces, units
+from mutations import amplified, forged, forged_points, surfaces, units
 from mutations.cases import CALIBRATION, EXAMPLES, MARKERS, PLACES, ROBOTS, ROOT, RUNS, SPRING, TANK, TENSILE, Reaction
 from mutations.damage import Damage, of_bytes, of_structure, of_table, of_text
 from mutations.judge import CONTROL, LONGEST_ERROR, memory_above, watched
@@ -242,22 +242,23 @@ def _scheduler(path: Path) -> Any:
 
 
 TEXTS = (of_text, of_structure)
-TABLES = (of_table, of_structure)
+TOMLS = (*TEXTS, amplified.of_toml)
+TABLES = (of_table, of_structure, amplified.of_table)
 LOGS = (forged.of_log, forged.of_log, forged.of_log, of_bytes)
 
 
 # Binary forms of points: whole files, and the damage that knows each.
-POINTS = {
-    "points of DeepLabCut": ("p.h5", point_files.deeplabcut, forged_points.of_hdf5),
-    "points of DeepLabCut, fixed": ("p.h5", point_files.deeplabcut_fixed, forged_points.of_hdf5),
-    "points of SLEAP": ("p.h5", point_files.sleap, forged_points.of_hdf5),
-    "points of MATLAB 7.3": ("p.mat", point_files.matlab73, of_bytes),
-    "points of MATLAB": ("p.mat", point_files.matlab, forged_points.of_matlab),
-    "points of DLTdv": ("p.mat", point_files.dltdv, forged_points.of_matlab),
-    "points of TRex": ("p.npz", point_files.trex, forged.of_npz),
-    "midlines of TRex": ("p.npz", point_files.trex_midlines, forged.of_npz),
-    "points in C3D": ("p.c3d", point_files.c3d, forged_points.of_c3d),
-    "workbook": ("p.xlsx", point_files.workbook, forged_points.of_workbook),
+POINTS: dict[str, tuple[str, Callable[[], bytes], tuple[Damage, ...]]] = {
+    "points of DeepLabCut": ("p.h5", point_files.deeplabcut, (forged_points.of_hdf5, amplified.of_hdf5)),
+    "points of DeepLabCut, fixed": ("p.h5", point_files.deeplabcut_fixed, (forged_points.of_hdf5, amplified.of_hdf5)),
+    "points of SLEAP": ("p.h5", point_files.sleap, (forged_points.of_hdf5, amplified.of_hdf5)),
+    "points of MATLAB 7.3": ("p.mat", point_files.matlab73, (of_bytes, amplified.of_hdf5)),
+    "points of MATLAB": ("p.mat", point_files.matlab, (forged_points.of_matlab, amplified.of_matlab)),
+    "points of DLTdv": ("p.mat", point_files.dltdv, (forged_points.of_matlab, amplified.of_matlab)),
+    "points of TRex": ("p.npz", point_files.trex, (forged.of_npz, amplified.of_npz)),
+    "midlines of TRex": ("p.npz", point_files.trex_midlines, (forged.of_npz, amplified.of_npz)),
+    "points in C3D": ("p.c3d", point_files.c3d, (forged_points.of_c3d, amplified.of_c3d)),
+    "workbook": ("p.xlsx", point_files.workbook, (forged_points.of_workbook, amplified.of_workbook)),
 }
 
 
@@ -270,7 +271,7 @@ def _text(path: Path) -> Callable[[], bytes]:
 
 
 def _toml(name: str, path: Path, read: Callable[[Path], Any]) -> Reader:
-    return Reader(name, path.read_bytes, read, TEXTS, f"{name.replace(' ', '-')}.toml")
+    return Reader(name, path.read_bytes, read, TOMLS, f"{name.replace(' ', '-')}.toml")
 
 
 FORMS = (
@@ -318,8 +319,8 @@ READERS = (
     Reader("markers", MARKERS.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of DeepLabCut", forged.DEEPLABCUT.encode().strip, _markers, TABLES, "file.csv"),
     Reader("markers of SLEAP", forged.SLEAP.encode().strip, _markers, TABLES, "file.csv"),
-    *(Reader(name, make, _points, (damage,), file) for name, (file, make, damage) in POINTS.items()),
-    Reader("bag", _bag("db3"), _poses, (forged_points.of_database,), "bag.db3"),
+    *(Reader(name, make, _points, damages, file) for name, (file, make, damages) in POINTS.items()),
+    Reader("bag", _bag("db3"), _poses, (forged_points.of_database, amplified.of_database), "bag.db3"),
     Reader("bag in MCAP", _bag("mcap"), _poses, LOGS, "bag.mcap"),
     Reader("poses in a table", point_files.pose_table, _poses, TABLES, "poses.csv"),
     *(_tracked(file) for file in FILES if file.name in FORMS),
@@ -338,7 +339,13 @@ READERS = (
     Reader("log", forged.log, _log, LOGS, "log.mcap"),
     Reader("radio log", forged.radio_log, _radio, LOGS, "log.mcap"),
     Reader("black box", forged.box, _box, (of_bytes, forged.of_box), "box.bin"),
-    Reader("policy", _text(EXAMPLES / "learning/goto.npz"), _policy, (of_bytes, forged.of_npz), "policy.npz"),
+    Reader(
+        "policy",
+        _text(EXAMPLES / "learning/goto.npz"),
+        _policy,
+        (of_bytes, forged.of_npz, amplified.of_npz),
+        "policy.npz",
+    ),
     Reader("shards", forged.shards, _merged, (forged.of_shards, forged.of_shards, of_bytes), "a.shards/packed"),
     Reader("journal", forged.journal, _journal, (forged.of_journal, of_text), "j.jsonl"),
     Reader("surface", surfaces.surface, _surface, (surfaces.of_surface,), "surface-000.vtu"),

@@ -48,14 +48,23 @@ Bytes unsigned_frame(const Message& m, Sender from, bool torn = false) {
     return bytes;
 }
 
-static constexpr Sender radio_modem{modem.system, modem.component, 0}, nobody{7, 7, 0}, robot_itself{1, 1, 0};
+static constexpr Sender radio_modem{modem.system, modem.component, 0}, nobody{7, 7, 0}, robot_itself{1, 1, 0},
+    pilot_itself{255, 190, 0};
 
 static std::vector<Bytes> floods() {
     mavlink_radio_status_t full{};  // a full transmit buffer
     full.rssi = full.remrssi = 200;
     const mavlink_command_long_t other = command(MAV_CMD_NAV_TAKEOFF);
-    return {unsigned_frame(full, radio_modem), unsigned_frame(full, nobody), unsigned_frame(other, nobody),
-            unsigned_frame(mavlink_ping_t{}, nobody), unsigned_frame(other, nobody, true)};
+    return {unsigned_frame(full, radio_modem),
+            unsigned_frame(full, nobody),
+            unsigned_frame(other, nobody),
+            unsigned_frame(mavlink_ping_t{}, nobody),
+            unsigned_frame(other, nobody, true),
+            unsigned_frame(mavlink_heartbeat_t{}, pilot_itself),
+            unsigned_frame(mavlink_timesync_t{}, pilot_itself),
+            unsigned_frame(mavlink_param_request_list_t{}, pilot_itself),
+            unsigned_frame(mavlink_mission_count_t{}, pilot_itself),
+            unsigned_frame(other, robot_itself)};
 }
 
 /// The beginning of a long frame that never ends, and frames whose signature never comes.
@@ -119,7 +128,7 @@ static int carried_out(Flooded& bench) {
 /// Unsigned frames, 100 a second or as many as the line carries, keep no safety order from a signed robot at the
 /// default rate, and no answer from its ground: 30 of 30.
 static void test_safety_orders_in_a_flood() {
-    for (const int line : {0, 6})
+    for (const int line : {0, 6, 12})
         for (const Bytes& junk : floods()) {
             Flooded bench(junk, line);
             CHECK(carried_out(bench) == 30);
@@ -128,6 +137,16 @@ static void test_safety_orders_in_a_flood() {
             for (const auto& answer : answers) CHECK(answer.result == MAV_RESULT_ACCEPTED);
             CHECK(said<mavlink_heartbeat_t>(bench.board.said).size() >= 29);
         }
+}
+
+/// A frame that the ground station signed once, said again and again, keeps no safety order either.
+static void test_safety_orders_beside_a_replayed_one() {
+    for (const int line : {0, 6}) {
+        Flooded bench({}, line);
+        bench.junk = bench.frame(command(MAV_CMD_DO_PAUSE_CONTINUE, 0));
+        bench.say(command(MAV_CMD_DO_PAUSE_CONTINUE, 0));
+        CHECK(carried_out(bench) == 30);
+    }
 }
 
 /// With every place for answers taken, a safety order is carried out at once without an answer; another order waits.
@@ -199,6 +218,7 @@ static void test_least_rate() {
 
 int main() {
     test_safety_orders_in_a_flood();
+    test_safety_orders_beside_a_replayed_one();
     test_no_room_for_an_answer();
     test_sticks_without_room();
     test_torn_frames();

@@ -197,9 +197,9 @@ def _check(robot: Robot, frequency: Sequence[float], amplitude: Sequence[float])
     for key, values, unit in (("frequency", frequency, "Hz"), ("amplitude", np.degrees(amplitude), "deg")):
         for value in values:
             POSITIVE.check(value, key, f"give it in {unit}")
-    Range(min=BEATS / DURATION_MAX, unit="Hz").check(
-        min(frequency), "frequency", "slower beats take too long to compute"
-    )
+    limits, fix = Range(min=BEATS / DURATION_MAX, max=1000, unit="Hz"), "other beats take too long to compute"
+    for value in frequency:
+        limits.check(value, "frequency", fix)
 
 
 def _size(robot: Robot, hydraulics: Circuits, model: JointModel, j: int, frequency: float, amplitude: float) -> Size:

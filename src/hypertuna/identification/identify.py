@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from hypertuna.description.provenance import journal_header, provenance
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.description.schema.water import LAWS
 from hypertuna.display import Plotted, Tabular
-from hypertuna.errors import InputError, InputErrors, shown
+from hypertuna.errors import InputError, InputErrors, escaped, shown
 from hypertuna.identification.coefficients import Free, free, from_scale, with_fit, with_values
 from hypertuna.identification.columns import is_spring
 from hypertuna.identification.experiment import Experiment, experiment
@@ -43,6 +43,7 @@ Paths = str | Path | Sequence[str | Path]
 FRACTION_LEFT, STARTS = Range(min=0, below=1), Whole(min=1, max=4096)  # allowed values of `validate` and `starts`
 VALIDATE, MIN_RUNS = 0.2, 6  # default fraction of runs kept for validation, and number of runs below which none are
 SNAP = 1e-6  # fraction of the allowed range: a value closer to a bound is set to the bound
+MAX_NAMED, MAX_NAME = 50, 100  # files of trials that a fit names, and characters of a name
 
 
 @dataclass(frozen=True)
@@ -343,6 +344,12 @@ def _check_springs(robot: Robot, trials: Trials, frees: Sequence[Free], steps: i
         raise InputError(rule, key=key, value=error.value, fix="give lower --bounds") from None
 
 
+def _listed(files: Iterable[str]) -> str:
+    """Return the names of files as a robot's file holds them: without control characters, and not too many."""
+    names = [*dict.fromkeys(escaped(Path(file).name)[:MAX_NAME] or "memory" for file in files)]
+    return ", ".join([*names[:MAX_NAMED], *[f"and {len(names) - MAX_NAMED} more"] * (len(names) > MAX_NAMED)])
+
+
 def _result(
     data: Experiment, part: Experiment, held_out: Trials, result: Mapping[str, Any], levels: dict[str, float], seed: int
 ) -> Fit:
@@ -359,7 +366,7 @@ def _result(
         unseen = experiment(robot, held_out, frees, steps=data.steps, threads=data.threads)
         validation = errors(unseen, predict(unseen, values, gradient_steps=None, levels=levels))
     fitted_trials = [trial.file for kind in KINDS for part in trials for trial in part.kinds.get(kind, ())]
-    files = ", ".join(dict.fromkeys(Path(file).name or "memory" for file in fitted_trials))
+    files = _listed(fitted_trials)
     text = f"identified by hypertuna {version()} from {len(data.trials.runs)} runs of {files}"
     covariance = intervals.bounded_covariance
     warnings = warnings_of(data, values, intervals.bound, intervals.directions, intervals.residual_scale, prediction)

@@ -102,8 +102,7 @@ def _database_topics(path: Path) -> dict[str, Topic]:
             database.set_progress_handler(lambda: next(steps, None) is None, 10_000)
             database.execute("PRAGMA trusted_schema = OFF")
             database.execute("PRAGMA cell_size_check = ON")
-            tables = dict(database.execute("SELECT name, type FROM sqlite_master WHERE name IN ('topics', 'messages')"))
-            if set(tables.values()) != {"table"} or len(tables) < 2:
+            if not all(_is_stored(database, name) for name in ("topics", "messages")):
                 raise InputError("must have tables of topics and messages", file=str(path), fix="give a bag of ROS 2")
             described = {
                 row[0]: row
@@ -125,6 +124,13 @@ def _database_topics(path: Path) -> dict[str, Topic]:
         fix = "record it again, or convert it: rosbags-convert"
         raise InputError("must be a whole bag of ROS 2", file=str(path), value="not", fix=fix) from None
     return topics
+
+
+def _is_stored(database: Any, name: str) -> bool:
+    """Return whether a database has a table of this name whose cells are all stored, and none computed."""
+    kinds = database.execute("SELECT type FROM pragma_table_list(?) WHERE schema = 'main'", (name,)).fetchall()
+    hidden = database.execute("SELECT max(hidden) FROM pragma_table_xinfo(?)", (name,)).fetchone()
+    return bool(kinds == [("table",)] and hidden == (0,))
 
 
 class _Reader:

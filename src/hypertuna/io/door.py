@@ -65,6 +65,8 @@ TABLES = 5_000  # tables in a list of a TOML file
 CELLS, ROWS = 3_000_000, 1_000_000  # cells and lines of a table: half an hour of 12 markers at 60 Hz
 RUNS = 50_000  # rows of a table whose rows are runs, samples or places, each an object
 LONGEST = 100_000  # characters of a table's line
+NUMBERS = 12_000_000  # numbers of a binary file of points: an hour of 12 markers at 60 Hz has 8 million
+TAGS, TAG = 3_000_000, 10_000  # signs < of a workbook, of which a cell has four; characters of one of its tags
 MEMBERS, UNPACKED = 1_000, 32 * MB  # files of an archive, and their bytes when unpacked
 DIRECTORY = 300 * MEMBERS  # bytes of an archive's list of files
 END, END64 = 22, 20  # bytes of an archive's end record, and of the locator before it in a 64-bit archive
@@ -79,6 +81,7 @@ QUOTED = re.compile(
 )
 # Pattern of a dotted key that is nested too deeply
 DOTTED = re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEPTH},}}")
+LONG_TAG = re.compile(rb"<[^<>]{%d}" % TAG)
 # What to do about errors of `tomllib`, which names the line where it gave up.
 TOML_FIXES = {
     "Unclosed array": "close the bracket that opens there or on a line above, and write decimals with a point",
@@ -179,19 +182,36 @@ def read_npz(path: str | Path, kind: str = "policy", largest: int = UNPACKED) ->
     """Read the arrays of a .npz file of at most `largest` unpacked bytes; headers must agree with their content."""
     import numpy as np  # slow to import
 
-    arrays = {}
+    arrays, numbers = {}, 0
     rule, fix = "must be a whole .npz file of numbers", KINDS[kind].fix
     try:
         with archived(io.BytesIO(read_bytes(path, kind)), largest) as archive:
             for member in archive.infolist():
                 content = unpacked(archive, member)
-                _check_npy(content)
+                check_numbers(numbers := numbers + _check_npy(content))
                 arrays[member.filename.removesuffix(".npy")] = np.load(io.BytesIO(content), allow_pickle=False)
     except InputError as error:
         raise InputError(error.rule, file=str(path), value=error.value, fix=error.fix or fix) from None
     except damage():
         raise InputError(rule, file=str(path), fix=fix) from None
     return arrays
+
+
+def check_numbers(count: int, file: str | None = None) -> None:
+    """Check that a binary file has at most NUMBERS numbers: of a byte each, they become floats of eight."""
+    if count > NUMBERS:
+        raise InputError(f"must hold at most {NUMBERS} numbers", file=file, value="more", fix="cut it into parts")
+
+
+def check_tags(archive: zipfile.ZipFile) -> None:
+    """Check before parsing that the XML texts of an archive have at most TAGS tags in all, none longer than TAG."""
+    tags = 0
+    for file in archive.infolist():
+        content = unpacked(archive, file)
+        tags += content.count(b"<")
+        if tags > TAGS or LONG_TAG.search(content):
+            rule = f"must have at most {TAGS // 4} cells"
+            raise InputError(rule, value="larger", fix="save the sheet as CSV, or cut it into parts")
 
 
 def damage() -> tuple[type[Exception], ...]:
@@ -233,8 +253,8 @@ def unpacked(archive: zipfile.ZipFile, file: zipfile.ZipInfo | str) -> bytes:
         return content.read((archive.getinfo(file) if isinstance(file, str) else file).file_size)
 
 
-def _check_npy(content: bytes) -> None:
-    """Check that the header of an array states numbers, as many as follow it."""
+def _check_npy(content: bytes) -> int:
+    """Check that the header of an array states numbers, as many as follow it; return how many these are."""
     from numpy.lib import format as npy
 
     stream = io.BytesIO(content)
@@ -246,9 +266,10 @@ def _check_npy(content: bytes) -> None:
         shape, _, dtype = read_header(stream, NPY_HEADER)
     except Exception:  # NumPy parses the header as Python, and may raise any error
         raise ValueError("its header is damaged") from None
-    size = math.prod(shape) * dtype.itemsize
-    if dtype.hasobject or dtype.kind not in "biufU" or size != len(content) - stream.tell():
+    count = math.prod(shape)
+    if dtype.hasobject or dtype.kind not in "biufU" or count * dtype.itemsize != len(content) - stream.tell():
         raise ValueError("its shape is not that of its content")
+    return count
 
 
 def _check_toml(text: str) -> None:

@@ -10,24 +10,28 @@ import resource
 import sys
 from typing import Any
 
-SECONDS, MEMORY = 40, 3 << 30  # limits: s of processor time; bytes of address space
-# Limits: nested groups; groups and arrays; texts of an array; letters of all texts.
-DEPTH, OBJECTS, TEXTS, LETTERS = 8, 2000, 20_000, 4_000_000
+SECONDS, MEMORY = 40, 1 << 30  # limits: s of processor time; bytes of address space
+# Limits: nested groups; groups and arrays; attributes; texts of an array; letters of all texts and of attributes.
+DEPTH, OBJECTS, ATTRIBUTES, TEXTS, LETTERS = 8, 2000, 20_000, 20_000, 4_000_000
 LARGEST, MOST = 12_000_000, 24_000_000  # numbers of an array and of all: an hour of 12 markers at 60 Hz has 8 million
 
 
-def attributes(item: Any) -> dict[str, Any]:
-    """Return the attributes that are texts or single numbers."""
+def attributes(item: Any, counts: dict[str, int]) -> dict[str, Any]:
+    """Return the attributes that are texts or single numbers, up to the limits: a group can have many names."""
     values = {}
     for name in list(item.attrs)[:200]:
+        counts["attributes"] += 1
+        if counts["attributes"] > ATTRIBUTES or counts["about"] > LETTERS:
+            break
         try:
             value = item.attrs[name]
         except Exception:  # an attribute of a type that h5py does not know
             continue
         value = value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value
         value = value.decode("latin-1") if isinstance(value, bytes) else value
-        if isinstance(value, (str, int, float)) and len(str(value)) <= LETTERS:
+        if isinstance(value, (str, int, float)) and (length := len(str(value))) <= LETTERS:
             values[name] = value
+            counts["about"] += length + len(name)
     return values
 
 
@@ -48,7 +52,7 @@ def main() -> None:
     entries: list[dict[str, Any]] = []
     contents: list[bytes] = []
     left_out: list[str] = []
-    counts = {"objects": 0, "numbers": 0, "letters": 0}
+    counts = dict.fromkeys(("objects", "numbers", "letters", "attributes", "about"), 0)
 
     def keep(name: str, array: Any) -> None:
         ordered = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("<")))
@@ -88,7 +92,7 @@ def main() -> None:
             if not isinstance(group.get(key, getlink=True), h5py.HardLink) or key.startswith(("_i_", "#")):
                 continue
             item, name = group[key], f"{place}{key}"
-            entries.append({"name": name, "attributes": attributes(item)})
+            entries.append({"name": name, "attributes": attributes(item, counts)})
             if isinstance(item, h5py.Group) and depth < DEPTH:
                 walk(item, f"{name}/", depth + 1)
             elif isinstance(item, h5py.Dataset):

@@ -5,7 +5,7 @@ Cells and structures are walked; objects, functions and complex parts are left o
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
-from hypertuna.io.door import MB, read_bytes
+from hypertuna.io.door import MB, NUMBERS, check_numbers, read_bytes
 
 SIGNATURE = b"MATLAB 5.0 MAT-file"  # first bytes of a file
 LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # limits: bytes unpacked; arrays; nested cells and structures
@@ -33,6 +33,7 @@ class MatFile:
     arrays: dict[str, Array] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
     count: int = 0  # arrays read so far
+    numbers: int = 0  # and numbers of these
 
 
 def read_matlab(path: str | Path) -> MatFile:
@@ -43,14 +44,14 @@ def read_matlab(path: str | Path) -> MatFile:
         if content[126:128] not in (b"IM", b"MI"):
             raise ValueError
         bytes_left = LARGEST
-        for kind, data in _elements(content[HEADER:], mat.order):
+        for kind, data in _elements(memoryview(content)[HEADER:], mat.order):
             if kind == COMPRESSED:
                 unpacked = zlib.decompressobj().decompress(data, bytes_left + 1)
                 bytes_left -= len(unpacked)
                 if bytes_left < 0:
                     rule, fix = f"must unpack to at most {LARGEST // MB} MB", "save the arrays of the points alone"
                     raise InputError(rule, file=mat.file, value="more", fix=fix)
-                kind, data = next(iter(_elements(unpacked, mat.order)))
+                kind, data = next(iter(_elements(memoryview(unpacked), mat.order)))
             if kind == MATRIX:
                 _matrix(mat, data, "", 0)
     except InputError:
@@ -65,7 +66,7 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
     """Return the full array of a sparse one, given its values, their rows, and the index at which a column begins."""
     columns, count = len(begin) - 1, len(values)
     valid = begin.dtype.kind in "iu" and row.dtype.kind in "iu" and row.ndim == begin.ndim == values.ndim == 1
-    if not valid or columns < 1 or rows * columns > LARGEST // 8 or (np.diff(begin.astype(float)) < 0).any():
+    if not valid or columns < 1 or rows * columns > NUMBERS or (np.diff(begin.astype(float)) < 0).any():
         raise InputError("must be a whole file of MATLAB", file=file, value="not", fix="save it again")
     if (
         begin[0] != 0
@@ -81,7 +82,7 @@ def dense(rows: int, values: Array, row: Array, begin: Array, *, file: str) -> A
     return array
 
 
-def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
     """Yield type and content of each element; content of up to 4 bytes is inside its tag."""
     offset = 0
     while offset + 8 <= len(data):
@@ -98,13 +99,20 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         yield kind, data[begin : begin + size]
 
 
-def _numbers(mat: MatFile, element: tuple[int, bytes]) -> Array:
+def _numbers(mat: MatFile, element: tuple[int, memoryview]) -> Array:
     """Return the numbers of an element."""
     kind, data = element
     return np.frombuffer(data, np.dtype(mat.order + TYPES[kind]))
 
 
-def _matrix(mat: MatFile, data: bytes, name: str, depth: int) -> None:
+def _add(mat: MatFile, name: str, count: int, array: Callable[[], Array]) -> None:
+    """Add an array of a number of floats, after checking that the file does not hold too many."""
+    mat.numbers += count
+    check_numbers(mat.numbers, mat.file)
+    mat.arrays[name] = array()
+
+
+def _matrix(mat: MatFile, data: memoryview, name: str, depth: int) -> None:
     """Read an array, or the arrays of a cell or a structure, into `mat`."""
     mat.count += 1
     if mat.count > ARRAYS or depth > DEPTH:
@@ -118,7 +126,7 @@ def _matrix(mat: MatFile, data: bytes, name: str, depth: int) -> None:
     if kind > UINT64:
         return  # an object or a function
     shape = tuple(int(size) for size in _numbers(mat, next(parts)))
-    own_name = next(parts)[1].decode("latin-1")
+    own_name = bytes(next(parts)[1]).decode("latin-1")
     name = name or own_name
     if kind == CELL:
         for k, (_, content) in enumerate(parts):
@@ -126,19 +134,20 @@ def _matrix(mat: MatFile, data: bytes, name: str, depth: int) -> None:
     elif kind in (STRUCT, OBJECT):
         if kind == OBJECT:
             next(parts)  # name of its class
-        width, names = int(_numbers(mat, next(parts))[0]), next(parts)[1]
+        width, names = int(_numbers(mat, next(parts))[0]), bytes(next(parts)[1])
         fields = [names[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(names), width)]
         several = np.prod(shape, dtype=float) > 1
         for k, (_, content) in enumerate(parts):
             index = f"({k // len(fields) + 1})" if several else ""
             _matrix(mat, content, f"{name}{index}.{fields[k % len(fields)]}", depth + 1)
     elif kind == CHAR:
-        mat.texts[name] = "".join(map(chr, _numbers(mat, next(parts)).tolist()[:10_000]))
+        mat.texts[name] = "".join(map(chr, _numbers(mat, next(parts))[:10_000].tolist()))
     elif kind == SPARSE:
         row, begin, values = (_numbers(mat, next(parts)) for _ in range(3))
         if len(shape) != 2 or len(begin) != shape[1] + 1:
             raise ValueError
-        mat.arrays[name] = dense(shape[0], values, row, begin, file=mat.file)
+        _add(mat, name, shape[0] * shape[1], lambda: dense(shape[0], values, row, begin, file=mat.file))
     elif kind >= DOUBLE:
         values = _numbers(mat, next(parts))
-        mat.arrays[name] = values.astype(float).reshape(shape, order="F")  # a wrong size is a ValueError
+        # a wrong size is a ValueError
+        _add(mat, name, len(values), lambda: values.astype(float).reshape(shape, order="F"))

@@ -55,6 +55,8 @@ class Table:
         suggested: set[str] = set()
         advice = ""  # the first hint
         for column in self.head:
+            if len(errors) == MAX_BAD:
+                break
             place = f"line {self.line}, {column}"
             if column not in known:
                 unused = [c for c, key in known.items() if c not in self.head and key not in keys]

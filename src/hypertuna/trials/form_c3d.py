@@ -2,6 +2,7 @@
 
 import math
 import struct
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -103,7 +104,8 @@ def _named(file: str, about: dict[str, Any], place: Array, rate: float, frame: A
     for k in range(1, 100):
         labels += about.get(f"POINT:LABELS{k if k > 1 else ''}:text", [])
     names = [label or f"{k + 1}" for k, label in enumerate([*labels, *[""] * place.shape[1]][: place.shape[1]])]
-    names = [name if names.count(name) == 1 else f"{name} ({k + 1})" for k, name in enumerate(names)]
+    count = Counter(names)
+    names = [name if count[name] == 1 else f"{name} ({k + 1})" for k, name in enumerate(names)]
     keep = [k for k, name in enumerate(names) if not name.startswith("*")]
     unit = next(iter(about.get("POINT:UNITS:text", [])), "").lower()
     up = next(iter(about.get("POINT:Y_SCREEN:text", [])), "").upper()

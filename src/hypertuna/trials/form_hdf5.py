@@ -8,6 +8,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
+from hypertuna.io.door import check_numbers
 from hypertuna.io.hdf5 import Hdf5, read_hdf5
 from hypertuna.io.matlab import dense
 from hypertuna.trials.form import one_point
@@ -174,7 +175,7 @@ def _sleap(file: Hdf5, individual: str | None) -> Points:
 
 def _matlab(file: Hdf5) -> dict[str, Array]:
     """Return the arrays of a MATLAB 7.3 file by name, with dimensions in MATLAB's order, which HDF5 reverses."""
-    arrays = {}
+    arrays, numbers = {}, 0
     for name, array in file.arrays.items():
         if name.endswith(("/data", "/ir", "/jc")) and "MATLAB_sparse" in file.attributes.get(
             name.rpartition("/")[0], {}
@@ -185,5 +186,6 @@ def _matlab(file: Hdf5) -> dict[str, Array]:
         rows, names = about.get("MATLAB_sparse"), [f"{name}/{part}" for part in ("data", "ir", "jc")]
         if isinstance(rows, int) and 0 < rows < 10_000_000 and all(part in file.arrays for part in names):
             values, row, begin = (file.arrays[part] for part in names)
+            check_numbers(numbers := numbers + rows * begin.size, file.file)
             arrays[name.replace("/", ".")] = dense(rows, values, row, begin, file=file.file)
     return arrays

@@ -7,11 +7,11 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.door import MB, opened, read_npz
+from hypertuna.io.door import CELLS, MB, opened, read_npz
 from hypertuna.trials.form import one_point
 from hypertuna.trials.points import Points, Rows, seen
 
-POSE = re.compile(r"pose([XY])(\d+)")  # name of an array of TRex's poses
+POSE = re.compile(r"pose([XY])([0-9]{1,4})")  # name of an array of TRex's poses
 FIX = "track several points of one body, by DeepLabCut or SLEAP"  # in errors
 STATIONS = 11  # points along a midline, including nose and tail
 
@@ -64,6 +64,9 @@ def _midlines(file: str, arrays: dict[str, Array]) -> Points:
     if (lengths < 0).any() or (lengths != np.round(lengths)).any() or (len(ends) and ends[-1] != total):
         rule, fix = f"must add up to the {total} points of midline_points", "export it from TRex again"
         raise InputError(rule, file=file, key="midline_lengths", value="not", fix=fix)
+    if len(lengths) * STATIONS * 2 > CELLS:
+        rule = f"must have at most {CELLS // STATIONS // 2} frames"
+        raise InputError(rule, file=file, key="midline_lengths", value="more", fix="cut the film into parts")
     place = np.full((len(lengths), STATIONS, 2), np.nan)
     for k, (length, end) in enumerate(zip(lengths.astype(int), ends.astype(int), strict=True)):
         line = points[end - length : end]

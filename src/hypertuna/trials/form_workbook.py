@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from hypertuna.errors import InputError, shown
-from hypertuna.io.door import CELLS, MB, ROWS, archived, damage, opened
+from hypertuna.io.door import CELLS, KINDS, MB, ROWS, archived, check_tags, damage, opened
 from hypertuna.io.extras import need
 from hypertuna.trials.forms import points_of_grid
 from hypertuna.trials.grid import Grid
 from hypertuna.trials.points import Points
 
-MAX_UNPACKED = 512 * MB  # largest size of a workbook's unpacked texts; a million cells take 60 MB
+MAX_UNPACKED = 128 * MB  # largest size of a workbook's unpacked texts; a million cells take 60 MB
 
 
 def read(path: str | Path, individual: str | None) -> Points:
@@ -31,7 +31,7 @@ def _grid(path: str | Path) -> tuple[Grid, tuple[str, ...]]:
     errors: tuple[type[Exception], ...] = (LookupError, ArithmeticError, *damage())
     try:
         with opened(path, "points") as stream, warnings.catch_warnings(action="ignore"):
-            archived(stream, MAX_UNPACKED)
+            check_tags(archived(stream, MAX_UNPACKED))
             book = load_workbook(stream, read_only=True, data_only=True, keep_links=False)
             for sheet in book.worksheets:
                 rows = _rows(file, sheet)
@@ -56,16 +56,17 @@ def _grid(path: str | Path) -> tuple[Grid, tuple[str, ...]]:
 
 def _rows(file: str, sheet: Any) -> list[tuple[int, list[str]]]:
     """Return line number and cells of each non-empty line of a sheet, padded to the length of the longest."""
-    rows, count = [], 0
+    rows, count, letters, width = [], 0, 0, 0
     for number, row in enumerate(sheet.iter_rows(values_only=True), 1):
-        texts = ["" if cell is None else str(cell).strip() for cell in row]
+        texts = ["" if cell is None else str(cell) for cell in row]
+        count, letters = count + len(row), letters + sum(map(len, texts))  # a text may stand in all cells
+        texts = [text.strip() for text in texts] if letters < KINDS["csv"].largest else []
         while texts and not texts[-1]:
             texts.pop()
-        count += len(row)
-        if count > CELLS or number > ROWS:
-            rule = f"must have at most {CELLS} cells and {ROWS} lines"
-            raise InputError(rule, file=file, value="more", fix="cut the sheet into parts")
         if texts and not texts[0].startswith("#"):
             rows.append((number, texts))
-    width = max((len(texts) for _, texts in rows), default=0)
+            width = max(width, len(texts))
+        if max(count, width * len(rows)) > CELLS or number > ROWS or letters > KINDS["csv"].largest:
+            rule = f"must have at most {CELLS} cells and {ROWS} lines, and as CSV {KINDS['csv'].largest // MB} MB"
+            raise InputError(rule, file=file, value="more", fix="cut the sheet into parts")
     return [(number, texts + [""] * (width - len(texts))) for number, texts in rows]
