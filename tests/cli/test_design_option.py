@@ -65,6 +65,21 @@ def test_columns_of_a_design_have_the_names_of_the_files_keys(run: Run, tmp_path
         assert "hinge.stiffness_n_m_per_rad" in table.read_text(encoding="utf-8").splitlines()[0].split(",")
 
 
+@pytest.mark.parametrize("tail", ["passive", "flexible"])
+def test_a_sweep_of_the_shell_has_the_bends_of_a_swim(run: Run, tmp_path: Path, tail: str) -> None:
+    """Of every hinge, in JSON and CSV."""
+    file, table = str(tmp_path / "fish.toml"), tmp_path / "table.csv"
+    assert run("robot", "new", file, "--tail", tail)[0] == 0
+    command = ("--robot", file, "--gait", "cruise")
+    swum = json.loads(run("swim", *command, "--json")[1])
+    code, output, _ = run("sweep", *command, "-o", str(table), "--json")
+    (row,) = json.loads(output)["gaits"]
+    names = [name for name in row if name.startswith(("stiffness_ratio", "bend_", "damping_power"))]
+    assert (code, len(names)) == (0, 5 if tail == "passive" else 15)
+    assert [row[name] for name in names] == pytest.approx([swum[name] for name in names], rel=1e-12)
+    assert {*names} <= {*table.read_text(encoding="utf-8").splitlines()[0].split(",")}
+
+
 @pytest.mark.parametrize("command", [("optimize", "--maximize", "speed"), ("pareto",)], ids=lambda command: command[0])
 def test_a_wrong_limit_names_its_option_and_unit(run: Run, command: tuple[str, ...]) -> None:
     for option, unit in (("--max-bend", "deg"), ("--max-joint-rate", "deg/s"), ("--max-mass", "kg")):

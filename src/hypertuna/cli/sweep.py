@@ -30,7 +30,7 @@ from hypertuna.swimming.batch import Part, batch, table_names
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.gait import MAX_GAITS, Gaits
 from hypertuna.swimming.shards import sweep_shards
-from hypertuna.swimming.sweep import design_robots, sweep
+from hypertuna.swimming.sweep import design_robots, sweep, sweep_designs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,10 +95,6 @@ def sweep_command(
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
     levels = once(design or [])
-    if electrical:
-        from hypertuna.description.twin import require_controller  # slow to import
-
-        require_controller(subject)  # raises errors before a sweep that may be long
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
             settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
@@ -110,18 +106,23 @@ def sweep_command(
     settings["refused"]["--electrical"] = "given" if electrical else None
     if write_shards(files.output, sweep_shards, subject, grid, **settings, as_json=files.as_json, **options):
         return
+    found = design_robots(subject, levels, len(grid)) if levels else ((), [subject])
+    if electrical:
+        from hypertuna.simulation.electrical import check_runs, with_electrical  # slow to import
+
+        check_runs(found[1], grid)  # raises errors before a sweep that may be long
     with (
         progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
         connected(places.cluster) as executor,
     ):
-        settings = options | {"design": levels, "checkpoint": checkpoint}
-        result = sweep(subject, grid, executor=executor, **settings, progress=progress)
+        settings = options | {"executor": executor, "checkpoint": checkpoint, "progress": progress}
+        if levels:
+            result = sweep_designs(subject, grid, levels, found, **settings)
+        else:
+            result = sweep(subject, grid, **settings)
     if electrical:
-        from hypertuna.simulation.electrical import with_electrical  # slow to import
-
-        robots = design_robots(subject, levels, len(grid))[1] if levels else [subject]
         with progress_bar("swimming in the twin", parts="gait") as progress:
-            result = with_electrical(result, robots, grid, threads=thread_count(threads), progress=progress)
+            result = with_electrical(result, found[1], grid, threads=thread_count(threads), progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
