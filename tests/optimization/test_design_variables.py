@@ -258,6 +258,21 @@ def test_a_fin_over_several_links_is_that_of_a_new_robot(links: int) -> None:
     assert same.water.strip.drag_beating == pytest.approx(strip.drag_beating, rel=1e-8)
 
 
+@pytest.mark.parametrize("kind", ["span", "chord"])
+@pytest.mark.parametrize("links", [9, 13])
+def test_a_fin_over_several_links_changes_without_jumps(links: int, kind: str) -> None:
+    """A step of 0.1 % of a size changes no sum over the links by more than 0.3 %; just below 1 drag fell by a tenth."""
+    robot = parse(tomllib.loads(first_robot("x", links=links, length=0.3, mass=0.4)))
+    one, rows = variable(robot, f"fin.{kind}", 0.7, 1.2), []
+    for factor in np.arange(0.75, 1.15, 1e-3):
+        fish = designed(robot, (one,), (factor,))
+        water, parts = fish.water.strip, fish.links
+        assert water is not None
+        area, mass = np.array(parts.lateral_area), np.array(water.added_mass_normal)
+        rows.append([area.sum(), mass @ (area**2 / parts.length), area @ water.drag_beating])
+    assert np.abs(np.diff(np.log(rows), axis=0)).max() < 3e-3
+
+
 def test_a_fin_that_would_reach_the_head_is_refused() -> None:
     robot = parse(tomllib.loads(first_robot("x", links=13, length=0.3, mass=0.4)))
     with pytest.raises(InputError, match="the fin must end behind the head"):
@@ -382,6 +397,32 @@ def test_each_hinge_has_a_limit() -> None:
     assert best.swim is not None
     assert max(bend.bend_peak for bend in best.swim.bends) < np.radians(12)
     assert len(ht.pareto(fish, population=8, generations=2, **how).x)
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "high", "shift"), [("stiffness", 0.01, 900.0, 0.0), ("damping", 0.0, 10.0, 1e-4)]
+)
+def test_a_wide_range_is_searched_by_its_logarithm(key: str, low: float, high: float, shift: float) -> None:
+    """From zero on, by that of the sum with the described value. Most points of such a range were refused."""
+    robot = changed(springy(), {"hinge.damping_n_m_s_per_rad": 1e-4})
+    space = gait_bounds(robot, fixed(2.0), {f"hinge.{key}": (low, high)})
+    for part, value in ((0.0, low), (1.0, high), (0.5, math.sqrt((low + shift) * (high + shift)) - shift)):
+        x = space.lower + part * (space.upper - space.lower)
+        assert space.design(x) == pytest.approx(value, rel=1e-12)
+        assert low <= space.design(x)[0] <= high
+    problem = Problem(robot, space, (objective("speed"),))
+    x, h = space.lower + 0.3 * (space.upper - space.lower), 1e-4
+    found = problem.evaluate(x[np.newaxis], derivatives=True)
+    high_value, low_value = (problem.evaluate(x[np.newaxis] + side).value[0, 0] for side in (h, -h))
+    assert found.value_jacobian is not None
+    assert found.value_jacobian[0, 0] == pytest.approx((high_value - low_value) / (2 * h), rel=1e-5)
+    best = ht.optimize(robot, maximize="speed", bounds=fixed(2.0), design={f"hinge.{key}": (low, high)}, particles=2)
+    if key == "stiffness":
+        near = ht.optimize(robot, maximize="speed", bounds=fixed(2.0), design={"hinge.stiffness": (0.02, 0.2)})
+        assert best.design == pytest.approx(near.design, rel=1e-3)
+    else:
+        assert [*best.design.values()] == pytest.approx([0.0], abs=1e-12)  # the least damping
+        assert best.bounds == {"hinge.damping_n_m_s_per_rad": "lower"}
 
 
 def test_a_value_far_from_a_small_bound_is_not_on_it() -> None:
