@@ -537,3 +537,5 @@ def test_values_of_a_sweep_must_differ(tuna: Robot) -> None:
     for values in ((1.0,), (1.0, 1.0, 2.0)):
         with pytest.raises(InputError, match="must be different values"):
             ht.sweep(tuna, [gait], design={"fin.area": values})
+    with pytest.raises(InputError, match="must be finite"):
+        ht.sweep(tuna, [gait], design={"fin.area": (1.0, math.nan)})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -115,11 +116,8 @@ def sweep_command(
         progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
         connected(places.cluster) as executor,
     ):
-        settings = options | {"executor": executor, "checkpoint": checkpoint, "progress": progress}
-        if levels:
-            result = sweep_designs(subject, grid, levels, found, **settings)
-        else:
-            result = sweep(subject, grid, **settings)
+        swim = partial(sweep_designs, design=levels, found=found) if levels else sweep
+        result = swim(subject, grid, executor=executor, checkpoint=checkpoint, progress=progress, **options)
     if electrical:
         with progress_bar("swimming in the twin", parts="gait") as progress:
             result = with_electrical(result, found[1], grid, threads=thread_count(threads), progress=progress)

@@ -16,7 +16,6 @@ from hypertuna.swimming.designs import design_of, model_features
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.gait_checks import largest
 
-
 WIDE = 100.0  # ratio of a variable's ends from which on a search takes its logarithm
 
 
@@ -90,7 +89,7 @@ class DesignSpace:
         return np.array([1.0 if (shift := _shift(one)) is None else value + shift for one, value in pairs])
 
     def shown(self, x: ArrayLike) -> Array:
-        """Return the coordinates x (dim,) in the units of their names, and values of variables instead of logarithms."""
+        """Return the coordinates x (dim,) in the units of their names, variables by value instead of logarithm."""
         gait = np.asarray(x)[: len(self.free) - len(self.variables)]
         return np.append(gait / self.unit[self.free[: len(gait)]], self.design(x))
 

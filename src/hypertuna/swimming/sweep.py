@@ -166,7 +166,7 @@ def design_robots(
         if len({float(value) for value in values}) < max(2, len(values)):
             fix = "give two or more; --set changes a value for good"
             raise InputError("must be different values", key=f"design {key}", value=shown(values), fix=fix)
-    ends = {key: (float(min(values)), float(max(values))) for key, values in design.items()}
+    ends = {key: (float(np.min(values)), float(np.max(values))) for key, values in design.items()}
     found = design_of(robot, ends, derivatives=False)
     places = list(itertools.product(*([float(value) for value in values] for values in design.values())))
     check_count(gaits * len(places))
