@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import time
 from collections.abc import Iterator
@@ -101,7 +102,7 @@ def sweep_command(
             settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
             _announce(subject, grid, files.output, places, settings)
     else:
-        check_text(len(grid), files.output, files.as_json)
+        check_text(len(grid) * math.prod(len(values) for values in levels.values()), files.output, files.as_json)
     settings = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
     settings["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
     settings["refused"]["--electrical"] = "given" if electrical else None
@@ -190,9 +191,7 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     columns = variable_columns(result, _names(result))
     settled = columns["status"] == "settled"
     remarks = _remarks(columns, settled)
-    design_columns = [*variable_columns(result, [name for name in map(str, result.dims) if "." in name])]
-    axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in design_columns]
-    varying = [name for name in axes if np.ptp(columns[name]) > 0]
+    varying = [name for name in variable_columns(result, coordinate_names(result)) if np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
     left_out = {"frequency_hz"} if turns else {"frequency_hz", "turn_radius_m"}
     names = [*varying, *(name for name in HEADS if name in columns and name not in left_out)]
