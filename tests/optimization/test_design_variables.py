@@ -23,6 +23,7 @@ from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
+from hypertuna.optimization.optimum import _on_bounds
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.designs import beat_features, rates
@@ -403,13 +404,17 @@ def test_each_hinge_has_a_limit() -> None:
     ("key", "low", "high", "shift"), [("stiffness", 0.01, 900.0, 0.0), ("damping", 0.0, 10.0, 1e-4)]
 )
 def test_a_wide_range_is_searched_by_its_logarithm(key: str, low: float, high: float, shift: float) -> None:
-    """From zero on, by that of the sum with the described value. Most points of such a range were refused."""
+    """From zero on, by that of the sum with the described value. Most points of such a range were refused.
+
+    A value is on a bound within 0.5 % of itself, not of the range.
+    """
     robot = changed(springy(), {"hinge.damping_n_m_s_per_rad": 1e-4})
     space = gait_bounds(robot, fixed(2.0), {f"hinge.{key}": (low, high)})
     for part, value in ((0.0, low), (1.0, high), (0.5, math.sqrt((low + shift) * (high + shift)) - shift)):
         x = space.lower + part * (space.upper - space.lower)
         assert space.design(x) == pytest.approx(value, rel=1e-12)
         assert low <= space.design(x)[0] <= high
+    assert _on_bounds(space, space.lower + 0.01)[0].tolist() == [False]
     problem = Problem(robot, space, (objective("speed"),))
     x, h = space.lower + 0.3 * (space.upper - space.lower), 1e-4
     found = problem.evaluate(x[np.newaxis], derivatives=True)

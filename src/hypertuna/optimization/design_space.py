@@ -88,6 +88,12 @@ class DesignSpace:
         pairs = zip(self.variables, self.design(x), strict=True)
         return np.array([1.0 if (shift := _shift(one)) is None else value + shift for one, value in pairs])
 
+    @property
+    def logarithms(self) -> NDArray[np.bool_]:
+        """Whether each coordinate (dim,) is a logarithm."""
+        gait = len(self.free) - len(self.variables)
+        return np.array([False] * gait + [_shift(variable) is not None for variable in self.variables])
+
     def shown(self, x: ArrayLike) -> Array:
         """Return the coordinates x (dim,) in the units of their names, variables by value instead of logarithm."""
         gait = np.asarray(x)[: len(self.free) - len(self.variables)]

@@ -138,9 +138,9 @@ def make_optimum(
 
 def _on_bounds(space: DesignSpace, x: Array) -> list[NDArray[np.bool_]]:
     """Return which coordinates (dim,) are on the lower bound and on the upper: near it, beside range and bound."""
-    value, ends = space.shown(x), (space.shown(space.lower), space.shown(space.upper))
-    width = ends[1] - ends[0]
-    return [abs(value - end) < NEAR * np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
+    width, ends = space.upper - space.lower, (space.lower, space.upper)
+    sizes = [np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
+    return [abs(x - end) < NEAR * np.where(space.logarithms, 1.0, size) for end, size in zip(ends, sizes, strict=True)]
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:
