@@ -329,9 +329,25 @@ static void bind_yielding(nb::module_& m) {
         },
         nb::arg("model"), nb::arg("hinges"),
         "Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` [kg m^2].");
+    m.def(
+        "spring_steps",
+        [](const Model& model, const Hinges& hinges, const Input<2>& spring, const Frequency& frequency, int steps) {
+            check_hinges(model, hinges);
+            check_extent("spring", spring.shape(0), hinges.size());
+            check_extent("spring", spring.shape(1), spring_numbers);
+            std::vector<Spring<double>> springs;
+            for (std::size_t d = 0; d < hinges.size(); ++d)
+                springs.push_back(read_row<Spring<double>, double>(spring_columns, &spring(d, 0)));
+            const SpringRates rates = spring_rates(yield_kernel(), model, hinges, springs);
+            std::vector<int> out;
+            for (std::size_t k = 0; k < frequency.shape(0); ++k)
+                out.push_back(spring_steps(rates, frequency(k), steps));
+            return out;
+        },
+        nb::arg("model"), nb::arg("hinges"), nb::arg("spring"), nb::arg("frequency"), nb::arg("steps"),
+        "Steps of a beat at each frequency [Hz] that follow the springs (hinges, spring_columns): `steps`, doubled as "
+        "often as it takes; 0 where not even `MOST_SPRING_STEPS` do.");
     m.attr("MOST_SPRING_STEPS") = most_spring_steps;
-    m.attr("STABLE_STEPS") = stable_steps;
-    m.attr("ACCURATE_STEPS") = accurate_steps;
     m.attr("BENT") = bent;
     m.attr("COMPRESSED") = compressed;
     m.attr("MAX_HINGES") = max_hinges;

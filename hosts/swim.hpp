@@ -84,13 +84,15 @@ class SettledRows {
         : named_(place_of("p_x", kernel_portable.settle_column)), size_(host.state()) {
         const int hinges = int(host.hinges.size());
         width_ = hinges ? kernel_portable_yielding.row_width(hinges) : named_ + size_ * (1 + size_);
-        rows_.resize(std::size_t(count) * width_);
+        rows_.resize(std::size_t(count) * width_, std::nan(""));
         std::vector<Spring<double>> springs;
         for (int first = 0, end; first < count; first = end) {
             const int steps = host.steps(gaits.frequency[first]);
             for (end = first + 1; end < count && host.steps(gaits.frequency[end]) == steps;) ++end;
             const SettleOptions options{steps, -1, newton_beats, -1, follow ? approach_beats : 0, host.mass};
-            if (hinges)
+            if (steps == 0)  // no steps follow the springs
+                for (int k = first; k < end; ++k) *at(k, "status") = int(BeatStatus::unresolved);
+            else if (hinges)
                 kernel_portable_yielding.settle(host.model, host.yielding(gaits.batch(), springs, count), options,
                                                 first, end, rows_.data());
             else

@@ -31,5 +31,5 @@ export const START = { sea: 0, seed: 8, speed: 16, depth: 24, heading: 32, curre
 export const IMAGE = { magic: 0, version: 8, checksum: 12, columns: 16, names: 20, text: 24, numbers: 28, size: 32 };
 export const CORE = { beat_steps: 128, nearly_straight: 1000 };
 export const FaultKind = { none: 0, stuck: 1, open: 2, spike: 3, nan: 4, drift: 5, shift: 6, clogged: 7 };
-export const BeatStatus = { settled: 0, unsettled: 1, unstable: 2, diverged: 3 };
+export const BeatStatus = { settled: 0, unsettled: 1, unstable: 2, diverged: 3, unresolved: 4 };
 export const Better = { neither: 0, large: 1, small: 2 };

@@ -99,11 +99,18 @@ def hinge_inertia(model: Model, hinges: Sequence[int]) -> NDArray[numpy.float64]
     Inertia that the free, straight body opposes to the joints at the fronts of the links `hinges` [kg m^2].
     """
 
+def spring_steps(
+    model: Model,
+    hinges: Sequence[int],
+    spring: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+    frequency: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    steps: int,
+) -> list[int]:
+    """
+    Steps of a beat at each frequency [Hz] that follow the springs (hinges, spring_columns): `steps`, doubled as often as it takes; 0 where not even `MOST_SPRING_STEPS` do.
+    """
+
 MOST_SPRING_STEPS: int = 1024
-
-STABLE_STEPS: float = 2.3
-
-ACCURATE_STEPS: float = 20.0
 
 BENT: float = 0.5
 

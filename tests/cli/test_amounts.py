@@ -39,6 +39,12 @@ def test_progress_in_a_pipe_is_a_line_now_and_then(
     assert set(lines) == {"simulating, 0 s"}
 
 
+def test_the_choice_of_runs_shows_progress(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(console, "PERIOD", 0.01)
+    code, _, errors = run("design", "ask", "--robot", "rexeel", "--state", str(tmp_path / "eel.state"))
+    assert (code, errors.startswith("choosing runs, ")) == (0, True), errors
+
+
 def test_an_error_of_a_single_call_is_its_own() -> None:
     def fail() -> None:
         raise InputError("must be less")

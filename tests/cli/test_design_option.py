@@ -65,6 +65,29 @@ def test_columns_of_a_design_have_the_names_of_the_files_keys(run: Run, tmp_path
         assert "hinge.stiffness_n_m_per_rad" in table.read_text(encoding="utf-8").splitlines()[0].split(",")
 
 
+def test_the_robots_of_a_design_count_among_the_results(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hypertuna.cli.shards.MAX_TEXT", 3)
+    gaits = ("--frequency", "1,2", "--amplitude", "16,25", "--phase", "0,40")
+    errors = run("sweep", "--robot", "hypertuna", *gaits, "--design", "fin.area=0.9,1.1", "--json")[2]
+    assert "--json must hold at most 3 results as text, but is 4" in errors
+
+
+@pytest.mark.parametrize("tail", ["passive", "flexible"])
+def test_a_sweep_of_the_shell_has_the_bends_of_a_swim(run: Run, tmp_path: Path, tail: str) -> None:
+    """Of every hinge, in JSON and CSV."""
+    file, table = str(tmp_path / "fish.toml"), tmp_path / "table.csv"
+    assert run("robot", "new", file, "--tail", tail)[0] == 0
+    command = ("--robot", file, "--gait", "cruise")
+    swum = json.loads(run("swim", *command, "--json")[1])
+    assert "bend" not in run("sweep", *command, "--frequency", "1,2")[1]  # the terminal shows the speed
+    code, output, _ = run("sweep", *command, "-o", str(table), "--json")
+    (row,) = json.loads(output)["gaits"]
+    names = [name for name in row if name.startswith(("stiffness_ratio", "bend_", "damping_power"))]
+    assert (code, len(names)) == (0, 5 if tail == "passive" else 15)
+    assert [row[name] for name in names] == pytest.approx([swum[name] for name in names], rel=1e-12)
+    assert {*names} <= {*table.read_text(encoding="utf-8").splitlines()[0].split(",")}
+
+
 @pytest.mark.parametrize("command", [("optimize", "--maximize", "speed"), ("pareto",)], ids=lambda command: command[0])
 def test_a_wrong_limit_names_its_option_and_unit(run: Run, command: tuple[str, ...]) -> None:
     for option, unit in (("--max-bend", "deg"), ("--max-joint-rate", "deg/s"), ("--max-mass", "kg")):

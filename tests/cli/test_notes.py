@@ -163,17 +163,26 @@ def test_a_grid_beyond_the_bounds_has_one_note(run: Run) -> None:
     assert "--frequency 600 Hz" in errors
 
 
-def test_oil_has_no_rotor_that_a_hinge_could_turn_against(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("links", "groups", "hinged", "key", "told"),
+    [(3, 2, [1], "hinge", "link 1"), (13, 5, [11, 12], "hinges[0]", "links 11, 12")],
+)
+def test_oil_has_no_rotor_that_hinges_could_turn_against(
+    run: Run, tmp_path: Path, links: int, groups: int, hinged: list[int], key: str, told: str
+) -> None:
     """The robot swims and has a studio, but no twin, and its check says so."""
-    document = tomllib.loads(first_robot("oily", actuation="hydraulic"))
-    document["hinge"] = {"link": 1, "stiffness_n_m_per_rad": 0.003}
+    names = [f"J{j}" for j in range(groups)]
+    document = tomllib.loads(first_robot("oily", actuation="hydraulic", links=links, joints=names))
+    assert hinged in [group["links"] for group in document["joints"]]
+    hinges = [{"link": link, "stiffness_n_m_per_rad": 0.3} for link in hinged]
+    document |= {"hinges": hinges} if len(hinges) > 1 else {"hinge": hinges[0]}
     file = str(tmp_path / "oily.toml")
     write_robot(parse(document), file)
-    rule = "hinge.link must not be the only link of a joint group that oil bends, in the twin, but is 1: "
+    rule = f"{key}.link must leave the joint group that oil bends there a link without a hinge, in the twin, "
     code, _, errors = run("twin", "--robot", file)
-    assert (code, rule in errors) == (2, True)
+    assert (code, f"{rule}but is {hinged[0]}: " in errors) == (2, True)
     assert run("studio", file, "-o", str(tmp_path / "page.html"))[0] == 0
-    assert "has no twin: oil bends its link 1 alone" in run("robot", "check", file)[2]
+    assert f"has no twin: oil bends its {told} alone" in run("robot", "check", file)[2]
 
 
 def test_a_robot_with_a_hinge_flies_a_mission(run: Run, tmp_path: Path) -> None:

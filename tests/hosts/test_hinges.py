@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from host_library import Host, Robot
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.robot import parse
 from hypertuna.mission.image import robot_image
-from hypertuna.swimming.beat import directional_derivatives, settle
+from hypertuna.swimming.beat import STATUSES, directional_derivatives, settle
 from hypertuna.swimming.gait import Gait, Gaits
 from hypertuna.swimming.model import core_model
 from image_file import columns_of, with_number
@@ -69,6 +70,20 @@ def test_settled_gaits_and_derivatives_are_those_of_python(host: Host, tail: str
     for name, values in ours.gradient(0, gaits[k]).items():
         scale = np.abs(wanted[name][k]).max()
         assert values == pytest.approx(wanted[name][k], rel=1e-8, abs=1e-8 * scale), name
+
+
+@pytest.mark.parametrize("tail", TAILS)
+def test_a_beat_that_no_steps_follow_is_told(host: Host, tail: str) -> None:
+    """A gait so slow that the springs are too fast for 1024 steps has a status, beside a gait that swims."""
+    robot, ours = swimmer(tail, host)
+    slow = replace(CRUISE, frequency=1e-3)
+    with pytest.raises(ht.InputError, match="must let 1024 steps of a beat at 0.001 Hz follow it"):
+        ht.swim(robot, slow)
+    found = ours.swim(0, [slow, CRUISE])
+    assert [STATUSES[int(status)] for status in found["status"]] == ["unresolved", "settled"]
+    assert np.array_equal(np.isfinite(found["speed"]), [False, True])
+    assert not any(np.isfinite(values).any() for values in ours.gradient(0, slow).values())
+    assert not np.isfinite(ours.path(0, slow, 128)[1:, 1:4]).any()
 
 
 @pytest.mark.parametrize("tail", TAILS)

@@ -22,6 +22,7 @@ from hypertuna.errors import InputError
 from hypertuna.optimization.constraints import gait_limits
 from hypertuna.optimization.design_space import gait_bounds
 from hypertuna.optimization.objective import objective
+from hypertuna.optimization.optimum import _on_bounds
 from hypertuna.optimization.problem import Problem
 from hypertuna.swimming.beat import settle
 from hypertuna.swimming.designs import beat_features, rates
@@ -279,6 +280,36 @@ def test_each_hinge_has_a_limit() -> None:
     assert len(ht.pareto(fish, population=8, generations=2, **how).x)
 
 
+@pytest.mark.parametrize(
+    ("key", "low", "high", "shift"), [("stiffness", 0.01, 900.0, 0.0), ("damping", 0.0, 10.0, 1e-4)]
+)
+def test_a_wide_range_is_searched_by_its_logarithm(key: str, low: float, high: float, shift: float) -> None:
+    """From zero on, by that of the sum with the described value. Most points of such a range were refused.
+
+    A value is on a bound within 0.5 % of itself, not of the range.
+    """
+    robot = changed(springy(), {"hinge.damping_n_m_s_per_rad": 1e-4})
+    space = gait_bounds(robot, fixed(2.0), {f"hinge.{key}": (low, high)})
+    for part, value in ((0.0, low), (1.0, high), (0.5, math.sqrt((low + shift) * (high + shift)) - shift)):
+        x = space.lower + part * (space.upper - space.lower)
+        assert space.design(x) == pytest.approx(value, rel=1e-12)
+        assert low <= space.design(x)[0] <= high
+    assert _on_bounds(space, space.lower + 0.01)[0].tolist() == [False]
+    problem = Problem(robot, space, (objective("speed"),))
+    x, h = space.lower + 0.3 * (space.upper - space.lower), 1e-4
+    found = problem.evaluate(x[np.newaxis], derivatives=True)
+    high_value, low_value = (problem.evaluate(x[np.newaxis] + side).value[0, 0] for side in (h, -h))
+    assert found.value_jacobian is not None
+    assert found.value_jacobian[0, 0] == pytest.approx((high_value - low_value) / (2 * h), rel=1e-5)
+    best = ht.optimize(robot, maximize="speed", bounds=fixed(2.0), design={f"hinge.{key}": (low, high)}, particles=2)
+    if key == "stiffness":
+        near = ht.optimize(robot, maximize="speed", bounds=fixed(2.0), design={"hinge.stiffness": (0.02, 0.2)})
+        assert best.design == pytest.approx(near.design, rel=1e-3)
+    else:
+        assert [*best.design.values()] == pytest.approx([0.0], abs=1e-12)  # the least damping
+        assert best.bounds == {"hinge.damping_n_m_s_per_rad": "lower"}
+
+
 def test_a_value_far_from_a_small_bound_is_not_on_it() -> None:
     """Of springs from 0.01 to 100 N m/rad the best has six times the lower end, though near it beside the range."""
     robot = springy()
@@ -391,3 +422,5 @@ def test_values_of_a_sweep_must_differ(tuna: Robot) -> None:
     for values in ((1.0,), (1.0, 1.0, 2.0)):
         with pytest.raises(InputError, match="must be different values"):
             ht.sweep(tuna, [gait], design={"fin.area": values})
+    with pytest.raises(InputError, match="must be finite"):
+        ht.sweep(tuna, [gait], design={"fin.area": (1.0, math.nan)})

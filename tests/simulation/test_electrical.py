@@ -2,6 +2,8 @@
 
 import json
 import tomllib
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.changes import changed
+from hypertuna.description.design import designed
 from hypertuna.description.robot import parse
 from hypertuna.simulation.electrical import BEATS, COLUMNS, with_electrical
 from hypertuna.swimming.sweep import design_robots
@@ -65,3 +68,22 @@ def test_the_command_has_them_and_counts_what_the_controller_refuses(run: Run) -
     refused = run("sweep", "--robot", "hypertuna", *gaits, "--electrical", "-o", "x.shards")
     assert (refused[0], "--electrical cannot be combined with a folder of shards" in refused[2]) == (2, True)
     assert "controller is missing" in run("sweep", "--robot", "rexeel", "--gait", "wave-30", "--electrical")[2]
+
+
+def test_the_robots_of_a_design_are_made_once_and_refused_before_they_swim(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, made = str(tmp_path / "fish.toml"), list[float]()
+    assert run("robot", "new", file, "--tail", "passive", "--actuation", "servo")[0] == 0
+
+    def counted(robot: ht.Robot, variables: Any, place: Any) -> ht.Robot:
+        made.append(*place)
+        return designed(robot, variables, place)
+
+    monkeypatch.setattr("hypertuna.swimming.sweep.designed", counted)
+    command = ("sweep", "--robot", file, "--gait", "cruise", "--electrical", "--design", "hinge.stiffness=0.1,0.2")
+    code, output, _ = run(*command, "--json")
+    assert (code, len(json.loads(output)["gaits"]), made) == (0, 2, [0.1, 0.2])
+    monkeypatch.setattr("hypertuna.simulation.electrical.MAX_RUNS", 1)
+    monkeypatch.setattr("hypertuna.cli.sweep.sweep_designs", None)  # nothing swims
+    assert "electrical must be at most 1 gaits to swim in the twin, but is 2" in run(*command)[2]

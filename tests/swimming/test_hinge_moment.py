@@ -36,6 +36,14 @@ def test_small_swings_in_still_water_are_those_of_a_driven_oscillator(ratio: flo
     np.testing.assert_allclose(found, expected, rtol=1e-3)
 
 
+def test_a_beat_that_diverged_has_no_quantities() -> None:
+    """A moment that would bend the hinge by 1000 rad; the largest angle was 0, the largest torque 53 N m."""
+    beat = ht.swim(sprung(moment=1e3), GAIT)
+    assert beat.status == "diverged"
+    numbers = [beat.speed, beat.mechanical_power, beat.torque_peak, beat.tail_excursion]
+    assert np.isnan([*numbers, *list(vars(beat.bends[0]).values())[1:]]).all()
+
+
 BOTH = ht.Gait.from_degrees(frequency=FREQUENCY, amplitude=(16, 10), phase=(0, 60))
 
 

@@ -62,6 +62,7 @@ VERDICTS = {  # status, spectral radius, turn [rad]
     "unsettled": (1, 0.5, 4.0),
     "unstable": (2, 1.012, 0.0),
     "wild": (2, 3.2, -4.0),
+    "unresolved": (4, math.nan, math.nan),
     "diverged": (3, math.nan, math.nan),
 }
 

@@ -11,6 +11,7 @@ import typer
 
 from hypertuna.cli import options as opt
 from hypertuna.cli import parsing
+from hypertuna.cli.console import attended
 from hypertuna.cli.emit import emit
 from hypertuna.cli.experiment import STEADY, check_later, check_one_source, gait_row
 from hypertuna.cli.search import bounds_of
@@ -109,7 +110,7 @@ def ask_command(
     if not robot:
         check_later(context, {"state", "runs", "output", "report", "plot", "as_json"})
     with TankDesign(state, robot or None, **design.arguments()) as tank:
-        result = tank.ask(runs)
+        result = attended("choosing runs", lambda: tank.ask(runs))
     asked = {choice.run.kind for choice in result.choices}
     if rigid := rigid_in(kind for kind in KINDS if kind.key in asked):
         opt.with_rigid_hinge(result.robot, f"in {rigid}")

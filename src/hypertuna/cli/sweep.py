@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,7 +32,7 @@ from hypertuna.swimming.batch import Part, batch, table_names
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.gait import MAX_GAITS, Gaits
 from hypertuna.swimming.shards import sweep_shards
-from hypertuna.swimming.sweep import design_robots, sweep
+from hypertuna.swimming.sweep import design_robots, sweep, sweep_designs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,33 +97,31 @@ def sweep_command(
     grid = gaits.grid(subject)
     options: dict[str, Any] = {"threads": threads, "steps": steps, "check_rest": check_rest}
     levels = once(design or [])
-    if electrical:
-        from hypertuna.description.twin import require_controller  # slow to import
-
-        require_controller(subject)  # raises errors before a sweep that may be long
     if files.output is not None and files.output.endswith(opt.SHARDS):
         if len(grid) > MAX_GAITS:
             settings: Any = options | {"threads": thread_count(threads), "method": "newton", "beats": 1}
             _announce(subject, grid, files.output, places, settings)
     else:
-        check_text(len(grid), files.output, files.as_json)
+        check_text(len(grid) * math.prod(len(values) for values in levels.values()), files.output, files.as_json)
     settings = {"places": places, "refused": {"--checkpoint": checkpoint, "--plot": files.plot}}
     settings["refused"]["--design"] = " ".join(name for name, _ in design or ()) or None
     settings["refused"]["--electrical"] = "given" if electrical else None
     if write_shards(files.output, sweep_shards, subject, grid, **settings, as_json=files.as_json, **options):
         return
+    found = design_robots(subject, levels, len(grid)) if levels else ((), [subject])
+    if electrical:
+        from hypertuna.simulation.electrical import check_runs, with_electrical  # slow to import
+
+        check_runs(found[1], grid)  # raises errors before a sweep that may be long
     with (
         progress_bar("swimming", parts="gait", checkpoint=checkpoint) as progress,
         connected(places.cluster) as executor,
     ):
-        settings = options | {"design": levels, "checkpoint": checkpoint}
-        result = sweep(subject, grid, executor=executor, **settings, progress=progress)
+        swim = partial(sweep_designs, design=levels, found=found) if levels else sweep
+        result = swim(subject, grid, executor=executor, checkpoint=checkpoint, progress=progress, **options)
     if electrical:
-        from hypertuna.simulation.electrical import with_electrical  # slow to import
-
-        robots = design_robots(subject, levels, len(grid))[1] if levels else [subject]
         with progress_bar("swimming in the twin", parts="gait") as progress:
-            result = with_electrical(result, robots, grid, threads=thread_count(threads), progress=progress)
+            result = with_electrical(result, found[1], grid, threads=thread_count(threads), progress=progress)
     emit(
         result,
         record=lambda data: provenance(subject) | {"gaits": column_rows(variable_columns(data, _names(data)))},
@@ -191,9 +191,7 @@ def _lines(result: xr.Dataset) -> Iterator[Any]:
     columns = variable_columns(result, _names(result))
     settled = columns["status"] == "settled"
     remarks = _remarks(columns, settled)
-    design_columns = [*variable_columns(result, [name for name in map(str, result.dims) if "." in name])]
-    axes = [name for name in columns if name.endswith(("_hz", "_deg")) or name in design_columns]
-    varying = [name for name in axes if np.ptp(columns[name]) > 0]
+    varying = [name for name in variable_columns(result, coordinate_names(result)) if np.ptp(columns[name]) > 0]
     turns = np.isfinite(columns["turn_radius_m"]).any()
     left_out = {"frequency_hz"} if turns else {"frequency_hz", "turn_radius_m"}
     names = [*varying, *(name for name in HEADS if name in columns and name not in left_out)]

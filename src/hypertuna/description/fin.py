@@ -128,7 +128,7 @@ def _spread(
     """Stretch a fin [m^2] over the last links from the trailing edge; return new over old added masses of links.
 
     The fin's height at a distance x from the edge is the former one at x / chord, times the span. Where a shorter fin
-    ends, the body is as high as ahead of the fin.
+    ends, the body is as high as ahead of the fin. At each place the larger counts: of heights, masses and drags.
     """
     links, strip, (span, chord) = document["links"], document["water"]["strip"], factors
     old = _pieces(document, plate)
@@ -140,16 +140,16 @@ def _spread(
     middle, step = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
     piece = np.searchsorted(old.ends, middle) - 1
     ahead = np.maximum(piece, old.fin)  # the body at a place, or else the body ahead of the fin
-    body = np.where(piece < old.fin, np.minimum(old.height[ahead], old.height[piece]), old.height[piece])
+    body = np.minimum(old.height[ahead], old.height[piece])
+    body_mass = np.minimum(old.mass[ahead] * (body / old.height[ahead]) ** 2, old.mass[piece])
+    body_drag = np.minimum(old.beating[ahead] * body, old.beating[piece] * old.height[piece])
     source = np.minimum(np.searchsorted(old.ends, middle / chord) - 1, old.fin)  # piece of the fin that comes there
-    height = span * old.height[source]
-    fin = (source < old.fin) & (height >= body)
+    height = np.where(source < old.fin, span * old.height[source], 0.0)
+    mass = np.where(source < old.fin, old.mass[source] * mass_ratio / chord, 0.0)
     own = np.array([beating_of_chord(value, chord) if value else 0.0 for value in old.beating])
-    height = np.where(fin, height, body)
-    mass = np.where(fin, old.mass[source] * mass_ratio / chord, old.mass[ahead] * (body / old.height[ahead]) ** 2)
-    beating = np.where(fin, own[source], old.beating[ahead])
+    pairs = (height, body), (mass, body_mass), (height * own[source], body_drag)
     link = np.minimum(np.searchsorted(ends, middle), len(ends) - 1) - 1
-    area, added, drag = (np.bincount(link, step * one)[::-1] for one in (height, mass, height * beating))
+    area, added, drag = (np.bincount(link, step * np.maximum(*pair))[::-1] for pair in pairs)
     lengths, areas = np.array(links["length_m"]), np.array(links["lateral_area_m2"])
     before = np.array(strip["added_mass_normal"]) * areas**2 / lengths
     for table, key in (("links", "lateral_area_m2"), ("links", "wetted_area_m2"), ("spatial", "height_m")):

@@ -26,8 +26,9 @@ def _unfit(robot: Robot) -> str:
     if len(robot.joints) + len(robot.hinges) > _core.MAX_COORDINATES:
         both = f"{len(robot.joints)} joint groups and {len(robot.hinges)} hinges"
         return f"it has {both}, and the twin takes at most {_core.MAX_COORDINATES} of both"
-    if hinge := _hinge_on_oil(robot):
-        return f"oil bends its link {hinge.link} alone, and the [hinge] there has no mass to turn against"
+    if hinges := _hinges_on_oil(robot):
+        links = f"link{'s' * (len(hinges) > 1)} {', '.join(str(hinge.link) for hinge in hinges)}"
+        return f"oil bends its {links} alone, and a hinge there has no mass to turn against"
     if hinge := _driven_hinge(robot):
         return f"a moment drives its hinge at link {hinge.link}, and the twin has no motor there"
     return ""
@@ -62,12 +63,12 @@ def require_passive_hinges(robot: Robot) -> None:
 
 
 def require_mass_at_hinge(robot: Robot) -> None:
-    """Refuse a hinge that only a joint without inertia carries: the two would swing without end."""
-    if hinge := _hinge_on_oil(robot):
-        rule = "must not be the only link of a joint group that oil bends, in the twin"
+    """Refuse hinges that only a joint without inertia carries: the two would swing without end."""
+    if hinges := _hinges_on_oil(robot):
+        rule = "must leave the joint group that oil bends there a link without a hinge, in the twin"
         fix = "put the hinge on another link"
-        key = f"{robot.hinge_keys[robot.hinges.index(hinge)]}.link"
-        raise InputError(rule, file=robot.file or None, key=key, value=f"{hinge.link}", fix=fix)
+        key = f"{robot.hinge_keys[robot.hinges.index(hinges[0])]}.link"
+        raise InputError(rule, file=robot.file or None, key=key, value=f"{hinges[0].link}", fix=fix)
 
 
 def require_controller(robot: Robot) -> Controller:
@@ -80,10 +81,11 @@ def require_controller(robot: Robot) -> Controller:
     return robot.controller
 
 
-def _hinge_on_oil(robot: Robot) -> Hinge | None:
-    """Return a hinge on the only link of a joint group that oil bends, which has no inertia; None without one."""
-    groups_on_oil = [list(group.links) for group in robot.joints if group.driven and group.drive.oil]
-    return next((hinge for hinge in robot.hinges if [hinge.link] in groups_on_oil), None)
+def _hinges_on_oil(robot: Robot) -> list[Hinge]:
+    """Return the hinges on all links of a joint group that oil bends, which has no inertia; empty without one."""
+    hinges = {hinge.link: hinge for hinge in robot.hinges}
+    on_oil = (group.links for group in robot.joints if group.driven and group.drive.oil)
+    return next(([hinges[link] for link in links] for links in on_oil if {*links} <= {*hinges}), [])
 
 
 def _driven_hinge(robot: Robot) -> Hinge | None:

@@ -1,5 +1,6 @@
 """The design space: the free values of a gait and of a robot, and their bounds."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +16,8 @@ from hypertuna.swimming.designs import design_of, model_features
 from hypertuna.swimming.gait import KINDS, Gait, Gaits
 from hypertuna.swimming.gait_checks import largest
 
+WIDE = 100.0  # ratio of a variable's ends from which on a search takes its logarithm
+
 
 def gait_columns(robot: Robot) -> dict[str, float]:
     """Return the size of the unit [Hz or rad] of every value of a gait, by the value's name in files.
@@ -27,11 +30,14 @@ def gait_columns(robot: Robot) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """Bounds of a gait's values and of the robot's variables; the free ones are coordinates x [Hz, rad, file unit]."""
+    """Bounds of a gait's values and of the robot's variables; the free ones are coordinates x [Hz, rad, file unit].
+
+    The coordinate of a variable v with a wide range is log(v + shift) instead, so that a search knows all of the range.
+    """
 
     columns: tuple[str, ...]  # names of a gait's values, as in `gait_columns`, then names of the variables
     unit: Array  # (columns,) size of the unit [Hz or rad]; 1 for a variable
-    low: Array  # (columns,) lower bound [Hz or rad]
+    low: Array  # (columns,) lower bound [Hz or rad], of the coordinate
     high: Array  # (columns,) upper bound; equal to `low` if the value is fixed [Hz or rad]
     variables: tuple[Variable, ...] = ()  # numbers of the robot's file, the last columns
 
@@ -69,12 +75,29 @@ class DesignSpace:
 
     def point(self, gait: Gait) -> Array:
         """Return the coordinates of a gait and the described robot, shape (dim,) [Hz, rad, file unit]."""
-        return np.append(gait.values, [variable.value for variable in self.variables])[self.free]
+        return np.append(gait.values, [_coordinate(one, one.value) for one in self.variables])[self.free]
 
     def design(self, x: ArrayLike) -> Array:
         """Return the values of the robot's variables at a point x (dim,) [unit of the file]."""
-        values = np.asarray(x, dtype=np.float64)
-        return values[len(values) - len(self.variables) :]
+        found = np.asarray(x, dtype=np.float64)
+        pairs = zip(self.variables, found[len(found) - len(self.variables) :], strict=True)
+        return np.array([_value(variable, coordinate) for variable, coordinate in pairs])
+
+    def slopes(self, x: ArrayLike) -> Array:
+        """Return the derivatives of the variables' values with respect to their coordinates at a point x (dim,)."""
+        pairs = zip(self.variables, self.design(x), strict=True)
+        return np.array([1.0 if (shift := _shift(one)) is None else value + shift for one, value in pairs])
+
+    @property
+    def logarithms(self) -> NDArray[np.bool_]:
+        """Whether each coordinate (dim,) is a logarithm."""
+        gait = len(self.free) - len(self.variables)
+        return np.array([False] * gait + [_shift(variable) is not None for variable in self.variables])
+
+    def shown(self, x: ArrayLike) -> Array:
+        """Return the coordinates x (dim,) in the units of their names, variables by value instead of logarithm."""
+        gait = np.asarray(x)[: len(self.free) - len(self.variables)]
+        return np.append(gait / self.unit[self.free[: len(gait)]], self.design(x))
 
     def robot(self, robot: Robot, x: ArrayLike, *, made_by: str = "") -> Robot:
         """Return the robot with the values of its variables at one point; made_by: their source, see `designed`."""
@@ -110,13 +133,35 @@ def gait_bounds(
         raise InputError("has no bounds", file=robot.file or None, key=missing[0], fix=fix)
     low, high = np.array([bounds[column] for column in units]).T
     variables = design_of(robot, design or {})
-    low, high = (np.append(low, [v.low for v in variables]), np.append(high, [v.high for v in variables]))
+    low = np.append(low, [_coordinate(one, one.low) for one in variables])
+    high = np.append(high, [_coordinate(one, one.high) for one in variables])
     columns, sizes = (*units, *(v.name for v in variables)), [*units.values(), *(1.0 for _ in variables)]
     space = DesignSpace(columns, np.array(sizes), low, high, variables)
     if not len(space.free):
         fix = "give one parameter two different bounds"
         raise InputError("must leave at least one gait parameter free", key="bounds", fix=fix)
     return space
+
+
+def _shift(variable: Variable) -> float | None:
+    """Return what is added to a variable before its logarithm: 0, or its own value if it may be 0; None without one."""
+    shift = 0.0 if variable.low > 0 else variable.value
+    wide = variable.low >= 0 < shift + variable.low and variable.high + shift >= WIDE * (variable.low + shift)
+    return shift if wide else None
+
+
+def _coordinate(variable: Variable, value: float) -> float:
+    """Return the coordinate of a variable's value [unit of the file]."""
+    return value if (shift := _shift(variable)) is None else math.log(value + shift)
+
+
+def _value(variable: Variable, coordinate: float) -> float:
+    """Return a variable's value [unit of the file] at a coordinate; at its ends, to the last bit."""
+    if (shift := _shift(variable)) is None:
+        return coordinate
+    if coordinate <= _coordinate(variable, variable.low):
+        return variable.low
+    return min(max(math.exp(coordinate) - shift, variable.low), variable.high)
 
 
 def _columns_of(name: str, robot: Robot) -> list[str]:

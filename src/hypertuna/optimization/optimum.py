@@ -139,7 +139,8 @@ def make_optimum(
 def _on_bounds(space: DesignSpace, x: Array) -> list[NDArray[np.bool_]]:
     """Return which coordinates (dim,) are on the lower bound and on the upper: near it, beside range and bound."""
     width, ends = space.upper - space.lower, (space.lower, space.upper)
-    return [abs(x - end) < NEAR * np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
+    sizes = [np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
+    return [abs(x - end) < NEAR * np.where(space.logarithms, 1.0, size) for end, size in zip(ends, sizes, strict=True)]
 
 
 def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, float]]:
@@ -157,7 +158,7 @@ def _near_best(problem: Problem, best: Evaluation) -> dict[str, tuple[float, flo
     reserve[~evaluation.feasible] = -np.inf
     reach = np.ones(edges.shape)
     reach[inside] = [_reach(fractions, parts) for parts in reserve.reshape(-1, PLACES)]
-    low, high = (best_point + reach * (edges - best_point)) / space.unit[space.free]
+    low, high = (space.shown(ends) for ends in best_point + reach * (edges - best_point))
     return {name: (float(low[k]), float(high[k])) for k, name in enumerate(space.names)}
 
 
@@ -193,7 +194,7 @@ def _from_rest_sentence(result: Swim) -> str:
 def _flat_sentence(space: DesignSpace, near_best: Mapping[str, tuple[float, float]]) -> str:
     """Return a sentence on coordinates that may vary over a tenth of their bounds or more; empty if there are none."""
     variables = {variable.name: (variable.label, variable.unit) for variable in space.variables}
-    width = dict(zip(space.names, (space.upper - space.lower) / space.unit[space.free], strict=True))
+    width = dict(zip(space.names, space.shown(space.upper) - space.shown(space.lower), strict=True))
     ranges = []
     for name, (low, high) in near_best.items():
         if high - low > WIDE * width[name]:

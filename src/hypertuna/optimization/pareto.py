@@ -70,9 +70,8 @@ class Front(Plotted, Tabular, data=lambda front: front.points):
     @property
     def designs(self) -> dict[str, Array]:
         """Values of the robot's variables at the points (points,) by name [unit of the file]."""
-        count = len(self.space.variables)
-        columns = self.x[:, self.x.shape[1] - count :].T if count else ()
-        return dict(zip([variable.name for variable in self.space.variables], columns, strict=True))
+        columns = np.array([self.space.design(x) for x in self.x]).reshape(len(self.x), len(self.space.variables))
+        return dict(zip([variable.name for variable in self.space.variables], columns.T, strict=True))
 
     @property
     def robots(self) -> tuple[Robot, ...]:

@@ -74,10 +74,10 @@ class Problem:
     @property
     def options(self) -> dict[str, Any]:
         """All inputs of a search besides the robot, for the header of its journal."""
-        bounds = zip(self.space.columns, self.space.low, self.space.high, strict=True)
+        bounds, variables = zip(self.space.columns, self.space.low, self.space.high, strict=True), self.space.variables
         return {
             "objectives": [asdict(objective) for objective in self.objectives],
-            "bounds": {name: [low, high] for name, low, high in bounds},
+            "bounds": {name: [low, high] for name, low, high in bounds} | {v.name: [v.low, v.high] for v in variables},
             "limits": [asdict(limit) for limit in self.limits],
             "steps": self.steps,
         }
@@ -137,7 +137,8 @@ class Problem:
 
         try:
             designed = self.space.robot(robot, x)
-            robot_rates = rates(robot, self.space.variables, values, features) if derivatives else None
+            slopes = self.space.slopes(x)
+            robot_rates = rates(robot, self.space.variables, values, features) * slopes if derivatives else None
             return self._swim_gaits(designed, gaits, derivatives, robot_rates)
         except InputError:
             unknown = {name: np.full(1, np.nan) for name in self.needs}

@@ -31,6 +31,15 @@ COLUMNS = {
 }
 
 
+def check_runs(robots: Sequence[Robot], gaits: Gaits | Sequence[Gait]) -> None:
+    """Check that there are not too many robots and gaits for the twin, and that each robot has one."""
+    if (count := len(robots) * len(gaits)) > MAX_RUNS:
+        rule, fix = f"must be at most {MAX_RUNS} gaits to swim in the twin", "take fewer values"
+        raise InputError(rule, key="electrical", value=f"{count}", fix=fix)
+    for robot in robots:
+        require_controller(robot)
+
+
 def with_electrical(
     swept: xr.Dataset,
     robots: Sequence[Robot],
@@ -43,12 +52,8 @@ def with_electrical(
 
     Cases go robot by robot, in the sweep's order. A gait beyond the controller's bounds, or a diverged run, has NaN.
     """
+    check_runs(robots, gaits)
     cases = [(robot, gait) for robot in robots for gait in gaits]
-    if len(cases) > MAX_RUNS:
-        rule, fix = f"must be at most {MAX_RUNS} gaits to swim in the twin", "take fewer values"
-        raise InputError(rule, key="electrical", value=f"{len(cases)}", fix=fix)
-    for robot in robots:
-        require_controller(robot)
     values = np.full((len(cases), len(COLUMNS)), math.nan)
     taken = [k for k, case in enumerate(cases) if _takes(*case)]
     for first in range(0, len(taken), CHUNK * threads):

@@ -20,7 +20,7 @@ from hypertuna.ranges import POSITIVE_WHOLE, check_choice
 from hypertuna.swimming.beat import APPROACH, QUANTITIES, STATUSES, check_steps, settle, settle_from_rest
 from hypertuna.swimming.gait import AXES, KINDS, Gait, Gaits, check_gait, part_of
 from hypertuna.swimming.swim import SUMMARY
-from hypertuna.swimming.yielding import bend_table
+from hypertuna.swimming.yielding import BEND, bend_table
 
 CHUNK = 1024  # gaits swum in one call, after which progress is reported and Ctrl-C acts
 # Additional variables of a data set if starts from rest are checked.
@@ -143,7 +143,9 @@ def batch(
 
 def table_names(variables: Iterable[Any]) -> list[str]:
     """Return the names of the variables that a sweep's table shows, in the table's order."""
-    return [name for name in (*SUMMARY, *FROM_REST, "status", "spectral_radius") if name in {*variables}]
+    names = [*variables]
+    bends = [name for name in names if {name, name.rpartition("_")[0]} & {*BEND}]
+    return [name for name in (*SUMMARY, *bends, *FROM_REST, "status", "spectral_radius") if name in names]
 
 
 def _from_rest(robot: Robot, gaits: Gaits, result: dict[str, Any], steps: int, threads: int) -> dict[str, Any]:

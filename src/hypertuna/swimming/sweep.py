@@ -92,12 +92,9 @@ def sweep(
     """
     options: Any = {"steps": steps, "method": method, "beats": beats, "check_rest": check_rest}
     if design:
-        if checkpoint is not None:
-            fix = "leave it out, or sweep one robot at a time"
-            raise InputError("cannot keep a sweep over a design", key="checkpoint", value=str(checkpoint), fix=fix)
-        return _sweep_designs(
-            robot_of(robot), gaits, design, progress, options | {"executor": executor, "threads": threads}
-        )
+        found = design_robots(robot_of(robot), design, len(gaits))
+        more: Any = {"executor": executor, "threads": threads, "checkpoint": checkpoint}
+        return sweep_designs(robot_of(robot), gaits, design, found, progress=progress, **options | more)
     options["threads"] = thread_count(threads, executor)
     work = batch(robot, gaits, **options)
     if work.gaits.is_grid:
@@ -122,31 +119,40 @@ def sweep(
     return layout.dataset({name: np.concatenate([chunk[name] for chunk in chunks]) for name in layout.variables})
 
 
-def _sweep_designs(
+def sweep_designs(
     robot: Robot,
     gaits: Gaits | Sequence[Gait],
     design: Mapping[str, Sequence[float]],
-    progress: Callable[[int, int], None] | None,
-    options: Mapping[str, Any],
+    found: tuple[tuple[Variable, ...], list[Robot]],
+    *,
+    checkpoint: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
 ) -> xr.Dataset:
-    """Swim the gaits with every robot of a design; its variables are the first dimensions of the result."""
+    """Swim the gaits with every robot of a design; its variables are the first dimensions of the result.
+
+    found: what `design_robots` returns for the design. options: further ones of `sweep`.
+    """
     import xarray as xr
 
-    found, robots = design_robots(robot, design, len(gaits))  # makes all robots before any swims
+    if checkpoint is not None:
+        fix = "leave it out, or sweep one robot at a time"
+        raise InputError("cannot keep a sweep over a design", key="checkpoint", value=str(checkpoint), fix=fix)
+    design_variables, robots = found
     swims = []
     for k, variant in enumerate(robots):
         swims.append(sweep(variant, gaits, **options))
         if progress is not None:
             progress((k + 1) * len(gaits), len(gaits) * len(robots))
     levels = [[float(value) for value in values] for values in design.values()]
-    sizes = {v.label: len(values) for v, values in zip(found, levels, strict=True)}
+    sizes = {v.label: len(values) for v, values in zip(design_variables, levels, strict=True)}
     variables = {}
     for name, first in swims[0].data_vars.items():
         stack = np.stack([result[name].values for result in swims])
         variables[name] = ((*sizes, *first.dims), stack.reshape(*sizes.values(), *first.shape), first.attrs)
     coordinates = {
         one.label: (one.label, values, one.attributes | {"key": one.name})
-        for one, values in zip(found, levels, strict=True)
+        for one, values in zip(design_variables, levels, strict=True)
     }
     result = xr.Dataset(variables, coordinates, swims[0].attrs | provenance(robot))
     return result.assign_coords(swims[0].coords)
@@ -160,7 +166,7 @@ def design_robots(
         if len({float(value) for value in values}) < max(2, len(values)):
             fix = "give two or more; --set changes a value for good"
             raise InputError("must be different values", key=f"design {key}", value=shown(values), fix=fix)
-    ends = {key: (float(min(values)), float(max(values))) for key, values in design.items()}
+    ends = {key: (float(np.min(values)), float(np.max(values))) for key, values in design.items()}
     found = design_of(robot, ends, derivatives=False)
     places = list(itertools.product(*([float(value) for value in values] for values in design.values())))
     check_count(gaits * len(places))

@@ -89,33 +89,22 @@ def reduced_inertia(robot: Robot, model: _core.Model | None = None) -> Array:
 
 
 def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | None = None) -> NDArray[np.int64]:
-    """Return the steps per beat at each frequency [Hz]: `steps`, doubled until half of the steps resolve the springs.
-
-    Damped springs and stops get more steps, up to `MOST_SPRING_STEPS`, so that the power of dampers is accurate.
-    """
-    inverse = np.linalg.inv(reduced_inertia(robot, model))
-    stiffness = np.array([sum(steepest(hinge).values()) for hinge in robot.hinges])
-    damping = np.array([sum(dampers(hinge).values()) for hinge in robot.hinges])
-    count = len(stiffness)
-    system = np.block([[np.zeros((count, count)), np.eye(count)], [-inverse * stiffness, -inverse * damping]])
-    rates, modes = np.linalg.eig(system)
-    fastest = int(np.abs(rates).argmax())
-    beat = 2 * np.pi * np.asarray(frequency)  # rad/s
-    stops = any(hinge.stop is not None for hinge in robot.hinges)
-    needed = 2 * _core.STABLE_STEPS * abs(rates[fastest]) / beat
-    wanted = _core.ACCURATE_STEPS * max(-rates.real.min(), stops * abs(rates[fastest])) / beat
-    limit = max(steps, _core.MOST_SPRING_STEPS)
-    if (needed > limit).any():
-        d = int(np.abs(modes[count:, fastest]).argmax())
-        damped = bool(abs(rates[fastest].imag) < 1e-9 * abs(rates[fastest]))
-        parts, key = (dampers if damped else steepest)(robot.hinges[d]), robot.hinge_keys[d]
-        name = max(parts, key=lambda part: parts[part])
-        word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
-        rule = f"must let {limit} steps of a beat at {np.min(frequency):g} Hz follow it"
-        fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
-        raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
-    factor = np.maximum(np.maximum(needed, np.minimum(wanted, limit)) / steps, 1)
-    return np.asarray(steps * 2 ** np.ceil(np.log2(factor)), dtype=np.int64)
+    """Return the steps per beat at each frequency [Hz] that follow the springs: `steps`, doubled where needed."""
+    model = model or core_model(robot)
+    springs = _springs(robot, 1).reshape(len(robot.hinges), -1)
+    taken = np.array(_core.spring_steps(model, hinge_links(robot), springs, frequency, steps), dtype=np.int64)
+    if taken.all():
+        return taken
+    inertia = reduced_inertia(robot, model).diagonal()
+    swing = np.sqrt([sum(steepest(hinge).values()) for hinge in robot.hinges] / inertia)  # rad/s
+    decay = [sum(dampers(hinge).values()) for hinge in robot.hinges] / inertia
+    d = int(np.maximum(swing, decay).argmax())
+    parts, key = (dampers if decay[d] > 2 * swing[d] else steepest)(robot.hinges[d]), robot.hinge_keys[d]
+    name = max(parts, key=lambda part: parts[part])
+    word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
+    rule = f"must let {max(steps, _core.MOST_SPRING_STEPS)} steps of a beat at {np.min(frequency):g} Hz follow it"
+    fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
+    raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
 
 
 def key_of(name: str) -> str:
@@ -161,6 +150,7 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
     for d, hinge in enumerate(robot.hinges):
         _, sine, cosine, peak, damping = swings[:, 5 * d : 5 * d + 5].T
         amplitude, lag = np.hypot(sine, cosine), np.arctan2(-cosine, sine) % (2 * np.pi)
+        peak = np.where(np.isfinite(amplitude), peak, np.nan)  # a beat that diverged has none
         results = hinge.stiffness / (inertia[d] * omega_squared), amplitude, lag, peak, damping
         result |= {bend_name(robot, name, d): value for name, value in zip(BEND, results, strict=True)}
     return result

@@ -16,8 +16,8 @@ inline constexpr int approach_beats =
 inline constexpr double neutral =
     1 + 1e-6;  // largest multiplier that still counts as stable: that of a body at rest is 1 but for rounding
 
-enum class BeatStatus { settled, unsettled, unstable, diverged };
-inline constexpr const char* beat_statuses[] = {"settled", "unsettled", "unstable", "diverged"};
+enum class BeatStatus { settled, unsettled, unstable, diverged, unresolved };
+inline constexpr const char* beat_statuses[] = {"settled", "unsettled", "unstable", "diverged", "unresolved"};
 
 /// Status of a search from its status without stability (`found`) and the largest multiplier of the monodromy.
 inline BeatStatus status_of(double found, double spectral_radius) {
@@ -67,6 +67,9 @@ inline std::string verdict(BeatStatus status, double beats, double distance, dou
         case BeatStatus::diverged:
             return written("The gait diverged within %.0f beats: its speeds grew beyond all bounds; ", beats) +
                    "check the robot first (`hypertuna robot check FILE`), then use more steps per beat.";
+        case BeatStatus::unresolved:
+            return "The gait was not swum: a spring is too stiff, or too damped, for as many steps as a beat of this "
+                   "frequency has at most; make it softer, or leave the hinge out for a rigid joint.";
     }
     if (spins(turn))
         text += written(" It spins: %.0f deg a beat, more than half a circle, is no path with a speed.",

@@ -97,12 +97,13 @@ inline SpringRates spring_rates(const YieldKernel& kernel, const Model& model, c
     return {rates.fastest, std::max(rates.decay, stops ? rates.fastest : 0.0)};
 }
 
-/// Steps of a beat of some frequency [Hz] that follow the springs: `steps`, doubled as often as it takes.
+/// Steps of a beat of some frequency [Hz] that follow the springs: `steps`, doubled until half of them do; 0 if not
+/// even the most do. Decays get more steps, as far as there are, so that powers of dampers are accurate.
 inline int spring_steps(const SpringRates& rates, double frequency, int steps) {
-    const double beat = 2 * pi * frequency;
-    const double accurate = std::min(accurate_steps * rates.decay / beat, double(most_spring_steps));
-    const double needed = std::max(2 * stable_steps * rates.fastest / beat, accurate);
-    while (steps < needed && steps < most_spring_steps) steps *= 2;
+    const double beat = 2 * pi * frequency, needed = 2 * stable_steps * rates.fastest / beat;
+    const double most = std::max(steps, most_spring_steps);
+    if (!(needed <= most)) return 0;
+    while (steps < std::max(needed, std::min(accurate_steps * rates.decay / beat, most))) steps *= 2;
     return steps;
 }
 
