@@ -22,6 +22,7 @@ from hypertuna.io.hdf5_child import LETTERS, attributes
 from hypertuna.io.matlab import read_matlab
 from hypertuna.io.tables import read_table
 from hypertuna.trials.forms import read_points
+from hypertuna.trials.markers import read_markers
 from mutations.judge import watched
 
 MANY = NUMBERS // 2 + 1  # numbers of each of two arrays
@@ -213,3 +214,15 @@ def test_a_chunk_of_an_array_is_bounded(tmp_path: Path) -> None:
         array.id.write_direct_chunk((0,), b"".join(packer.compress(bytes(10**7)) for _ in range(110)) + packer.flush())
     with pytest.raises(InputError, match="must be a whole HDF5 file"):
         read_hdf5(tmp_path / "x.h5")
+
+
+def test_a_fish_has_at_most_300_markers(tmp_path: Path) -> None:
+    """Markers are compared with each other: a thousand took 11 s to import, 6,000 minutes."""
+    for count in (300, 301):
+        head = ["time_s", *(f"m{k}_{axis}" for k in range(count) for axis in "xy")]
+        rows = [[j / 30, *(k + j for k in range(2 * count))] for j in range(12)]
+        lines = [head, *([f"{cell:g}" for cell in row] for row in rows)]
+        (tmp_path / f"{count}.csv").write_text("\n".join(",".join(line) for line in lines) + "\n")
+    assert len(read_markers(tmp_path / "300.csv", scale=1.0).names) == 300
+    with pytest.raises(InputError, match="must have at most 300 markers, but is 301 of them: leave those of the fish"):
+        read_markers(tmp_path / "301.csv", scale=1.0)

@@ -12,7 +12,7 @@ from hypertuna.trials.clock import clock_of
 from hypertuna.trials.forms import read_points
 from hypertuna.trials.points import Points
 
-MIN_FRAMES = 12
+MIN_FRAMES, MAX_MARKERS = 12, 300  # of a file; comparing each marker with all others takes time
 SURE = 1.5  # a likelihood beyond it is no part of 1
 PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # flags of visibility: missing, hidden, seen
 PARTS = 1.5  # px: places within it are parts of a picture
@@ -75,6 +75,9 @@ def read_markers(
     Markers
     """
     points = read_points(path, individual)
+    if len(points.names) > MAX_MARKERS:
+        rule, fix = f"must have at most {MAX_MARKERS} markers", "leave those of the fish, and not all of them"
+        raise InputError(rule, file=str(path), value=f"{len(points.names)} of them", fix=fix)
     return markers_of(
         points,
         scale=scale,
