@@ -60,6 +60,13 @@ def write(folder, clock: str, times, **more):
         ("frame", numbers("{}00"), {"frame_rate": 60.0}, "the rate by frame must be from 5 to 2000 Hz, but is 0.6"),
         ("time_s", seconds(1e-3), {}, "by time_s must be from 5 to 2000 Hz, but is 0.06: in ms it would be possible"),
         ("time_s", seconds(), {"frame_rate": 50.0}, "--frame-rate must be 60 Hz, as the column time_s says, but is 50"),
+        ("time_s", seconds(), {"frame_rate": 120.0}, "if the film was played 2 times slower, drop the column time_s"),
+        (
+            "time_s",
+            [str(k) for k in FRAMES],
+            {},
+            "but is 1: in ms it would be possible: call the column time_ms; if its",
+        ),
         (
             "t",
             numbers(),
@@ -93,7 +100,8 @@ def test_what_a_clock_was_taken_for_is_told(tmp_path) -> None:
     assert "column time is taken in ms, which gives 60 frames per second" in notes("time", seconds(1e-3))
     assert "the clock counts from the first frame, at 1764187812.000 s" in notes("unix_time_s", seconds(1, 1764187812))
     assert "each row counts as the next frame" in notes("comment", ["7"] * len(FRAMES), frame_rate=RATE)
-    assert "one frame of 2 is there" in notes("time_s", seconds(), frame_rate=2 * RATE)
+    coarse = notes("time_s", [f"{k / RATE:.2f}" for k in FRAMES])
+    assert "column time_s is rounded to 0.01 s, 0.5 frames" in coarse
 
 
 def test_times_that_disagree_with_the_frames_are_told(tmp_path) -> None:

@@ -105,6 +105,25 @@ def test_a_table_of_poses_is_sent_to_its_own_command(tmp_path) -> None:
     assert "holds poses, and no markers: import them by hypertuna trials import poses" in told(text(tmp_path, poses))
 
 
+def test_a_column_of_the_rate_counts(tmp_path) -> None:
+    """It must be one rate, and that of the times and of --frame-rate."""
+
+    def read(rates, clock="frame", times=(), **options):
+        head, *lines = columns(PLACE, clock, times or numbers()).splitlines()
+        with_rates = [f"{head},fps", *(f"{line},{rate}" for line, rate in zip(lines, rates, strict=True))]
+        return read_markers(text(tmp_path, "\n".join(with_rates)), **PX, **options)
+
+    same, other = [60] * len(FRAMES), [120] * len(FRAMES)
+    assert read(same).time[-1] == pytest.approx(47 / RATE)
+    for words, given in (
+        ("column fps must be the same in all rows", {"rates": [*same[1:], 30]}),
+        ("--frame-rate must be 120 Hz, as the file says", {"rates": other} | FPS),
+        ("the file's frame rate must be 60 Hz, as the column time_s says", {"rates": other, "clock": "time_s"}),
+    ):
+        with pytest.raises(ht.InputError, match=words):
+            read(**given, times=[f"{k / RATE:.7f}" for k in FRAMES] if "clock" in given else ())
+
+
 def test_of_a_workbook_no_run_is_dropped_in_silence(tmp_path) -> None:
     from openpyxl import Workbook
 

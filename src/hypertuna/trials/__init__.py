@@ -7,7 +7,7 @@ and the list of kinds.
 points, grid, form, form_clock, form_poses, form_captures, form_columns, forms: tracked points as files of many forms
 hold them.
 form_arrays, form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook: the binary ones of these forms.
-pose_import: poses and joint angles of other programs.
+pose_table, pose_import: poses and joint angles of other programs.
 clock, swimming_plane, markers: their times, their plane, and what counts as seen.
 chain, marker_places, marker_order, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
 head_motion: motions that no body makes.

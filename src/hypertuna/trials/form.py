@@ -78,10 +78,13 @@ FRAME = re.compile(
     r"|(?:image|img|picture|file)s?(?:name|no|nr|num|number|idx|index|path|file)?|slice|fno"
 )
 TIME = re.compile(
-    rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps)?"
+    rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps|sim|wall|ros|real)?"
     rf"(?:(?:timestamp|dateandtime|datetime|timeofday|timecode|time|pts(?:time)?|utc|clock|elapsed|t)"
     rf"(?P<unit>{'|'.join(SECONDS)}|hhmmss[a-z]*)?|(?P<bare>{'|'.join(SECONDS)}))"
 )
+RATES = (
+    "fps", "framerate", "framespersecond", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate"
+)  # fmt: skip
 INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
 
 

@@ -8,7 +8,18 @@ import numpy as np
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import FIX, SECONDS, UNITS, Text, of_columns, one_point, plain, time_and_frame, unit_of
+from hypertuna.trials.form import (
+    FIX,
+    RATES,
+    SECONDS,
+    UNITS,
+    Text,
+    of_columns,
+    one_point,
+    plain,
+    time_and_frame,
+    unit_of,
+)
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual, no_individuals
@@ -155,7 +166,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
             found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
             if axis in "xyz":
                 units.add((match["unit"] or "").lower())
-        elif name and not ANIMAL.fullmatch(plain(name)):
+        elif name and not ANIMAL.fullmatch(plain(name)) and plain(name) not in RATES:
             ignored.append(name)
     # a column such as "body" or "yaw" is no pair of coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]

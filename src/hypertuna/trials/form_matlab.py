@@ -9,7 +9,7 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.matlab import read_matlab
-from hypertuna.trials.form import FRAME, TIME, one_point, plain, time_and_frame
+from hypertuna.trials.form import FRAME, RATES, TIME, one_point, plain, time_and_frame
 from hypertuna.trials.form_arrays import seen
 from hypertuna.trials.points import Points, Rows, choose_individual
 
@@ -26,7 +26,6 @@ PAIRS = (
     "markers",
     "midline",
 )  # names of x1, y1, x2, y2, ... in columns
-RATES = ("fps", "framerate", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate")
 LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
