@@ -261,7 +261,7 @@ class TankDesign(TankState):
         return notes
 
     def _check(self, trials: Sequence[Told], results: Sequence[Measurement]) -> list[str]:
-        """Refuse results that are told already or in another unit; return sentences on names of other runs.
+        """Refuse results that are entered already or in another unit; return sentences on names of other runs.
 
         Gaits that are asked for have no doubts.
         """
