@@ -145,6 +145,13 @@ def test_units_that_disagree_are_refused(tmp_path) -> None:
     assert "names of columns must have one unit, but is cm, mm" in told(path, **FPS)
 
 
+def test_tracks_of_sleap_that_do_not_follow_each_other_are_animals(tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == "SLEAP")
+    place = swim()
+    place[[k for k, frame in enumerate(FRAMES) if frame >= 30]] += 0.6
+    assert "--individual must be one of track_1, track_0: choose the animal" in told(file.write(tmp_path, place), **FPS)
+
+
 def test_a_decimal_comma_beside_decimal_points_is_refused(tmp_path) -> None:
     path = write(tmp_path, "time_s", seconds(), mark=";")
     lines = path.read_text().splitlines()
@@ -191,6 +198,11 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ("a.csv", "seconds,x1,y1,x2,y2\n0,1,2,3,4\n", "is of the form of idtracker.ai, and holds one point of each"),
         ("a.csv", "frame,X#wcentroid (cm),Y#wcentroid (cm)\n0,1,2\n", "is of the form of TRex, and holds one point"),
         ("a.csv", "frame,track_id,x,y\n0,1,2,3\n", "is of the form of a table of tracked objects, and holds one point"),
+        ("a.csv", "LABEL,TRACK_ID,POSITION_X\n0,1,2\n", "is of the form of TrackMate, and holds one point"),
+        ("a.txt", "Time\tArena\tTrack\tX\tY\tLabel\n0\t1\t1\t2\t3\t0\n", "is of the form of ToxTrac, and holds one"),
+        ("a.csv", "Subject,Behavior,Time\nfish,swim,0.5\n", "is of the form of BORIS, and holds events, no points"),
+        ("a.json", '{"instance_info": []}', "is of the form of JSON, as MMPose, COCO and OpenPose write it: write its"),
+        ("a.xml", "<annotations/>", "is of the form of XML: write its points as CSV"),
         ("a.slp", "x", "is of the form of SLEAP's labels: export its analysis"),
         ("a.mp4", "x", "is of the form of a video: track its markers"),
     ],

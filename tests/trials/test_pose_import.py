@@ -198,6 +198,8 @@ def test_unlikely_poses_are_told(tmp_path):
     run = read_pose_run(FISH, saved(tmp_path, "run.csv", "\n".join([",".join(head), *lines]).encode()))
     assert run.notes[0].startswith("8 poses repeat the one before")
     assert run.notes[1].startswith("the robot moves tail first all the time: does --forward")
+    run = read_pose_run(FISH, table(tmp_path, TIMES), view=View(forward="y"))
+    assert run.notes == ("the robot moves to its side all the time: does --forward name the axis to the nose?",)
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ def _check_rate(points: Points, time: Array) -> None:
     unit = points.time_unit or 1.0
     better = [name for name, other in UNITS.items() if rate * unit / other in RATE]
     fix = f"in {better[0]} it would be possible: call the column time_{better[0]}" if better else "check the clock"
-    if rate < RATE.min and points.time_unit is not None:
+    if RATE.min is not None and rate < RATE.min and points.time_unit is not None:
         slow = "so few frames show no beat: track all those of the film"
         fix = f"{fix}; if its unit is right, {slow}" if better else slow
     if points.time is None:

@@ -4,9 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 
+APART = 0.5  # lengths: another animal is at least as far away
 MAX_LISTED = 300  # largest length of the list of names in an error [characters]
 
 
@@ -65,3 +68,26 @@ def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, wh
         value = None if chosen is None else shown(chosen)
         raise InputError(rule, file=file, key="--individual", value=value, fix=fix)
     return chosen
+
+
+def of_one_animal(frame: Array, track: Sequence[Any] | Array, place: Array) -> bool:
+    """Whether tracks, never there at the same time, are of one animal: each begins where the one before ended.
+
+    frame, track: number and name (rows,), in the order of frames; place: (rows, points, 2), NaN where missing.
+    """
+    shown_rows = np.isfinite(place[..., 0]).any(axis=1)
+    if not shown_rows.any():
+        return True
+    place, frame, tracks = place[shown_rows], frame[shown_rows], np.asarray(track)[shown_rows]
+    center = np.nanmedian(place, axis=1)
+    length = 2 * float(np.median(np.nanmax(np.linalg.norm(place - center[:, np.newaxis], axis=2), axis=1)))
+    step, frames = np.linalg.norm(np.diff(center, axis=0), axis=1), np.diff(frame)
+    same = np.asarray(tracks[1:] == tracks[:-1], dtype=bool)
+    usual = float(np.quantile(step[same] / frames[same], 0.9)) if same.any() else 0.0
+    return bool((step <= APART * length + 2 * usual * frames)[~same].all())
+
+
+def joined_tracks(names: Sequence[str]) -> str:
+    """Return the sentence on tracks that are read as one animal."""
+    listed = ", ".join(names[:12])
+    return f"the tracks {listed} are never there at the same time, follow each other, and are read as one animal"

@@ -16,7 +16,7 @@ from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
 from hypertuna.io.files import write_atomically
 from hypertuna.ranges import CELL
-from hypertuna.trials.head_motion import FASTEST, repeats_of, speed_of, tail_first
+from hypertuna.trials.head_motion import FASTEST, repeats_of, sideways, speed_of, tail_first
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.pose_table import HALF_TURN, MOST, pose_samples, pose_table
 from hypertuna.trials.tracks import LENGTHS, MIN_SAMPLES
@@ -260,8 +260,9 @@ def _checked(robot: Robot, run: PoseRun) -> PoseRun:
     notes = run.notes
     if repeats := repeats_of(run.pose[:, np.newaxis, :2]):
         notes += (f"{repeats} poses repeat the one before: are lost ones filled in? Leave them out",)
-    if tail_first(run.pose, [np.arange(len(run.time))], length):
-        notes += ("the robot moves tail first all the time: does --forward name the axis to the nose?",)
+    for moves, how in ((tail_first, "tail first"), (sideways, "to its side")):
+        if moves(run.pose, [np.arange(len(run.time))], length):
+            notes += (f"the robot moves {how} all the time: does --forward name the axis to the nose?",)
     return replace(run, notes=notes)
 
 

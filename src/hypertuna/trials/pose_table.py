@@ -91,6 +91,9 @@ def _columns(samples: Samples) -> tuple[list[int], dict[str, float | None]]:
 def _radians(samples: Samples, column: int) -> Array:
     """Return the angles [rad] of a column, whose name says their unit unless they are small."""
     name, angle = samples.head[column], samples.numbers(column)
+    for k in np.flatnonzero(np.isnan(angle))[:1]:
+        key, fix = f"{samples.where[int(k)]}, {name}", "give a number, or leave out the line"
+        raise InputError("must be a number", file=samples.file, key=key, value="missing", fix=fix)
     if DEGREES.search(name):
         return np.radians(angle)
     size = float(np.quantile(np.abs(angle), MOST))
