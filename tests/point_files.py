@@ -5,6 +5,7 @@ import pickle
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -245,6 +246,22 @@ def bag(form="db3", *, kinds=("Odometry", "TFMessage", "PoseStamped", "JointStat
         return (place / f"bag.{form}").read_bytes()
 
 
+def npy(content: Any = None) -> bytes:
+    """Places (frames, points, 2), or other content, in one array."""
+    stream = io.BytesIO()
+    np.save(stream, swim() if content is None else content)
+    return stream.getvalue()
+
+
+def plain_hdf5() -> bytes:
+    """Places and times, as h5py writes arrays."""
+
+    def write(file):
+        file["x"], file["y"], file["time_s"] = swim()[..., 0], swim()[..., 1], np.arange(FRAMES) / RATE
+
+    return _hdf5(write)
+
+
 def pose_table() -> bytes:
     """A table of poses with quaternions, as simulators write it."""
     lines = ["time_s,x,y,z,qw,qx,qy,qz,hip_deg"]
@@ -270,6 +287,9 @@ FORMS: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "DeepLabCut, table": (".h5", deeplabcut, "DeepLabCut"),
     "DeepLabCut, fixed": (".h5", deeplabcut_fixed, "DeepLabCut"),
     "SLEAP": (".h5", sleap, "SLEAP"),
+    "HDF5 of arrays": (".h5", plain_hdf5, "HDF5"),
+    "NumPy": (".npy", npy, "NumPy"),
+    "NumPy, several": (".npz", lambda: npz(x=swim()[..., 0], y=swim()[..., 1], fps=np.array(RATE)), "NumPy"),
     "SLEAP, tracks that follow each other": (".analysis.h5", lambda: sleap(3), "SLEAP"),
     "SLEAP, preset standard": (".h5", lambda: sleap(2, standard=True), "SLEAP"),
     "MATLAB": (".mat", matlab, "MATLAB"),

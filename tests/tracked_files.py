@@ -201,6 +201,46 @@ def qualisys(place: np.ndarray, lead: bool) -> str:
     return table(rows, "\t")
 
 
+def vicon(place: np.ndarray) -> str:
+    """Devices first, as Nexus exports them."""
+    rows = [["Devices"], ["600"], ["", "", "Force"], ["Frame", "Sub Frame", "Fx"], ["", "", "N"], ["1", "0", "3.2"]]
+    rows += [["Trajectories"], ["60"], ["", "", *(c for name in NAMES for c in (f"fish:{name}", "", ""))]]
+    rows += [["Frame", "Sub Frame", *["X", "Y", "Z"] * 6], ["", "", *["mm"] * 18]]
+    for k, frame in zip(FRAMES, 1e3 * space(place, "z"), strict=True):
+        rows.append([str(k + 1), "0", *(cell(value) for point in frame for value in point)])
+    return table(rows)
+
+
+def trc(place: np.ndarray) -> str:
+    """Of OpenSim: lines end with a tab, numbers begin below an empty line."""
+    rows = [
+        ["PathFileType", "4", "(X/Y/Z)", "swim.trc"],
+        ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"],
+    ]
+    rows += [["60.00", "60.00", str(len(FRAMES)), "6", "mm"]]
+    rows += [["Frame#", "Time", *(c for name in NAMES for c in (name, "", ""))]]
+    rows += [["", "", *(f"{axis}{m + 1}" for m in range(6) for axis in "XYZ")], [""]]
+    for k, frame in zip(FRAMES, 1e3 * space(place, "z"), strict=True):
+        rows.append([str(k + 1), f"{k / RATE:.6f}", *(cell(value) for point in frame for value in point), ""])
+    return table(rows, "\t")
+
+
+def names_above(place: np.ndarray, clock: str, over: str, times: Sequence[str], before: str = "") -> str:
+    """Names above x, y, as Tracker and pandas write them."""
+    rows = [[over, *(c for name in NAMES for c in (name, "" if before else name))], [clock, *["x", "y"] * 6]]
+    rows += [[t, *map(cell, frame.ravel())] for t, frame in zip(times, place, strict=True)]
+    return before + table(rows)
+
+
+def ethovision(place: np.ndarray) -> str:
+    rows = [['"Number of header lines:"', '"6"'], ['"Experiment"', '"tank"'], ['"Subject name"', '"Subject 1"'], []]
+    rows += [['"Trial time"', '"Recording time"', *(f'"{axis} {name}"' for name in NAMES for axis in "XY")]]
+    rows += [['"s"', '"s"', *['"cm"'] * 12]]
+    for k, frame in zip(FRAMES, 1e2 * place, strict=True):
+        rows.append([*[f"{k / RATE:.6f}"] * 2, *(cell(value, '"-"') for point in frame for value in point)])
+    return table(rows, ";")
+
+
 def long(place: np.ndarray, animals: bool) -> str:
     rows = [["frame", *["individual"] * animals, "bodypart", "x", "y", "likelihood"]]
     for k, frame in reversed(list(zip(FRAMES, place, strict=True))):
@@ -263,6 +303,11 @@ FILES = (
     TrackedFile("Motive", motive),
     TrackedFile("Qualisys", lambda p: qualisys(p, lead=True), suffix=".tsv"),
     TrackedFile("Qualisys without frames", lambda p: qualisys(p, lead=False), suffix=".tsv"),
+    TrackedFile("Vicon", vicon),
+    TrackedFile("TRC", trc, suffix=".trc"),
+    TrackedFile("Tracker", lambda p: names_above(p, "t", "", seconds(), "#multi:\n"), {}),
+    of("names above x and y", lambda p: names_above(p, "", "bodypart", numbers()), **FPS),
+    TrackedFile("EthoVision", ethovision, suffix=".txt"),
     of("rows of frames and markers", lambda p: long(p, animals=False), **FPS),
     of("rows of two animals", lambda p: long(p, animals=True), individual="ann", **FPS),
 )

@@ -60,8 +60,8 @@ MISTAKES = {
     "*deg_hardware_motor_angles.csv and *deg_hardware_trajectories.csv of "
     "RoboticExplorationLab/RoboticSwimmingWithUnifiedFluidRobot.",
     "trials check poses.csv": "poses.csv has a column of time, so it is not a table of steady runs: tracks of head or "
-    "markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One tracked point gives only a "
-    "speed: measure it, and write a row of a table of steady runs.",
+    "markers belong in a manifest, `[[recordings]]` (trials import markers or poses makes one). One tracked point "
+    "gives only a speed: measure it, and write a row of a table of steady runs.",
     "trials check percent.csv": "percent.csv: line 2, speed_cm_s is not a known column: did you mean "
     "speed_m_s? Then divide the numbers by 100.",
     "trials check markers.csv": "markers.csv holds tracked points, in the form of plain columns: `hypertuna trials "

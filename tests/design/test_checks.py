@@ -1,4 +1,4 @@
-"""Results that a design does not take: of another unit, told already, beyond the robot, of a file of another kind."""
+"""Results that a design does not take: of another unit, entered before, beyond the robot, of another kind."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_the_same_file_is_not_told_twice_and_its_lines_may_be_deleted(run: Run, 
     code, output, errors = run(*words)
     assert code == 0, errors
     assert "standard deviations from its prediction" in " ".join(output.split())  # which is 0.18 m/s
-    assert "is told already, as 0.9 m/s" in run(*words)[2]
+    assert "was entered already, as 0.9 m/s" in run(*words)[2]
     state.write_bytes(b"".join(state.read_bytes().splitlines(keepends=True)[:-1]))
     assert run(*words)[0] == 0
 

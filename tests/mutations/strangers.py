@@ -276,7 +276,7 @@ def _toml(name: str, path: Path, read: Callable[[Path], Any]) -> Reader:
 
 FORMS = (
     *("semicolons and decimal commas", "UTF-16", "labels of DeepLabCut", "Anipose", "DLTdv, two cameras", "TRex"),
-    *("Motive", "Qualisys", "rows of two animals"),
+    *("Motive", "Qualisys", "Vicon", "TRC", "EthoVision", "rows of two animals"),
 )
 
 

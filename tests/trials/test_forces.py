@@ -207,6 +207,41 @@ def test_forces_in_another_unit_or_of_the_other_sign_are_unlikely(fish: ht.Robot
         assert all(f"tow.csv: the measured values of drag {words} those of the model" in text for text in warnings)
 
 
+@pytest.mark.parametrize(
+    ("time", "value", "sentence"),
+    [
+        (1.0, 1.0, ""),
+        (1000.0, 1.0, "decays at 0.001 times the rate of the model"),
+        (1 / 60, 1.0, "decays at 60 times the rate of the model"),
+        (1.0, 100.0, "decays at 0.01 times the rate of the model"),
+        (1.0, -1.0, "moves backward"),
+    ],
+)
+def test_glides_in_another_unit_are_unlikely(minnow: ht.Robot, time: float, value: float, sentence: str) -> None:
+    """A glide of the model itself is not; 1/speed grows by the same amount in each second."""
+    speed = value * computed(minnow, Glide("a", TIME, np.full(31, 0.4), 0.01))
+    _, warnings = implausible(Trials((Glide("a", time * TIME, speed),)), minnow)
+    assert (len(warnings), sentence in " ".join(warnings)) == (bool(sentence), True), warnings
+
+
+def test_decays_that_rise_are_unlikely(minnow: ht.Robot) -> None:
+    """A push before the body was let go, two glides in one, a speed that stays; noise of 5 % is no rise."""
+    speed = 0.4 / (1 + TIME)
+    noisy = speed + np.random.default_rng(0).normal(0, 0.02, 31)
+    cases = {"": noisy, "gets faster until 0.9 s": np.append(np.linspace(0.02, 0.4, 10), speed[:21])}
+    cases |= {"gets faster until 1.6 s": np.append(speed[:16], speed[:15]), "does not slow down": np.full(31, 0.3)}
+    for sentence, value in cases.items():
+        _, warnings = implausible(Trials((Glide("a", TIME, value),)), minnow)
+        assert (len(warnings), sentence in " ".join(warnings)) == (bool(sentence), True), warnings
+
+
+@pytest.mark.parametrize("column", ["power_w", "drag_n", "thrust_n"])
+def test_a_log_over_time_is_no_table_of_runs(tuna: ht.Robot, tmp_path: Path, column: str) -> None:
+    (tmp_path / "log.csv").write_text(f"time_s,{column}\n0,1\n0.1,2\n")
+    with pytest.raises(ht.InputError, match=f"line 1, {column} is a log over time: write a row for each run, with the"):
+        read_runs(tmp_path / "log.csv", tuna)
+
+
 def test_files_of_forces_are_told_by_their_columns(tuna: ht.Robot, tmp_path: Path) -> None:
     tank = EXAMPLES / "tank"
     whole = read_trials(tank / "forces.toml", tuna)

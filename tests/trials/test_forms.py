@@ -60,6 +60,13 @@ def write(folder, clock: str, times, **more):
         ("frame", numbers("{}00"), {"frame_rate": 60.0}, "the rate by frame must be from 5 to 2000 Hz, but is 0.6"),
         ("time_s", seconds(1e-3), {}, "by time_s must be from 5 to 2000 Hz, but is 0.06: in ms it would be possible"),
         ("time_s", seconds(), {"frame_rate": 50.0}, "--frame-rate must be 60 Hz, as the column time_s says, but is 50"),
+        ("time_s", seconds(), {"frame_rate": 120.0}, "if the film was played 2 times slower, drop the column time_s"),
+        (
+            "time_s",
+            [str(k) for k in FRAMES],
+            {},
+            "but is 1: in ms it would be possible: call the column time_ms; if its",
+        ),
         (
             "t",
             numbers(),
@@ -93,7 +100,8 @@ def test_what_a_clock_was_taken_for_is_told(tmp_path) -> None:
     assert "column time is taken in ms, which gives 60 frames per second" in notes("time", seconds(1e-3))
     assert "the clock counts from the first frame, at 1764187812.000 s" in notes("unix_time_s", seconds(1, 1764187812))
     assert "each row counts as the next frame" in notes("comment", ["7"] * len(FRAMES), frame_rate=RATE)
-    assert "one frame of 2 is there" in notes("time_s", seconds(), frame_rate=2 * RATE)
+    coarse = notes("time_s", [f"{k / RATE:.2f}" for k in FRAMES])
+    assert "column time_s is rounded to 0.01 s, 0.5 frames" in coarse
 
 
 def test_times_that_disagree_with_the_frames_are_told(tmp_path) -> None:
@@ -135,6 +143,13 @@ def test_units_that_disagree_are_refused(tmp_path) -> None:
     assert inches.place[0, 0] == pytest.approx(25.4 * swim()[0, 0])
     path.write_text(text.replace("nose_x_mm", "nose_x_cm"))
     assert "names of columns must have one unit, but is cm, mm" in told(path, **FPS)
+
+
+def test_tracks_of_sleap_that_do_not_follow_each_other_are_animals(tmp_path) -> None:
+    (file,) = (file for file in FILES if file.name == "SLEAP")
+    place = swim()
+    place[[k for k, frame in enumerate(FRAMES) if frame >= 30]] += 0.6
+    assert "--individual must be one of track_1, track_0: choose the animal" in told(file.write(tmp_path, place), **FPS)
 
 
 def test_a_decimal_comma_beside_decimal_points_is_refused(tmp_path) -> None:
@@ -183,6 +198,11 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ("a.csv", "seconds,x1,y1,x2,y2\n0,1,2,3,4\n", "is of the form of idtracker.ai, and holds one point of each"),
         ("a.csv", "frame,X#wcentroid (cm),Y#wcentroid (cm)\n0,1,2\n", "is of the form of TRex, and holds one point"),
         ("a.csv", "frame,track_id,x,y\n0,1,2,3\n", "is of the form of a table of tracked objects, and holds one point"),
+        ("a.csv", "LABEL,TRACK_ID,POSITION_X\n0,1,2\n", "is of the form of TrackMate, and holds one point"),
+        ("a.txt", "Time\tArena\tTrack\tX\tY\tLabel\n0\t1\t1\t2\t3\t0\n", "is of the form of ToxTrac, and holds one"),
+        ("a.csv", "Subject,Behavior,Time\nfish,swim,0.5\n", "is of the form of BORIS, and holds events, no points"),
+        ("a.json", '{"instance_info": []}', "is of the form of JSON, as MMPose, COCO and OpenPose write it: write its"),
+        ("a.xml", "<annotations/>", "is of the form of XML: write its points as CSV"),
         ("a.slp", "x", "is of the form of SLEAP's labels: export its analysis"),
         ("a.mp4", "x", "is of the form of a video: track its markers"),
     ],

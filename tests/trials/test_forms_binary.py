@@ -57,6 +57,29 @@ def test_tracks_that_are_there_together_are_two_animals(tmp_path):
         read_points(path)
 
 
+def test_tracks_one_after_the_other_but_apart_are_two_animals(tmp_path):
+    """The second begins 1 m from where the first ended; a fish of 0.3 m does not go so far from frame to frame."""
+    place = swim()
+    track = np.full((2, *place.shape), np.nan)
+    track[0, : FRAMES // 2], track[1, FRAMES // 2 :] = place[: FRAMES // 2], place[FRAMES // 2 :] + ASIDE
+    with h5py.File(tmp_path / "two.h5", "w") as file:
+        file["tracks"], file["node_names"] = track.transpose(0, 3, 2, 1), [name.encode() for name in NAMES]
+    with pytest.raises(InputError, match="--individual must be one of track_0, track_1: choose the animal"):
+        read_points(tmp_path / "two.h5")
+
+
+def test_a_variable_that_may_be_a_clock_is_refused_and_likelihoods_count(tmp_path):
+    frames, seen = 2.0 * np.arange(FRAMES), np.ones(swim().shape[:2])
+    seen[3, 1] = 0.1
+    path = saved(tmp_path, "a.mat", point_files._mat({"points": swim(), "sampleID": frames}))
+    with pytest.raises(InputError, match="variable sampleID grows from frame to frame, but nothing says what"):
+        read_points(path)
+    path = saved(tmp_path, "a.mat", point_files._mat({"points": swim(), "likelihood": seen, "frame": frames}))
+    markers = read_markers(path, frame_rate=2 * RATE)
+    assert np.diff(markers.time) == pytest.approx(1 / RATE)
+    assert markers.weight[3, 1] == 0
+
+
 def test_tracks_that_are_joined_are_told(tmp_path):
     (note,) = read_points(saved(tmp_path, "one.h5", point_files.sleap(2))).notes
     assert note.startswith("the tracks fish_0, fish_1 are never there at the same time")
@@ -147,6 +170,12 @@ def labels(folder):
     return saved(folder, "CollectedData.h5", point_files.deeplabcut_fixed(index=np.array(["img"] * FRAMES, "S")))
 
 
+def nwb(folder):
+    with h5py.File(folder / "a.nwb", "w") as file:
+        file["processing/behavior/nose/data"] = np.zeros((9, 2))
+    return folder / "a.nwb"
+
+
 def sleap_labels(folder):
     with h5py.File(folder / "labels.h5", "w") as file:
         file["frames"], file["instances"], file["tracks_json"] = [1], [1], ["[]"]
@@ -170,8 +199,9 @@ REFUSED = {
         some_hdf5,
         "must hold tracked points .*, but is an HDF5 file of 'pressure'",
     ),
+    "NWB": (nwb, "is of the form of NWB, which is not read: export CSV or HDF5"),
     "idtracker.npy": (
-        lambda folder: saved(folder, "t.npy", b"\x93NUMPY" + pickle.dumps({})),
+        lambda folder: saved(folder, "t.npy", point_files.npy({"trajectories": 1})),
         "form of an array of NumPy, as idtracker.ai writes it .* one point of each animal",
     ),
     "idtracker.npz": (

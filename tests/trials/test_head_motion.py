@@ -52,6 +52,19 @@ def filled(place):
     return place
 
 
+def lines(place):
+    """20 lost frames, each marker moved along a line in their place."""
+    for k in range(14, 34):
+        place[k] = place[13] + (place[34] - place[13]) * (k - 13) / 21
+    return place
+
+
+def doubled(place):
+    """Half of the frames, the others halfway between them."""
+    place[1:-1:2] = (place[:-2:2] + place[2::2]) / 2
+    return place
+
+
 def resting(place):
     """As at rest before it begins: the body's first place, to the pixel, repeats."""
     place[:10] = place[10]
@@ -64,6 +77,8 @@ def resting(place):
         (flipped(range(20, 32)), "the head flips between 0.3167 and 0.3333 s, the first of 2 times"),
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
         (filled, "6 frames repeat the one before: are lost ones filled in?"),
+        (lines, "20 frames lie on straight lines between others: are lost ones filled in?"),
+        (doubled, "23 frames lie on straight lines between others: are lost ones filled in?"),
     ],
 )
 def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, change, sentence: str) -> None:
@@ -74,7 +89,7 @@ def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, 
 @pytest.mark.parametrize("change", [lambda place: place, resting])
 def test_a_right_track_has_no_doubts(run: Run, tmp_path: Path, change) -> None:
     assert imported(run, tmp_path, change)[1].count("the head ") == 0
-    assert "repeat" not in imported(run, tmp_path, change)[1]
+    assert not any(word in imported(run, tmp_path, change)[1] for word in ("repeat", "straight lines"))
 
 
 def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) -> None:
@@ -90,6 +105,8 @@ def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) 
         ('angle_unit = "deg"', 'angle_unit = "rad"', "yaws faster than any head"),
         ('unit = "deg"', 'unit = "rad"', "bend by less than half a turn"),
         ('angle_unit = "deg"', 'angle_unit = "deg"\nyaw_zero_deg = 180.0', "moves tail first all the time"),
+        ('angle_unit = "deg"', 'angle_unit = "deg"\nyaw_zero_deg = 90.0', "moves to its side all the time"),
+        ('angle_unit = "deg"', 'angle_unit = "deg"\nclockwise = true', "yaws against the model, with the joint angles"),
         ("joints", "radians", "are the angles in radians?"),
         ("poses", "millimeters", "lengths a second: check length_unit"),
     ],

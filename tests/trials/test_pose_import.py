@@ -120,7 +120,7 @@ def test_a_table_of_another_simulator(tmp_path):
     run = read_pose_run(FISH, saved(tmp_path, "run.csv", point_files.pose_table()))
     assert run.pose == pytest.approx(expected(40), abs=1e-6)
     assert run.angle is None
-    few = "time_s,x,y,z,qw,qx,qy,qz,a_deg,b\n" + "".join(f"{k},0,0,0,1,0,0,0,{k},0.1\n" for k in range(20))
+    few = "time_s,x,y,z,qw,qx,qy,qz,a_deg,b\n" + "".join(f"{k / 10},0,0,0,1,0,0,0,{k},0.1\n" for k in range(20))
     run = read_pose_run(FISH, saved(tmp_path, "two.csv", few.encode()), joints=["a_deg", "b"])
     assert run.angle[9] == pytest.approx([np.radians(9), 0.1])
     with pytest.raises(InputError, match="must have columns of time_s, x, y, z, qx, .* but is without qx, qy, qz, qw"):
@@ -151,13 +151,13 @@ def test_a_direction_without_a_length_is_refused():
         _seen_from_above("file", "/odom", np.zeros((2, 3)), np.zeros((2, 4)), View())
 
 
-TABLE = "{},x,y,z,qw,qx,qy,qz,j1,j2\n"
+TABLE = "{},x,y,z,qw,qx,qy,qz,j1,j2,{}\n"
 
 
-def table(tmp_path, times, head="time_s", scale=1.0, angle=0.2):
-    """A table of a body that swims by 0.1 m a second, at times [s]."""
-    rows = [f"{t:.7g},{scale * 0.1 * t:.7g},0,0,1,0,0,0,{angle},{-angle}\n" for t in times]
-    return saved(tmp_path, "run.csv", (TABLE.format(head) + "".join(rows)).encode())
+def table(tmp_path, times, head="time_s", scale=1.0, angle=0.2, more=("more", 0.0)):
+    """A table of a body that swims by 0.1 m a second, at times [s]; more: name of a column, and its number per s."""
+    rows = [f"{t:.7g},{scale * 0.1 * t:.7g},0,0,1,0,0,0,{angle},{-angle},{more[1] * t:.7g}\n" for t in times]
+    return saved(tmp_path, "run.csv", (TABLE.format(head, more[0]) + "".join(rows)).encode())
 
 
 TIMES = np.arange(30) / 50
@@ -171,20 +171,49 @@ def test_a_repeated_time_is_told(tmp_path):
 
 def test_a_clock_says_its_unit(tmp_path):
     assert read_pose_run(FISH, table(tmp_path, 1000 * TIMES, "t_ms", 1e-3)).time == pytest.approx(TIMES)
+    run = read_pose_run(FISH, table(tmp_path, 1000 * TIMES, "timestamp", 1e-3))
+    assert run.time == pytest.approx(TIMES)
+    assert run.notes == ("column timestamp is taken in ms, which gives 50 frames per second, 0.58 s in all",)
+    with pytest.raises(InputError, match="must have a column of time, but is missing: give --frame-rate in Hz"):
+        read_pose_run(FISH, table(tmp_path, range(30), "frame"))
+    assert read_pose_run(FISH, table(tmp_path, range(30), "frame", 0.01), frame_rate=50).time == pytest.approx(TIMES)
+
+
+def test_a_table_says_the_units_of_places_and_angles(tmp_path):
+    """Separators and signs of decimals are those of tables of markers, too."""
+    text = table(tmp_path, TIMES, "Time [s]", 1000, 10).read_text().replace(",", ";").replace(".", ",")
+    names = {";x;y;z": ";x (mm);y (mm);z (mm)", ";j1;j2": ";j1 [deg];j2_degrees"}
+    for old, new in names.items():
+        text = text.replace(old, new)
+    run = read_pose_run(FISH, saved(tmp_path, "run.csv", text.encode()), joints=["j1 [deg]", "j2_degrees"])
+    assert run.pose[-1, :2] == pytest.approx([0.058, 0])
+    assert run.angle[-1] == pytest.approx(np.radians([10, -10]))
+
+
+def test_unlikely_poses_are_told(tmp_path):
+    head, *rows = (line.split(",") for line in table(tmp_path, TIMES).read_text().splitlines())
+    held = TIMES[np.arange(30) // 3 * 3]
+    x = -0.1 * held - 0.005 * np.sin(20 * held)
+    lines = [",".join([row[0], f"{at:.9f}", *row[2:]]) for row, at in zip(rows, x, strict=True)]
+    run = read_pose_run(FISH, saved(tmp_path, "run.csv", "\n".join([",".join(head), *lines]).encode()))
+    assert run.notes[0].startswith("8 poses repeat the one before")
+    assert run.notes[1].startswith("the robot moves tail first all the time: does --forward")
+    run = read_pose_run(FISH, table(tmp_path, TIMES), view=View(forward="y"))
+    assert run.notes == ("the robot moves to its side all the time: does --forward name the axis to the nose?",)
 
 
 @pytest.mark.parametrize(
     ("words", "given"),
     [
+        ("the rate by time_s must be from 5 to 2000 Hz, but is 0.05: in ms", {"times": 1000 * TIMES}),
+        ("line 32, time_s must be later than .* 0.58, but is 0.004: it starts", {"times": [*TIMES, *TIMES + 0.004]}),
+        ("line 3, time_s must be later than .*: they run backward", {"times": TIMES[::-1]}),
+        ("the columns time_s and sim_time must agree, but is .* 1.16 s", {"times": TIMES, "more": ("sim_time", 2.0)}),
         (
-            "column time must be in s, .* growing by 20: if it is in ms, call it time_ms",
-            {"times": 1000 * TIMES, "head": "time"},
+            "column x must be there once, but is x, target_position_x",
+            {"times": TIMES, "more": ("target_position_x", 0)},
         ),
-        (
-            "line 32, time_s must not be before the row above, at 0.58, but is 0.004: cut",
-            {"times": [*TIMES, *TIMES + 0.004]},
-        ),
-        ("line 3, time_s must not be before", {"times": TIMES[::-1]}),
+        ("j1 must say its unit in its name, but is 3 rad: are they in deg", {"times": TIMES, "angle": 3}),
         ("less than 20 lengths a second, .*: are they in mm or cm", {"times": TIMES, "scale": 1000}),
         ("less than 20 lengths a second, .*: are they in mm.$", {"times": TIMES, "scale": 30000}),
         (

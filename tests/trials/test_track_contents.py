@@ -105,6 +105,61 @@ def test_a_table_of_poses_is_sent_to_its_own_command(tmp_path) -> None:
     assert "holds poses, and no markers: import them by hypertuna trials import poses" in told(text(tmp_path, poses))
 
 
+@pytest.mark.parametrize("unset", [0.0, -1.0])
+def test_places_of_zeros_off_the_body_are_missing(tmp_path, unset) -> None:
+    """Some programs write them where a marker is not found. A body that swims through the origin keeps its place."""
+    place, lost = PLACE.copy(), np.zeros(PLACE.shape[:2], dtype=bool)
+    lost[::4, 3] = lost[7] = True
+    place[lost] = unset
+    markers = read_markers(text(tmp_path, columns(place, "frame", numbers())), **PX, **FPS)
+    assert (markers.weight[lost] == 0).all()
+    assert f"{lost.sum()} places of zeros or -1, off the body, count as missing" in markers.notes
+    home = PLACE - PLACE[0, 0]
+    markers = read_markers(text(tmp_path, columns(home, "frame", numbers())), **PX, **FPS)
+    assert markers.weight[0, 0] == 1
+
+
+def test_flags_of_lost_markers_are_refused_and_those_of_seen_ones_read(tmp_path) -> None:
+    flags = {"occluded": ("0", "1"), "valid": ("1", "0")}
+    path = {name: columns(PLACE, "frame", numbers(), weight=(name, *own), missing="9") for name, own in flags.items()}
+    assert "gill_occluded counts frames in which the marker was not seen: write" in told(
+        text(tmp_path, path["occluded"])
+    )
+    assert (read_markers(text(tmp_path, path["valid"]), **PX, **FPS).weight == 0).sum() == 1
+
+
+@pytest.mark.parametrize("names", [("x_mm", "y_mm"), ("X (mm)", "Y (mm)"), ("pos_x [mm]", "pos_y [mm]")])
+def test_a_row_for_each_marker_may_state_its_unit(tmp_path, names) -> None:
+    cells = [
+        f"{k},{name},{x:.3f},{y:.3f}"
+        for k, frame in zip(FRAMES, 1e3 * swim(), strict=True)
+        for name, (x, y) in zip(NAMES, frame, strict=True)
+        if np.isfinite(x)
+    ]
+    path = text(tmp_path, "\n".join([f"frame,marker,{','.join(names)}", *cells]))
+    np.testing.assert_allclose(read_markers(path, **FPS).place, swim(), atol=2e-6)
+    assert "--unit must be 0.001 m, as the file says, but is px" in told(path)
+
+
+def test_a_column_of_the_rate_counts(tmp_path) -> None:
+    """It must be one rate, and that of the times and of --frame-rate."""
+
+    def read(rates, clock="frame", times=(), **options):
+        head, *lines = columns(PLACE, clock, times or numbers()).splitlines()
+        with_rates = [f"{head},fps", *(f"{line},{rate}" for line, rate in zip(lines, rates, strict=True))]
+        return read_markers(text(tmp_path, "\n".join(with_rates)), **PX, **options)
+
+    same, other = [60] * len(FRAMES), [120] * len(FRAMES)
+    assert read(same).time[-1] == pytest.approx(47 / RATE)
+    for words, given in (
+        ("column fps must be the same in all rows", {"rates": [*same[1:], 30]}),
+        ("--frame-rate must be 120 Hz, as the file says", {"rates": other} | FPS),
+        ("the file's frame rate must be 60 Hz, as the column time_s says", {"rates": other, "clock": "time_s"}),
+    ):
+        with pytest.raises(ht.InputError, match=words):
+            read(**given, times=[f"{k / RATE:.7f}" for k in FRAMES] if "clock" in given else ())
+
+
 def test_of_a_workbook_no_run_is_dropped_in_silence(tmp_path) -> None:
     from openpyxl import Workbook
 

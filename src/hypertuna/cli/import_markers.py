@@ -106,8 +106,9 @@ def import_markers_command(
 ) -> None:
     """Fit the chain of a robot to tracked markers: joint angles, head poses, and a manifest of them.
 
-    Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, and plain columns: time_s,
-    x1, y1, x2, y2, ... Files of several runs may be given; the picture is that of the first one to look at.
+    Reads files of DeepLabCut, Lightning Pose, SLEAP, TRex, Anipose, DLTdv, Motive, Qualisys, Vicon, OpenSim (TRC),
+    Tracker, EthoVision, and plain columns: time_s, x1, y1, x2, y2, ... Files of several runs may be given; the picture
+    is that of the first one to look at.
     """
     fish, options, chain_options = robot.load(), markers.arguments(), places.chain_options()
     names = [Path(file).stem for file in files]

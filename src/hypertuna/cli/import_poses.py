@@ -10,6 +10,7 @@ from hypertuna.cli.emit import emit
 from hypertuna.description.provenance import provenance
 from hypertuna.display import Table
 from hypertuna.io.files import version
+from hypertuna.ranges import POSITIVE
 from hypertuna.trials.pose_import import DIRECTIONS, PoseRun, View, read_pose_run, write_pose_run
 
 MISSING_JOINTS = "joint angles: the file has none. Name a CSV file of them in the manifest, under [recordings.joints]"
@@ -27,6 +28,9 @@ def import_poses_command(
     up: Annotated[str, opt.word("--up", DIRECTIONS, "Axis of the world that points up.")] = "z",
     forward: Annotated[str, opt.word("--forward", DIRECTIONS, "Axis of the body that points to the nose.")] = "x",
     ahead: Annotated[float, opt.number("--ahead", "m", "Center of the head link, ahead of the tracked point.")] = 0.0,
+    frame_rate: Annotated[
+        float | None, opt.number("--frame-rate", "Hz", "Rows per second of a table without times.", limits=POSITIVE)
+    ] = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Take poses of another program: head poses, joint angles where the file has them, and a manifest of both.
@@ -36,7 +40,7 @@ def import_poses_command(
     """
     fish = robot.load()
     names = [name for part in joints.split(",") if (name := part.strip())]
-    run = read_pose_run(fish, file, view=View(up, forward, ahead), topic=topic, joints=names)
+    run = read_pose_run(fish, file, view=View(up, forward, ahead), topic=topic, joints=names, frame_rate=frame_rate)
     written = write_pose_run(run, fish, output, f"Made by `hypertuna trials import` {version()}")
     missing = [] if run.joint_time is not None else [MISSING_JOINTS]
     record = {
@@ -63,6 +67,6 @@ def _lines(run: PoseRun, record: dict[str, Any]) -> Iterator[Any]:
     row = [run.name, run.source, f"{record['poses']}", f"{record['seconds']:.4g}", f"{record['joint_samples']}"]
     yield Table(["run", "source", "poses", "duration [s]", "joint samples"], [row])
     for sentence in record["notes"]:
-        yield f"{run.name}: {sentence}."
+        yield f"{run.name}: {sentence}{'.' * (not sentence.endswith('?'))}"
     for sentence in record["missing"]:
         yield f"missing: {sentence}.", "yellow"

@@ -49,7 +49,7 @@ def check_new(results: Sequence[Measurement], earlier: Sequence[Measurement]) ->
         for old in (*earlier, *results[:k]) if result.name else ():
             same = (old.name, old.run, old.quantity) == (result.name, result.run, result.quantity)
             if same and (old.value == result.value or old.day == result.day):
-                rule, fix = f"is told already, as {_shown(old)}", "leave it out; a repeat has a name of its own"
+                rule, fix = f"was entered already, as {_shown(old)}", "leave it out; a repeat has a name of its own"
                 raise InputError(rule, key=f"the {result.quantity} of {result.name}", fix=fix)
 
 

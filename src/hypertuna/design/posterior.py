@@ -120,8 +120,9 @@ def _check_swims(results: Sequence[Measurement], log: Array) -> None:
     """Check that the model swims every gait of the results forward."""
     unswum = [result for result, value in zip(results, log, strict=True) if not np.isfinite(value)]
     if unswum:
-        rule, fix = "has no settled beat forward in the model", "leave the run out, or correct the robot file"
-        raise InputError(rule, key=f"the gait of {unswum[0].name or 'a run'}", fix=fix)
+        what = "settled beat forward" if unswum[0].run.gait is not None else "finite value"
+        fix = "check the units of the run, leave it out, or correct the robot file"
+        raise InputError(f"has no {what} in the model", key=f"the run {unswum[0].name}".rstrip(), fix=fix)
 
 
 def _kernels(

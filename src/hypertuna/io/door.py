@@ -197,6 +197,20 @@ def read_npz(path: str | Path, kind: str = "policy", largest: int = UNPACKED) ->
     return arrays
 
 
+def read_npy(path: str | Path, kind: str) -> Array | None:
+    """Read the numbers of a .npy file; None where it holds pickled Python, which is not read."""
+    import numpy as np  # slow to import
+
+    content = read_bytes(path, kind)
+    if b"'|O'" in content[:NPY_HEADER]:
+        return None
+    try:
+        _check_npy(content)
+        return np.asarray(np.load(io.BytesIO(content), allow_pickle=False), dtype=float)
+    except damage():
+        raise InputError("must be a whole .npy file of numbers", file=str(path), fix=KINDS[kind].fix) from None
+
+
 def check_numbers(count: int, file: str | None = None) -> None:
     """Check that a binary file has at most NUMBERS numbers: of a byte each, they become floats of eight."""
     if count > NUMBERS:

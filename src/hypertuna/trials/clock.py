@@ -11,6 +11,7 @@ from hypertuna.trials.points import Points
 
 RATE = Range(min=5, max=2000, unit="Hz")
 SAME = 0.01  # relative difference of two rates that are the same
+ROUGH = 0.2  # frames: a coarser resolution of times is told
 HALF = 0.5  # frames: a time that lies farther from that of its frame's number
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
@@ -132,18 +133,18 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
     interval = float((time[-1] - time[0]) / (frame[-1] - frame[0])) if frame is not None else float(np.median(step))
     if rate is not None:
         ratio = 1 / interval / rate
-        stride = round(1 / ratio) if frame is None else 1
         rounded = 3 * _resolution(points) / interval if frame is None else 0.0
-        if abs(ratio * max(stride, 1) - 1) > SAME + rounded:
+        if abs(ratio - 1) > SAME + rounded:
             rule = f"must be {1 / interval:.4g} Hz, as the column {points.time_name} says"
             of_file = points.rate is not None
             fix = "correct the rate in the file, or its times" if of_file else "leave it out, or correct the column"
+            if (stride := round(1 / ratio)) > 1 and abs(ratio * stride - 1) <= SAME + rounded:
+                times = f"if the film was played {stride} times slower, drop the column {points.time_name}"
+                fix = f"{times}; if one frame of {stride} was tracked, leave out the rate"
             key = "the file's frame rate" if of_file else "--frame-rate"
             raise InputError(rule, file=points.file, key=key, value=f"{rate:g}", fix=fix)
-        if stride > 1:
-            return [f"one frame of {stride} is there, by the column {points.time_name}"]
     if frame is None:
-        return []
+        return _rounded(points, step)
     error = time - time[0] - interval * (frame - frame[0])
     k = int(np.argmax(np.abs(error)))
     if abs(error[k]) > HALF * interval:
@@ -152,6 +153,15 @@ def _compare(points: Points, time: Array, frame: Array | None, rate: float | Non
             f"in {points.where[k]}: the times are those of {points.time_name}"
         ]
     return []
+
+
+def _rounded(points: Points, step: Array) -> list[str]:
+    """Return a sentence on times that are rounded by a large part of a frame; step: between frames [s]."""
+    size, usual = _resolution(points), float(np.median(step))
+    if size <= ROUGH * usual or np.ptp(step[step < 1.5 * usual]) < size / 2:
+        return []
+    advice = "a column of frames and --frame-rate in place of it would be exact"
+    return [f"column {points.time_name} is rounded to {size:g} s, {size / usual:.1f} frames: {advice}"]
 
 
 def _resolution(points: Points) -> float:
@@ -172,6 +182,9 @@ def _check_rate(points: Points, time: Array) -> None:
     unit = points.time_unit or 1.0
     better = [name for name, other in UNITS.items() if rate * unit / other in RATE]
     fix = f"in {better[0]} it would be possible: call the column time_{better[0]}" if better else "check the clock"
+    if RATE.min is not None and rate < RATE.min and points.time_unit is not None:
+        slow = "so few frames show no beat: track all those of the film"
+        fix = f"{fix}; if its unit is right, {slow}" if better else slow
     if points.time is None:
         fix = "check --frame-rate, and whether the file has all frames"
     key = f"the rate by {points.time_name if points.time is not None else points.frame_name}"

@@ -15,6 +15,10 @@ UNITS = {
     "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254, "inch": 0.0254, "ft": 0.3048,
     "px": None, "pixel": None, "pixels": None,
 }  # fmt: skip
+# Names of likelihoods and of flags of markers that were seen.
+WEIGHTS = (
+    "likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "valid", "p"
+)  # fmt: skip
 AXES = {"x": 0, "y": 1, "z": 2}
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
 
@@ -78,10 +82,13 @@ FRAME = re.compile(
     r"|(?:image|img|picture|file)s?(?:name|no|nr|num|number|idx|index|path|file)?|slice|fno"
 )
 TIME = re.compile(
-    rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps)?"
+    rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps|sim|wall|ros|real|trial|recording)?"
     rf"(?:(?:timestamp|dateandtime|datetime|timeofday|timecode|time|pts(?:time)?|utc|clock|elapsed|t)"
     rf"(?P<unit>{'|'.join(SECONDS)}|hhmmss[a-z]*)?|(?P<bare>{'|'.join(SECONDS)}))"
 )
+RATES = (
+    "fps", "framerate", "framespersecond", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate"
+)  # fmt: skip
 INDEX = re.compile(r"(unnamed.{0,9}|index)?", re.IGNORECASE)  # of a table, as pandas names it
 
 

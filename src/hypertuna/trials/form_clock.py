@@ -8,7 +8,8 @@ import numpy as np
 
 from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import INDEX, TIME, plain, seconds_per_unit, time_and_frame
+from hypertuna.trials.clock import UNITS
+from hypertuna.trials.form import INDEX, RATES, TIME, plain, seconds_per_unit, time_and_frame
 from hypertuna.trials.grid import Samples
 
 LIKE, DIGIT = re.compile(r"\d:\d\d"), re.compile(r"\d")
@@ -32,6 +33,12 @@ def clock_columns(
         values, of_text = samples.times(time)
         fields |= {"time": values, "time_unit": 1.0 if of_text else second, "time_name": names[time]}
         _check_others(samples, names, fields)
+    for k in (k for k, name in enumerate(names) if plain(name) in RATES and samples.rows):
+        rates = samples.numbers(k)
+        if not (rates == rates[0]).all():
+            rule, fix = "must be the same in all rows", "give each run in a file of its own, or a column time_s"
+            raise InputError(rule, file=samples.file, key=f"column {names[k]}", value="not", fix=fix)
+        fields["rate"] = float(rates[0])
     taken = [*used, *(k for k in (time, frame) if k is not None)]
     index, notes = _index(samples, taken, clock=len(taken) > len(used)), ()
     if frame is None:
@@ -57,15 +64,19 @@ def _with_frame(samples: Samples, names: list[str], frame: int | None, fields: d
 
 
 def _check_others(samples: Samples, names: list[str], fields: dict[str, Any]) -> None:
-    """Check that other columns of time, whose names say their units, span as long as the one that is read."""
+    """Check that other columns of time span as long as the one that is read, in the units stated or in any."""
     for k, name in enumerate(names):
         match = TIME.fullmatch(plain(name))
-        unit = seconds_per_unit(match) if match and match["unit"] else None
-        if unit is None or fields["time_unit"] is None or name == fields["time_name"] or not samples.rows:
+        if not match or name == fields["time_name"] or not samples.rows:
             continue
-        span = float(np.ptp(samples.times(k)[0])) * unit
-        read = float(np.ptp(fields["time"])) * fields["time_unit"]
-        if abs(span - read) > SAME_SPAN * max(span, read):
+        try:
+            values, of_text = samples.times(k)
+        except InputError:
+            continue  # no clock
+        own, other = fields["time_unit"], 1.0 if of_text else seconds_per_unit(match)
+        read, span = (float(np.ptp(one)) * (unit or 1.0) for one, unit in ((fields["time"], own), (values, other)))
+        factors = [1.0] if own and other else [one / two for one in UNITS.values() for two in UNITS.values()]
+        if span > 0 and all(abs(factor * span - read) > SAME_SPAN * max(factor * span, read) for factor in factors):
             rule, value = "must agree", f"{read:.4g} s long and {span:.4g} s"
             fix = "keep the clock that is right, such as that of the camera and not that of the film"
             key = f"the columns {fields['time_name']} and {name}"

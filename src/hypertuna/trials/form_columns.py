@@ -8,25 +8,44 @@ import numpy as np
 from hypertuna.errors import InputError
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import FIX, SECONDS, UNITS, Text, of_columns, one_point, plain, time_and_frame, unit_of
+from hypertuna.trials.form import (
+    FIX,
+    RATES,
+    SECONDS,
+    UNITS,
+    WEIGHTS,
+    Text,
+    of_columns,
+    one_point,
+    plain,
+    time_and_frame,
+    unit_of,
+)
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
 from hypertuna.trials.points import Points, choose_individual, no_individuals
 
-WEIGHTS = ("likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "p")
 OTHERS = ("error", "ncams")  # of Anipose, without a use
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS))
+UNSEEN = ("occluded", "missing", "lost", "invalid", "interpolated")  # flags of markers that were not seen
+AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS, *UNSEEN))
 UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
 NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
 NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
+COORDINATE = re.compile(rf"(?:(?:pos|position|coords?)[_. ]?)?(?P<axis>x|y|z){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 ANIPOSE = {"fnum", "m_00", "center_0"}
 
 
+def _axes(head: list[str]) -> dict[str, tuple[int, str | None]]:
+    """Return the column and the unit of each coordinate of a table with one point in each row."""
+    matches = [(k, match) for k, name in enumerate(head) if (match := COORDINATE.fullmatch(name))]
+    return {match["axis"].lower(): (k, match["unit"]) for k, match in reversed(matches)}
+
+
 def _is_long(grid: Grid) -> bool:
     head = grid.cells(0)
-    return {"x", "y"} <= {plain(name) for name in head} and any(MARKER.fullmatch(plain(name)) for name in head)
+    return {"x", "y"} <= _axes(head).keys() and any(MARKER.fullmatch(plain(name)) for name in head)
 
 
 def _long(grid: Grid, individual: str | None) -> Points:
@@ -34,7 +53,10 @@ def _long(grid: Grid, individual: str | None) -> Points:
     head = grid.rows[0][1]
     names = [plain(name) for name in head]
     samples = grid.below(1, head)
-    named = [k for k, name in enumerate(names) if name in ("x", "y", "z", *WEIGHTS) or MARKER.fullmatch(name)]
+    coordinates = _axes(head)
+    named = [k for k, name in enumerate(names) if name in WEIGHTS or MARKER.fullmatch(name)]
+    named += [k for k, _ in coordinates.values()]
+    samples.check_once(named)
     time, _, frame = time_and_frame(head)
     if time is None and frame is None:
         fix = "add a column frame or time_s"
@@ -60,7 +82,7 @@ def _long(grid: Grid, individual: str | None) -> Points:
         repeat = int(np.setdiff1d(np.arange(len(cells)), first)[0])
         key, fix = f"{samples.where[repeat]}, marker {label[repeat]}", "give a row for each frame and marker of one run"
         raise InputError("must be there once", file=grid.file, key=key, value="there twice", fix=fix)
-    axes = [names.index(axis) for axis in ("x", "y", *["z"] * ("z" in names))]
+    axes = [coordinates[axis][0] for axis in "xyz" if axis in coordinates]
     place = np.full((len(instants), len(markers), len(axes)), np.nan)
     weight = np.full((len(instants), len(markers)), np.nan)
     place[row, column] = np.column_stack([samples.numbers(k) for k in axes])
@@ -73,21 +95,21 @@ def _long(grid: Grid, individual: str | None) -> Points:
     clock = {key: value[line] if isinstance(value, np.ndarray) else value for key, value in clock.items()}
     return Points(
         "rows of frames and markers", grid.file, tuple(markers), place, weight, samples.only(line.tolist()).where,
-        **clock,
+        **unit_of(grid.file, [unit for _, unit in coordinates.values()]), **clock,
     )  # fmt: skip
 
 
 def _is_lone(grid: Grid) -> bool:
     """Whether each row has one point: x and y, without the name of a marker."""
-    head = [plain(name) for name in grid.cells(0)]
-    return {"x", "y"} <= set(head) and any(ANIMAL.fullmatch(name) for name in head)
+    head = grid.cells(0)
+    return {"x", "y"} <= _axes(head).keys() and any(ANIMAL.fullmatch(plain(name)) for name in head)
 
 
 def _lone(grid: Grid, individual: str | None) -> Points:
     raise one_point("a table of tracked objects", grid.file, "add a column marker, or nose_x, nose_y, ... in one row")
 
 
-def _plain(grid: Grid, individual: str | None) -> Points:
+def read_plain(grid: Grid, individual: str | None) -> Points:
     """Read plain columns, such as nose_x, nose_y, nose_likelihood, or x1, y1, p1, or those of Anipose."""
     head = grid.rows[0][1]
     if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
@@ -153,9 +175,14 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
         if match:
             axis = match["axis"].lower()
             found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
+            if axis in UNSEEN and any(text not in ("", "0", "0.0", "False", "false") for text in samples.text(k)):
+                fix = f"write {match['name']}_visible, 1 minus it, or leave the coordinates of these frames empty"
+                raise InputError("counts frames in which the marker was not seen", file=samples.file, key=name, fix=fix)
+            if axis in OTHERS:
+                ignored.append(name)
             if axis in "xyz":
                 units.add((match["unit"] or "").lower())
-        elif name and not ANIMAL.fullmatch(plain(name)):
+        elif name and not ANIMAL.fullmatch(plain(name)) and plain(name) not in RATES:
             ignored.append(name)
     # a column such as "body" or "yaw" is no pair of coordinates
     incomplete = [name for name, axes in found.items() if not {"x", "y"} <= set(axes)]
@@ -171,5 +198,5 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
 TEXTS = (
     Text("rows of frames and markers", _is_long, _long, individuals=True),
     Text("a table of tracked objects", _is_lone, _lone, individuals=True),
-    Text("plain columns", lambda grid: True, _plain, individuals=True),
+    Text("plain columns", lambda grid: True, read_plain, individuals=True),
 )

@@ -12,8 +12,8 @@ from hypertuna.io.door import check_numbers
 from hypertuna.io.hdf5 import Hdf5, read_hdf5
 from hypertuna.io.matlab import dense
 from hypertuna.trials.form import one_point
-from hypertuna.trials.form_matlab import points_of_arrays
-from hypertuna.trials.points import Points, Rows, choose_individual, seen
+from hypertuna.trials.form_matlab import candidates_of, points_of_arrays
+from hypertuna.trials.points import Points, Rows, choose_individual, joined_tracks, of_one_animal, seen
 
 AXES = ("x", "y", "z")  # names of coordinates
 MAX_LEVELS = 6  # largest number of levels of column names (scorer, individuals, bodyparts, coords) and of blocks
@@ -37,6 +37,12 @@ def read(path: str | Path, individual: str | None) -> Points:
         raise one_point("idtracker.ai", file.file, "track several points of one body, by DeepLabCut or SLEAP")
     if any("MATLAB_class" in settings for settings in file.attributes.values()):
         return points_of_arrays("MATLAB 7.3", file.file, _matlab(file), individual)
+    if any(name.startswith("processing/") for name in file.attributes):
+        fix = "export CSV or HDF5 from the program that tracked the points"
+        raise InputError("is of the form of NWB, which is not read", file=file.file, fix=fix)
+    arrays = {name.replace("/", "."): array for name, array in file.arrays.items()}
+    if candidates_of(arrays):
+        return points_of_arrays("HDF5", file.file, arrays, individual)
     listed = ", ".join(sorted(name for name in file.attributes if "/" not in name)[:8])
     fix = "export CSV, or the HDF5 file of DeepLabCut's analyze_videos or of SLEAP's analysis"
     rule = "must hold tracked points in the form of DeepLabCut, SLEAP or MATLAB"
@@ -159,15 +165,17 @@ def _sleap(file: Hdf5, individual: str | None) -> Points:
         raise InputError(
             "must hold points that were seen", file=file.file, value="none", fix="export the analysis again"
         )
+    frame = np.arange(float(place.shape[1]))
     notes: tuple[str, ...] = ()
+    chosen: tuple[Any, ...] = ()
     if individual is None and len(seen_tracks) > 1 and present.sum(axis=0).max() == 1:
         track = present.argmax(axis=0)
-        chosen: tuple[Any, ...] = (track, np.arange(len(track)))
-        listed = ", ".join(names[k] for k in seen_tracks[:12])
-        notes = (f"the tracks {listed} are never there at the same time, and are read as one animal",)
-    else:
+        chosen = (track, np.arange(len(track)))
+        rows = np.flatnonzero(present.any(axis=0))
+        if of_one_animal(frame[rows], track[rows], place[chosen][rows]):
+            notes = (joined_tracks([names[k] for k in seen_tracks]),)
+    if not notes:
         chosen = (names.index(choose_individual(file.file, [names[k] for k in seen_tracks], individual)),)
-    frame = np.arange(float(place.shape[1]))
     return Points(
         "SLEAP", file.file, tuple(nodes), place[chosen], weight[chosen], Rows("frame", frame), frame=frame, notes=notes
     )

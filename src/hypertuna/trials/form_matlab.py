@@ -9,7 +9,8 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
 from hypertuna.io.matlab import read_matlab
-from hypertuna.trials.form import FRAME, TIME, one_point, plain, time_and_frame
+from hypertuna.trials.form import FRAME, RATES, TIME, WEIGHTS, one_point, plain, time_and_frame
+from hypertuna.trials.form_clock import CALL
 from hypertuna.trials.points import Points, Rows, choose_individual, seen
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "px": None}
@@ -25,7 +26,6 @@ PAIRS = (
     "markers",
     "midline",
 )  # names of x1, y1, x2, y2, ... in columns
-RATES = ("fps", "framerate", "videofps", "videoframerate", "fs", "rate", "samplerate", "samplingrate")
 LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
@@ -38,7 +38,7 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
     """Return the points of variables whose names and shapes suit points; `individual` names one of several."""
-    candidates = {**_pairs(arrays), **_blocks(arrays)}
+    candidates = candidates_of(arrays)
     if not candidates:
         if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
             raise one_point(form, file, "save the points along the body, each a column of x and y")
@@ -62,12 +62,24 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
         file,
         tuple(f"{k + 1}" for k in range(place.shape[1])),
         seen(place),
-        np.full(place.shape[:2], np.nan),
+        _weight(arrays, place.shape[:2]),
         Rows("row", np.arange(1.0, count + 1)),
         length_unit=UNITS[end[1]] if end else None,
         notes=(f"the points are those of {name}: {count} frames of {place.shape[1]} points",),
         **clock,
     )
+
+
+def candidates_of(arrays: dict[str, Array]) -> dict[str, Array]:
+    """Return the variables, by name, whose names and shapes suit points."""
+    return {**_pairs(arrays), **_blocks(arrays)}
+
+
+def _weight(arrays: dict[str, Array], shape: tuple[int, ...]) -> Array:
+    """Return the likelihoods (frames, points) of a variable of that name; NaN without one."""
+    named = (one for key, one in arrays.items() if plain(_last(key)) in WEIGHTS and one.ndim == 2)
+    either = (one if one.shape == shape else one.T for one in named if shape in (one.shape, one.shape[::-1]))
+    return np.asarray(next(either, np.full(shape, np.nan)), dtype=float)
 
 
 def _vectors(arrays: dict[str, Array]) -> dict[str, Array]:
@@ -98,6 +110,15 @@ def _clock(file: str, arrays: dict[str, Array], count: int) -> dict[str, Any]:
             clock["time_unit"] = 1.0
     if frame is not None:
         clock |= {"frame": vectors[names[frame]], "frame_name": names[frame]}
+    if not clock:
+        for key, one in arrays.items():
+            if (
+                one.size == count == max(one.shape)
+                and plain(_last(key)) not in WEIGHTS
+                and (np.diff(one.ravel()) > 0).all()
+            ):
+                rule = "grows from frame to frame, but nothing says what it counts"
+                raise InputError(rule, file=file, key=f"variable {key}", value=f"up to {one.ravel()[-1]:g}", fix=CALL)
     rates = {key: float(one.ravel()[0]) for key, one in arrays.items() if plain(_last(key)) in RATES and one.size == 1}
     rates = {key: rate for key, rate in rates.items() if 0 < rate < np.inf}
     if len(set(rates.values())) > 1:

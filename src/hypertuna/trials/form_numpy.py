@@ -7,8 +7,9 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError, shown
-from hypertuna.io.door import CELLS, MB, opened, read_npz
+from hypertuna.io.door import CELLS, MB, opened, read_npy, read_npz
 from hypertuna.trials.form import one_point
+from hypertuna.trials.form_matlab import candidates_of, points_of_arrays
 from hypertuna.trials.points import Points, Rows, seen
 
 POSE = re.compile(r"pose([XY])([0-9]{1,4})")  # name of an array of TRex's poses
@@ -20,8 +21,11 @@ def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of an archive (.npz) of TRex, which holds one animal per file."""
     file = str(path)
     with opened(path, "points") as stream:
-        if stream.read(6) == b"\x93NUMPY":
+        single = stream.read(6) == b"\x93NUMPY"
+    if single:
+        if (array := read_npy(path, "points")) is None:
             raise one_point("an array of NumPy, as idtracker.ai writes it (trajectories.npy)", file, FIX)
+        return points_of_arrays("NumPy", file, {"points": array}, individual)
     arrays = {name: np.squeeze(array) for name, array in read_npz(path, "points", 256 * MB).items()}
     if {"midline_points", "midline_lengths", "frames"} <= set(arrays):
         return _midlines(file, arrays)
@@ -31,6 +35,8 @@ def read(path: str | Path, individual: str | None) -> Points:
         raise one_point("idtracker.ai", file, FIX)
     if "X#wcentroid" in arrays or {"X", "Y", "missing"} <= set(arrays):
         raise one_point("TRex", file, "give the file *_posture_*.npz (output_posture_data = true), or export poses")
+    if candidates_of(arrays):
+        return points_of_arrays("NumPy", file, arrays, individual)
     listed, fix = ", ".join(list(arrays)[:12]), "export it from TRex again, or write a CSV file with a line of names"
     rule = "must hold points of TRex: poseX0, poseY0, ... or midline_points"
     raise InputError(rule, file=file, value=f"an archive of {shown(listed)}" if listed else "empty", fix=fix)

@@ -1,6 +1,7 @@
 """Text forms of pose-tracking programs: DeepLabCut and Lightning Pose, SLEAP, TRex, idtracker.ai."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from hypertuna.errors import InputError
 from hypertuna.trials.form import Text, of_columns, one_point, unit_of
 from hypertuna.trials.form_clock import clock_columns
 from hypertuna.trials.grid import Grid, Samples
-from hypertuna.trials.points import Points, choose_individual
+from hypertuna.trials.points import Points, choose_individual, joined_tracks, of_one_animal
 
 HEADS = ("individuals", "bodyparts", "coords")  # first cells of DeepLabCut's lines of names below the scorer's
 
@@ -86,21 +87,23 @@ def _sleap(grid: Grid, individual: str | None) -> Points:
     lower = grid.cells(0)
     track, frame = lower.index("track"), lower.index("frame_idx")
     names, frames = samples.text(track), samples.frames(frame)
-    notes: tuple[str, ...] = ()
-    tracks = list(dict.fromkeys(names))
-    if individual is None and len(tracks) > 1 and len(set(frames.tolist())) == len(frames):
-        keep = np.argsort(frames, kind="stable").tolist()
-        notes = (f"the tracks {', '.join(tracks[:12])} are never there at the same time, and are read as one animal",)
-    else:
-        animal = choose_individual(grid.file, names, individual)
-        keep = [k for k, name in enumerate(names) if name == animal]
-    samples = samples.only(keep)
     columns: dict[str, dict[str, int]] = {}
     for k, name in enumerate(head):
         node, dot, axis = (part if not i else part.lower() for i, part in enumerate(name.rpartition(".")))
         if dot and node.lower() != "instance" and axis in ("x", "y", "score"):
             columns.setdefault(node, {})["weight" if axis == "score" else axis] = k
-    return of_columns("SLEAP", samples, columns, frame=frames[keep], frame_name="frame_idx", notes=notes)
+
+    def points(rows: list[int]) -> Points:
+        return of_columns("SLEAP", samples.only(rows), columns, frame=frames[rows], frame_name="frame_idx")
+
+    tracks = list(dict.fromkeys(names))
+    if individual is None and len(tracks) > 1 and len(set(frames.tolist())) == len(frames):
+        order = np.argsort(frames, kind="stable").tolist()
+        joined = points(order)
+        if of_one_animal(frames[order], [names[k] for k in order], joined.place):
+            return replace(joined, notes=(joined_tracks(tracks),))
+    animal = choose_individual(grid.file, names, individual)
+    return points([k for k, name in enumerate(names) if name == animal])
 
 
 # A column of TRex, such as poseX0 (cm): axis, number of the point, unit; and units [m], None for pixels.

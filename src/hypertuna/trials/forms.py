@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from hypertuna.errors import InputError
 from hypertuna.io.door import opened
-from hypertuna.trials import form_captures, form_columns, form_poses
+from hypertuna.trials import form_captures, form_columns, form_headed, form_poses
 from hypertuna.trials.grid import Grid, read_grid
 from hypertuna.trials.points import Points, no_individuals
 
@@ -33,6 +33,7 @@ class Form(NamedTuple):
 # Fixes in errors.
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
 POSES = "import its poses: hypertuna trials import poses"
+KEYPOINTS = "write its points as CSV: frame, marker, x, y, score in a row for each frame and point"
 FORMS: tuple[Form, ...] = (
     Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP", tracks=True),
     Form("HDF5", (".h5", ".hdf5"), (b"\x89HDF\r\n\x1a\n",), "hypertuna.trials.form_hdf5:read", individuals=True),
@@ -40,7 +41,7 @@ FORMS: tuple[Form, ...] = (
     Form("MATLAB", (".mat",), (b"MATLAB 5.0 MAT-file",), "hypertuna.trials.form_matlab:read", individuals=True),
     Form("C3D", (".c3d",), (), "hypertuna.trials.form_c3d:read", tracks=True),
     Form("an array of NumPy", (".npy",), (b"\x93NUMPY",), "hypertuna.trials.form_numpy:read"),
-    Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read"),
+    Form("an archive of NumPy", (".npz",), (), "hypertuna.trials.form_numpy:read", individuals=True),
     Form("a workbook", (".xlsx", ".xlsm"), (), "hypertuna.trials.form_workbook:read", individuals=True),
     Form("an old workbook", (".xls", ".ods"), (b"\xd0\xcf\x11\xe0",), fix="save it as .xlsx, or the sheet as CSV"),
     Form("a log (MCAP)", (".mcap",), (b"\x89MCAP0",), fix=POSES),
@@ -48,10 +49,12 @@ FORMS: tuple[Form, ...] = (
     Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
     Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
+    Form("JSON, as MMPose, COCO and OpenPose write it", (".json",), (b"{", b"["), fix=KEYPOINTS),
+    Form("XML", (".xml",), (b"<",), fix=KEYPOINTS),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
 )
 # plain columns come last, since they accept files of any other form
-TEXTS = (*form_poses.TEXTS, *form_captures.TEXTS, *form_columns.TEXTS)
+TEXTS = (*form_poses.TEXTS, *form_captures.TEXTS, *form_headed.TEXTS, *form_columns.TEXTS)
 
 
 def read_points(path: str | Path, individual: str | None = None) -> Points:

@@ -9,14 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.trials.points import APART
 
 Frames = NDArray[np.intp]
 
 FLIP = math.pi / 2  # rad: half of a flip. What turns by more in a frame has no known sense of turn, either
 FASTEST = 20.0  # lengths a second: beyond the bursts of fish
-APART = 0.5  # lengths: another animal is at least as far away
 OFTEN = 0.1  # of the steps: more jumps leave no stretch of frames that would do
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
+FEWEST, MANY = 3, 0.25  # markers and frames in a row, or part of all frames, that make straight lines no chance
+ABEAM = 1.2  # way to the side over way ahead: beyond 50 deg
+FLOAT32 = 1.2e-7  # resolution of single precision
 RESOLVED = 3.0  # finest steps of a coordinate: slower motion repeats frames by its rounding
 
 
@@ -72,17 +75,59 @@ def repeats_of(place: Array) -> int:
     )
 
 
-def tail_first(pose: Array, stretches: Sequence[Frames], length: float) -> bool:
-    """Whether a head (frames, 3) [m, m, rad] moves against the direction that it faces, all the time."""
+def filled_of(place: Array) -> int:
+    """Return how many frames of markers (frames, markers, 2) lie on straight lines between others, at equal steps.
+
+    Noise and the beat bend the path of a marker in every frame, unless lost frames were filled in.
+    """
+    step = np.asarray(np.abs(np.diff(place, axis=0)))
+    bend = np.asarray(np.abs(np.diff(place, n=2, axis=0)).max(axis=2))
+    seen = np.isfinite(bend)
+    if not seen.any() or not (step > 0).any():
+        return 0
+    finest = max(float(step[step > 0].min()), float(np.nanmax(np.abs(place))) * FLOAT32)
+    if float(np.quantile(bend[seen], 0.9)) <= 2 * RESOLVED * finest:
+        return 0
+    flat = (bend <= 2.01 * finest) & (step[1:].max(axis=2) > 0)
+    straight = (flat | ~seen).all(axis=1) & (flat.sum(axis=1) >= FEWEST)
+    if straight.mean() >= MANY:
+        return int(straight.sum())
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], straight.astype(int), [0]])))
+    runs = np.asarray(ends[1::2] - ends[::2])
+    return int(runs[runs >= FEWEST].sum())
+
+
+def _off_course(pose: Array, stretches: Sequence[Frames], length: float) -> list[Array]:
+    """Return how far a head (frames, 3) [m, m, rad] moves ahead and to port in windows of a third of each stretch.
+
+    The list has an array (2, windows) [m] per stretch; it is empty where one has no window in which the head moves.
+    """
+    ways = []
     for frames in stretches:
         lag = max(len(frames) // 3, 1)
         own = pose[frames]
         facing = np.stack([np.cos(own[:, 2]), np.sin(own[:, 2])], axis=1)
         mean = np.cumsum(np.vstack([np.zeros(2), facing]), axis=0)
-        moved = ((own[lag:, :2] - own[:-lag, :2]) * (mean[lag:-1] - mean[: -lag - 1])).sum(axis=1) / lag
-        if not len(moved) or moved.max() >= 0 or moved.min() > -BACKWARD * length / 3:
-            return False
-    return bool(stretches)
+        step, way = own[lag:, :2] - own[:-lag, :2], (mean[lag:-1] - mean[: -lag - 1]) / lag
+        ahead, port = (step * way).sum(axis=1), step[:, 1] * way[:, 0] - step[:, 0] * way[:, 1]
+        if not len(ahead) or max(np.abs(ahead).max(), np.abs(port).max()) < BACKWARD * length / 3:
+            return []
+        ways.append(np.stack([ahead, port]))
+    return ways
+
+
+def tail_first(pose: Array, stretches: Sequence[Frames], length: float) -> bool:
+    """Whether a head (frames, 3) [m, m, rad] moves against the direction that it faces, all the time."""
+    ways = _off_course(pose, stretches, length)
+    return bool(ways) and all(ahead.max() < 0 and ahead.min() <= -BACKWARD * length / 3 for ahead, _ in ways)
+
+
+def sideways(pose: Array, stretches: Sequence[Frames], length: float) -> bool:
+    """Whether a head (frames, 3) [m, m, rad] moves to one of its sides rather than ahead or back, all the time."""
+    ways = _off_course(pose, stretches, length)
+    return bool(ways) and all(
+        (np.abs(port) > ABEAM * np.abs(ahead)).all() and abs(np.sign(port).sum()) == len(port) for ahead, port in ways
+    )
 
 
 def speed_of(time: Array, pose: Array, *, part: float = 0.5) -> float:

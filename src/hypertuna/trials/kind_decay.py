@@ -13,8 +13,11 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
+from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.decay import Decay, Glide, YawDecay
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
+from hypertuna.trials.plausibility import FAR
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,6 +26,9 @@ if TYPE_CHECKING:
 D = TypeVar("D", bound=Decay)
 STEPS = 1000  # per decay; the error of linear interpolation between them is 1e-6 of the first value
 DIFFERENCE_STEP = 1e-4  # relative change of the first value for central differences
+SLOW = 0.25  # part of the first value, at which the rate of a decay is taken
+COASTED = 10.0  # lengths, or rad, that a decay of the model is computed for
+RISE, STEADY = 0.25, 0.98  # parts of the largest value: a rise beyond noise, an end that is not slower
 ITERATIONS, TOLERANCE = 30, 1e-12  # Gauss-Newton iterations for the first value, and relative change that ends them
 
 
@@ -93,6 +99,37 @@ class Decays(Kind[D]):
         motion = (trial.time - trial.time[0], self.axis, self.begin(robot))
         return DecayRows(trial.value, sample, samples, 1, *motion)
 
+    def implausible(self, trials: Sequence[D], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Return no errors, but warnings about decays that rise or slow down far from as the model does."""
+        warnings = []
+        for trial in trials:
+            doubts = [*_rises(trial), *self._too_fast(trial, robot)]
+            fixes = (str(InputError(rule, file=trial.file, key=f"run {trial.name}", fix=fix)) for rule, fix in doubts)
+            warnings += [*fixes][:1]
+        return [], warnings
+
+    def _too_fast(self, trial: D, robot: Robot) -> list[tuple[str, str]]:
+        """Return a doubt about a decay whose 1/value grows at another rate than the model's by a factor of FAR."""
+        level = np.abs(_smooth(trial.value))
+        slower = np.flatnonzero(level < SLOW * level[0])
+        k = int(slower[0]) if len(slower) else len(level) - 1  # before noise is all that is left
+        first, last, seconds = float(level[0]), float(level[k]), float(trial.time[k + 1] - trial.time[1])
+        if not 0 < last < first:
+            return []
+        size = robot.body.length if self.axis == 0 else 1.0
+        span = min(seconds, COASTED * size / first)  # the model's rate is that of its first lengths or radians
+        joints, along = np.zeros((2 * STEPS + 1, len(robot.links.name), 3)), np.zeros((len(parameter_names(robot)), 0))
+        twist = first * self.begin(robot)
+        track = _core.track(core_model(robot), joints, along, step=span / STEPS, twist=twist, rates=True)
+        end = abs(float(track["rate"][-1, self.axis]))
+        if not (math.isfinite(end) and 0 < end < first):
+            return []
+        ratio = (1 / last - 1 / first) / seconds / ((1 / end - 1 / first) / span)
+        if 1 / FAR <= ratio <= FAR:
+            return []
+        rule = f"decays at {ratio:.2g} times the rate of the model"
+        return [(rule, f"likely causes are another unit than s and {self.shown}, or a wrong area or mass of the robot")]
+
     def repeated(self, training: Sequence[D], validation: Sequence[D]) -> list[str]:
         """Return a warning if decays are in both sets, since all decays are one motion except for the first value."""
         text = f"The validation runs that are {self.label}s are of the motion of those of the training."
@@ -158,6 +195,27 @@ class Decays(Kind[D]):
                 yield f"  {name}: {span[0]:.4g} to {span[1]:.4g}"
             elif name not in ("name", "file", "rows"):
                 yield f"  {name}: {'not given' if span is None else f'{span:.4g}'}"
+
+
+def _smooth(value: Array) -> Array:
+    """Return the medians of 3 neighbors, without the two ends."""
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(value, 3), axis=1))
+
+
+def _rises(trial: Decay) -> list[tuple[str, str]]:
+    """Return a doubt about a decay that does not get slower, or has another sign than a body that swims ahead."""
+    level = _smooth(trial.value)
+    if isinstance(trial, Glide) and np.median(level) < 0:
+        return [("moves backward", "give speeds that are positive where the head leads")]
+    level = np.abs(level)
+    rise = level - np.minimum.accumulate(level)
+    k, most = int(np.argmax(rise)), float(rise.max())
+    if most > RISE * level.max():
+        fix = "leave out the rows before the body was let go, and give each run a name in a column run"
+        return [(f"gets faster until {trial.time[k + 1]:.4g} s", fix)]
+    if level[-1] > STEADY * level[0]:
+        return [("does not slow down", "give the run until the body has slowed down")]
+    return []
 
 
 class Glides(Decays[Glide]):

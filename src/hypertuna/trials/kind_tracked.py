@@ -12,7 +12,8 @@ import numpy as np
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.model import parameter_names
+from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.comparison import repeatability
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.manifest import Recording
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+AGAINST = -0.8  # correlation of measured and computed yaw below which they are of opposite signs
 MIN_RUNS = 4  # least number of runs whose scatter gives a recording's noise; otherwise the fit estimates it
 
 
@@ -147,7 +149,9 @@ class Tracked(Kind[Recording]):
     def implausible(self, trials: Sequence[Recording], robot: Robot) -> tuple[list[InputError], list[str]]:
         """Return errors on recordings that must be in wrong units, and warnings on those that are unlikely."""
         results = [implausible_recording(recording, robot) for recording in trials]
-        return [error for errors, _ in results for error in errors], [text for _, texts in results for text in texts]
+        errors = [error for errors, _ in results for error in errors]
+        warnings = [text for _, texts in results for text in texts]
+        return errors, warnings if errors else [*warnings, *(text for one in trials for text in _against(one, robot))]
 
     def repeated(self, training: Sequence[Recording], validation: Sequence[Recording]) -> list[str]:
         """Return a warning if validation runs repeat joint motions of the training runs."""
@@ -205,6 +209,25 @@ class Tracked(Kind[Recording]):
             yield f"  joints lag behind their targets by {lags} ms"
         if summary["ended_by_a_wall"]:
             yield f"  ended near a wall: {', '.join(summary['ended_by_a_wall'])}"
+
+
+def _against(recording: Recording, robot: Robot) -> list[str]:
+    """Return a warning if the head of the first run yaws against the model's with the same joint angles."""
+    try:
+        rows = _rows(robot, recording, None)
+    except InputError:  # another part says what is wrong
+        return []
+    point = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
+    computed = rows.predict(point).computed
+    frames = slice(2 * len(rows.frames), 2 * len(rows.frames) + int((rows.sample == rows.sample[0]).sum()))
+    clock = np.polynomial.polynomial.polyvander(np.linspace(-1, 1, frames.stop - frames.start), 2)
+    beats = [yaw[frames] - clock @ np.linalg.lstsq(clock, yaw[frames])[0] for yaw in (rows.measured, computed)]
+    sizes = [float(np.linalg.norm(one)) for one in beats]
+    if not min(sizes) > 0 or not beats[0] @ beats[1] < AGAINST * math.prod(sizes):
+        return []
+    rule = "yaws against the model, with the joint angles that it has"
+    fix = "is yaw counted clockwise, do the joints count the other way, or is their clock half a beat off?"
+    return [str(InputError(rule, file=recording.file, key=f"run {recording.runs[0]}", fix=fix))]
 
 
 def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRows:

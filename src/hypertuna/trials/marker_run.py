@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
-from hypertuna.trials.head_motion import OFTEN, jump_sentences, jumps_of, repeats_of, tail_first
+from hypertuna.trials.head_motion import OFTEN, filled_of, jump_sentences, jumps_of, repeats_of, tail_first
 from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
 from hypertuna.trials.plausibility import BEYOND
@@ -173,6 +173,9 @@ class MarkerRun:
         if repeated := repeats_of(self.markers.place):
             frames = "1 frame repeats" if repeated == 1 else f"{repeated} frames repeat"
             sentences.append(f"{frames} the one before: are lost ones filled in? Leave them empty")
+        if filled := filled_of(self.markers.place):
+            text = "frames lie on straight lines between others: are lost ones filled in? Leave them empty"
+            sentences.append(f"{filled} {text}")
         if tail_first(self.head, self.stretches, float(self.chain.length.sum())):
             text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
             sentences.append(f"{text}; give them from nose to tail, or --tail-first")

@@ -1,6 +1,6 @@
 """Tracked markers or midline points over time, of any form of file: times in s, places in m on the swimming plane."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from hypertuna.trials.points import Points
 MIN_FRAMES, MAX_MARKERS = 12, 300  # of a file; comparing each marker with all others takes time
 SURE = 1.5  # a likelihood beyond it is no part of 1
 PERCENT, FLAGS = 100.0, (0.0, 1.0, 2.0)  # flags of visibility: missing, hidden, seen
+UNSET = (0.0, -1.0)  # coordinates that programs write for a marker that they have not found
 PARTS = 1.5  # px: places within it are parts of a picture
 SAME_UNIT = 0.01  # relative difference of two scales that are the same
 AXES = "xyz"  # names of the axes
@@ -101,6 +102,7 @@ def markers_of(
 ) -> Markers:
     """Return tracked points as markers in m and s, without those of low weight; options: as of `read_markers`."""
     scale, notes = _scale(points, scale, pixels)
+    points = _without_unset(points)
     time, clock_notes = clock_of(points, frame_rate)
     if len(time) < MIN_FRAMES:
         fix = "record a longer run"
@@ -114,6 +116,25 @@ def markers_of(
     weight = np.where(seen, np.minimum(weight, 1.0), 0.0)
     all_notes = (*points.notes, *notes, *clock_notes, *weight_notes, *plane_notes)
     return Markers(time, place, weight, points.names, points.file, points.ignored, points.form, all_notes)
+
+
+def _without_unset(points: Points) -> Points:
+    """Return points without places of zeros, or of -1, off the body: programs write them where a marker is missing."""
+    place = points.place
+    unset = np.isin(place[..., 0], UNSET) & (place == place[..., :1]).all(axis=2)
+    seen = np.isfinite(place).all(axis=2) & ~unset
+    frames = seen.any(axis=1)
+    if not unset.any() or not frames.any():
+        return points
+    off = np.zeros(unset.shape)
+    center = np.nanmedian(np.where(seen[..., np.newaxis], place, np.nan)[frames], axis=1, keepdims=True)
+    off[frames] = np.linalg.norm(place[frames] - center, axis=2)
+    length = 2 * float(np.median(np.max(np.where(seen, off, 0.0)[frames], axis=1)))
+    unset &= (off > length) | ~frames[:, np.newaxis]
+    if not (count := int(unset.sum())):
+        return points
+    note = f"{count} places of zeros or -1, off the body, count as missing"
+    return replace(points, place=np.where(unset[..., np.newaxis], np.nan, place), notes=(*points.notes, note))
 
 
 def _scale(points: Points, given: float | None, pixels: bool) -> tuple[float, tuple[str, ...]]:

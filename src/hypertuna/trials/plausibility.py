@@ -9,7 +9,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import sweep
-from hypertuna.trials.head_motion import FASTEST, FLIP, OFTEN, speed_of, tail_first
+from hypertuna.trials.head_motion import FASTEST, FLIP, OFTEN, sideways, speed_of, tail_first
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import Track
@@ -113,4 +113,6 @@ def _implausible_track(
         unlikely.append((f"hardly moves, by {fastest:.2g} of the robot's lengths a second", "check length_unit"))
     elif tail_first(track.pose, [np.arange(len(track.time))], length):
         unlikely.append(("moves tail first all the time", "check yaw, yaw_zero_deg and clockwise, if it does not"))
+    elif sideways(track.pose, [np.arange(len(track.time))], length):
+        unlikely.append(("moves to its side all the time", "check yaw_zero_deg, and whether x and y are interchanged"))
     return None, unlikely

@@ -10,6 +10,7 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.ranges import CELL
 
+APART = 0.5  # lengths: another animal is at least as far away
 MAX_LISTED = 300  # largest length of the list of names in an error [characters]
 MAX_COORDINATE = CELL.max or np.inf  # in any unit
 
@@ -74,3 +75,26 @@ def choose_individual(file: str, known: Sequence[str], chosen: str | None, *, wh
 def seen(place: Array) -> Array:
     """Return places (..., 2 or 3) with NaN where a coordinate is missing or too large in any unit."""
     return np.where((np.abs(place) <= MAX_COORDINATE).all(axis=-1, keepdims=True), place, np.nan)
+
+
+def of_one_animal(frame: Array, track: Sequence[Any] | Array, place: Array) -> bool:
+    """Whether tracks, never there at the same time, are of one animal: each begins where the one before ended.
+
+    frame, track: number and name (rows,), in the order of frames; place: (rows, points, 2), NaN where missing.
+    """
+    shown_rows = np.isfinite(place[..., 0]).any(axis=1)
+    if not shown_rows.any():
+        return True
+    place, frame, tracks = place[shown_rows], frame[shown_rows], np.asarray(track)[shown_rows]
+    center = np.nanmedian(place, axis=1)
+    length = 2 * float(np.median(np.nanmax(np.linalg.norm(place - center[:, np.newaxis], axis=2), axis=1)))
+    step, frames = np.linalg.norm(np.diff(center, axis=0), axis=1), np.diff(frame)
+    same = np.asarray(tracks[1:] == tracks[:-1], dtype=bool)
+    usual = float(np.quantile(step[same] / frames[same], 0.9)) if same.any() else 0.0
+    return bool((step <= APART * length + 2 * usual * frames)[~same].all())
+
+
+def joined_tracks(names: Sequence[str]) -> str:
+    """Return the sentence on tracks that are read as one animal."""
+    listed = ", ".join(names[:12])
+    return f"the tracks {listed} are never there at the same time, follow each other, and are read as one animal"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,22 +15,15 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
 from hypertuna.io.files import write_atomically
-from hypertuna.io.tables import Table, parse_float, read_table
 from hypertuna.ranges import CELL
-from hypertuna.trials.clock import RATE, UNITS
-from hypertuna.trials.head_motion import FASTEST, speed_of
+from hypertuna.trials.head_motion import FASTEST, repeats_of, sideways, speed_of, tail_first
 from hypertuna.trials.importers import manifest_text
+from hypertuna.trials.pose_table import HALF_TURN, MOST, pose_samples, pose_table
 from hypertuna.trials.tracks import LENGTHS, MIN_SAMPLES
 
 DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")  # names of axes
 MIN_HORIZONTAL = 0.5  # horizontal length of the head's unit vector, below which it points up or down
 UNIT_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
-# Names of columns.
-QUATERNION = re.compile(r"(?:.*[_. ])?(?:q|quat|quaternion|orientation|rotation|rot)[_. ]?([xyzw])")
-PLACE = re.compile(r"(?:(?:.*[_. ])?(?:p|pos|position|translation|t)[_. ])?([xyz])(?:[_. ]m)?")
-STATED = re.compile(r"(?:time|t)_(ms|us|ns)")
-MOST = 0.9  # of the samples: single wrong angles of a sensor do not count
-SECONDS = ("time_s", "t_s", "time", "t", "sec", "seconds")
 
 
 @dataclass(frozen=True)
@@ -69,13 +60,18 @@ def read_pose_run(
     view: View = ROS,
     topic: str | None = None,
     joints: Sequence[str] = (),
+    frame_rate: float | None = None,
 ) -> PoseRun:
     """Read the poses of a robot, and its joint angles, from a bag of ROS 2, an MCAP file or a table.
 
-    topic: of the poses, if there are several; joints: names from head to tail, one per joint group (default: all).
+    topic: of the poses, if there are several; joints: names from head to tail, one per joint group (default: all);
+    frame_rate: of a table that has no column of time [Hz].
     """
     if Path(path).suffix.lower() in (".csv", ".tsv", ".txt"):
-        return _of_table(robot, path, view, joints)
+        return _of_table(robot, path, view, joints, frame_rate)
+    if frame_rate is not None:
+        rule, fix = "is for tables without a column of time", "leave it out: a bag has times"
+        raise InputError(rule, file=str(path), key="--frame-rate", value=f"{frame_rate:g}", fix=fix)
     topics, fault = read_bag(path)
     file = str(path)
     if fault and not topics:
@@ -193,7 +189,8 @@ def _seen_from_above(file: str, source: str, place: Array, turn: Array, view: Vi
         ~((abs(size - 1) < UNIT_TOLERANCE) & np.array([all(x in CELL for x in row) for row in place]))
     )[:1]:
         key, fix = f"pose {k + 1} of {source}", "leave out poses without a direction"
-        raise InputError("must be a place and a unit quaternion", file=file, key=key, value=shown([*turn[k]]), fix=fix)
+        value = shown([*place[k].tolist(), *turn[k].tolist()])
+        raise InputError("must be a place and a unit quaternion", file=file, key=key, value=value, fix=fix)
     forward = _turned(turn / size[:, np.newaxis], _axis(view.forward))
     across, along = _plane(_axis(view.up))
     center = place + view.ahead * forward
@@ -225,88 +222,20 @@ def _turned(turn: Array, axis: Array) -> Array:
     return np.asarray(axis + scalar * twice + np.cross(vector, twice))
 
 
-def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str]) -> PoseRun:
+def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str], frame_rate: float | None) -> PoseRun:
     """Read a table of time, place and quaternion, and optionally joint angles, as other simulators write it."""
-    table = read_table(path)
-    names = [name.lower() for name in table.head]
-    found: dict[str, int] = {}
-    for k, name in enumerate(names):
-        for kind, pattern in (("q", QUATERNION), ("", PLACE)):
-            if match := pattern.fullmatch(name):
-                found.setdefault(kind + match[1], k)
-                break
-    time, time_unit = _time_column(names)
-    missing = [key for key in ("x", "y", "z", "qx", "qy", "qz", "qw") if key not in found]
-    if missing or time is None:
-        rule = "must have columns of time_s, x, y, z, qx, qy, qz, qw"
-        fix = "name them so; if it has yaw, write a manifest of the table by hand (see the page on trials)"
-        value = f"without {', '.join([*missing, *['time_s'] * (time is None)])}"
-        raise InputError(rule, file=table.file, value=value, fix=fix)
-    joints = _chosen_joints(robot, table.file, table.head, wanted) if wanted else ()
-    columns = [time, *(found[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")), *map(table.head.index, joints)]
-    values = _values(table, columns)
-    _check_clock(table, table.head[time], time_unit, values[:, 0])
-    clock, keep, notes = _ordered((time_unit or 1.0) * (values[:, 0] - values[0, 0]), "rows")
-    values = values[keep]
-    pose = _seen_from_above(table.file, "the table", values[:, 1:4], values[:, 4:8], view)
-    angle = values[:, 8:]
-    if degrees := [name for name in joints if name.lower().endswith("deg")]:
-        notes += (f"columns in deg: {', '.join(degrees)}",)
-        angle = np.where([name in degrees for name in joints], np.radians(angle), angle)
-    for j in np.flatnonzero(np.quantile(np.abs(angle), MOST, axis=0) > math.pi)[:1] if joints else ():
-        value, fix = (
-            f"{angle[:, j].max():.3g} rad",
-            f"are they in deg? Then call it {joints[j].removesuffix('_deg')}_deg",
-        )
-        raise InputError("must bend by less than half a turn", file=table.file, key=joints[j], value=value, fix=fix)
-    run = PoseRun(_stem(path), table.file, "the table", clock, pose, notes=notes)
-    return _checked(robot, replace(run, joint_time=clock, angle=angle, joint_names=joints) if joints else run)
-
-
-def _time_column(names: Sequence[str]) -> tuple[int | None, float | None]:
-    """Return the index of the column of time, and its unit [s] where the name says it."""
-    for k, name in enumerate(names):
-        if name in SECONDS:
-            return k, None if name in ("time", "t") else 1.0
-        if match := STATED.fullmatch(name):
-            return k, UNITS[match[1]]
-    return None, None
-
-
-def _check_clock(table: Table, name: str, unit: float | None, time: Array) -> None:
-    """Refuse times that go back, as where another run begins, and times in another unit than s."""
-    for k in np.flatnonzero(np.diff(time) < 0)[:1] + 1:
-        key, rule = f"line {table.rows[k][0]}, {name}", f"must not be before the row above, at {time[k - 1]:g}"
-        fix = "cut the file where another run begins, or sort its rows by time"
-        raise InputError(rule, file=table.file, key=key, value=f"{time[k]:g}", fix=fix)
-    steps = np.diff(time)
-    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    if unit is None and step > 0 and 1 / step not in RATE:
-        rule = f"must be in s, at a rate from {RATE.min:g} to {RATE.max:g} Hz, or say its unit"
-        likely = next((other for other in ("ms", "us", "ns") if 1 / (UNITS[other] * step) in RATE), "s")
-        fix = f"if it is in {likely}, call it {name}_{likely}"
-        raise InputError(rule, file=table.file, key=f"column {name}", value=f"growing by {step:.4g}", fix=fix)
-
-
-def _values(table: Table, columns: Sequence[int]) -> Array:
-    """Return the numbers (rows, columns) of some columns of a table, by their indices."""
-
-    def numbers(_: int, cells: dict[str, str]) -> list[float]:
-        values = []
-        for name in (table.head[k] for k in columns):
-            value = parse_float(cells[name])
-            if value not in CELL:
-                fix = "give a number, or leave out the line"
-                raise InputError("must be a number", key=name, value=shown(cells[name]), fix=fix)
-            values.append(value)
-        return values
-
-    table.check_once([table.head[k] for k in columns])
-    return np.array(table.parse(numbers))
+    samples = pose_samples(path)
+    joints = _chosen_joints(robot, samples.file, samples.head, wanted) if wanted else ()
+    table = pose_table(samples, joints, frame_rate)
+    pose = _seen_from_above(samples.file, "the table", table.place, table.turn, view)
+    run = PoseRun(_stem(path), samples.file, "the table", table.time, pose, notes=table.notes)
+    return _checked(
+        robot, replace(run, joint_time=table.time, angle=table.angle, joint_names=joints) if joints else run
+    )
 
 
 def _checked(robot: Robot, run: PoseRun) -> PoseRun:
-    """Return a run after checks that it has enough poses, and joint angles over the same time."""
+    """Return a run after checks of its poses and joint angles, with sentences on unlikely ones."""
     if len(run.time) < MIN_SAMPLES:
         rule, value = f"must hold at least {MIN_SAMPLES} poses", f"{len(run.time)} of {run.source}"
         raise InputError(rule, file=run.file, value=value, fix="record a longer run")
@@ -324,7 +253,17 @@ def _checked(robot: Robot, run: PoseRun) -> PoseRun:
         rule = "must be measured while the poses are"
         fix = "record both by one clock"
         raise InputError(rule, file=run.file, key="the joints", value=f"at {spans[0]}, poses at {spans[1]}", fix=fix)
-    return run
+    largest = np.zeros(0) if run.angle is None else np.quantile(np.abs(run.angle), MOST, axis=0)
+    for j in np.flatnonzero(largest > HALF_TURN)[:1]:
+        rule, fix = "must bend by less than half a turn", "record angles in rad: are they in deg?"
+        raise InputError(rule, file=run.file, key=run.joint_names[j], value=f"{largest[j]:.3g} rad", fix=fix)
+    notes = run.notes
+    if repeats := repeats_of(run.pose[:, np.newaxis, :2]):
+        notes += (f"{repeats} poses repeat the one before: are lost ones filled in? Leave them out",)
+    for moves, how in ((tail_first, "tail first"), (sideways, "to its side")):
+        if moves(run.pose, [np.arange(len(run.time))], length):
+            notes += (f"the robot moves {how} all the time: does --forward name the axis to the nose?",)
+    return replace(run, notes=notes)
 
 
 def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str) -> list[str]:

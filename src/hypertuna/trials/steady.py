@@ -69,8 +69,8 @@ def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]
     table = table_of(path, RUNS)
     if {"time_s", "time", "t"} & {*table.head}:
         fix = (
-            "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers makes one). One "
-            "tracked point gives only a speed: measure it, and write a row of a table of steady runs"
+            "tracks of head or markers belong in a manifest, `[[recordings]]` (trials import markers or poses makes "
+            "one). One tracked point gives only a speed: measure it, and write a row of a table of steady runs"
         )
         raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
     keys = gait_keys(table, robot, COLUMNS, LENGTHS | POWERS)

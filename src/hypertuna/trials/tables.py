@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from hypertuna.description.robot import Robot
+from hypertuna.errors import InputError
 from hypertuna.io.tables import Table, read_table
 from hypertuna.trials.decay import Decay, Glide, YawDecay, read_decays
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun, read_numbers
@@ -31,6 +32,10 @@ def read_runs(path: str | Path, robot: Robot) -> tuple[Run, ...]:
     table = read_table(path)
     head = set(table.head)
     steady = "frequency_hz" in head and ("time_s" in head or any(name.startswith("speed_") for name in head))
+    logged = next((name for name in table.head if name.startswith(("drag_", "thrust_", "power_"))), None)
+    if logged is not None and not steady and head & {"time_s", "time", "t"}:
+        rule, fix = "is a log over time", f"write a row for each run, with the mean of {logged} over whole beats"
+        raise InputError(rule, file=table.file, key=f"line {table.line}, {logged}", fix=fix)
     for prefixes, read in TABLES.values():
         if prefixes and not steady and all(any(name.startswith(prefix) for name in head) for prefix in prefixes):
             return tuple(read(table, robot))
