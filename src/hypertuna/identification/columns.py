@@ -29,10 +29,10 @@ def known_columns(robot: Robot) -> dict[str, int]:
         column, bracket, _ = name.partition("[")
         if not column.startswith("gait."):
             count[column] = count.get(column, 0) + bool(bracket)
-    table = "hinge" if robot.hinge else "hinges"
+    table = "hinges" if robot.hinge_list else "hinge"
     stops = bool(robot.hinges) and all(hinge.stop is not None for hinge in robot.hinges)
     names = [name for name in SPRING if robot.hinges and (stops or not name.startswith("stop"))]
-    return count | {f"{table}.{name}": 0 if robot.hinge else len(robot.hinges) for name in names}
+    return count | {f"{table}.{name}": len(robot.hinge_list) for name in names}
 
 
 def parameter_rows(robot: Robot) -> dict[str, int]:
@@ -102,4 +102,4 @@ def with_springs(robot: Robot, columns: Mapping[str, Sequence[float]]) -> Robot:
         {name.partition(".")[2]: column[d] for name, column in columns.items()} for d in range(len(robot.hinges))
     )
     hinges = [hinge.model_copy(update=values) for hinge, values in zip(robot.hinges, changed, strict=True)]
-    return robot.model_copy(update={"hinge": hinges[0]} if robot.hinge else {"hinge_list": tuple(hinges)})
+    return robot.model_copy(update={"hinge_list": tuple(hinges)} if robot.hinge_list else {"hinge": hinges[0]})
