@@ -32,7 +32,7 @@ def known_columns(robot: Robot) -> dict[str, int]:
     table = "hinges" if robot.hinge_list else "hinge"
     stops = bool(robot.hinges) and all(hinge.stop is not None for hinge in robot.hinges)
     names = [name for name in SPRING if robot.hinges and (stops or not name.startswith("stop"))]
-    return count | {f"{table}.{name}": len(robot.hinge_list) for name in names}
+    return count | {f"{table}.{name}": len(robot.hinge_list or ()) for name in names}
 
 
 def parameter_rows(robot: Robot) -> dict[str, int]:
