@@ -16,6 +16,14 @@ export const SIZES = {
   tablet: { width: 1024, height: 800 },
   phone: { width: 390, height: 844 },
 };
+/** With STUDIO_FEW=1 (`.ci/run`, but for `whole`), looks are tested at fewer sizes. */
+export const FEW = process.env.STUDIO_FEW === "1";
+const ALL_LOOKS = Object.entries(SIZES).flatMap(([size, viewport]) =>
+  ["light", "dark"].map((colorScheme) => ({ size, viewport, colorScheme })),
+);
+export const LOOKS = FEW
+  ? ALL_LOOKS.filter(({ size, colorScheme }) => ["wide light", "phone dark"].includes(`${size} ${colorScheme}`))
+  : ALL_LOOKS;
 const PATIENCE = 60_000; // ms: a busy machine of a tenth of the speed passes
 
 /** The browser of the machine. */

@@ -5,9 +5,9 @@ import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { chrome, PAGE, picture, settled, temporary } from "./browser.mjs";
+import { chrome, FEW, PAGE, picture, settled, temporary } from "./browser.mjs";
 
-const WIDTHS = [390, 900, 1440];
+const WIDTHS = FEW ? [390, 1440] : [390, 900, 1440];
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
 const PYTHON = process.env.PYTHON ?? "python";
 const folder = temporary("frames-");

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { test } from "node:test";
-import { choose, lived, open, picture, settled, SIZES } from "./browser.mjs";
+import { choose, lived, LOOKS, open, picture, settled } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const SERIOUS = ["serious", "critical"];
@@ -37,31 +37,30 @@ async function live(page) {
   await page.locator("#inside").getByRole("button", { name: "Pause" }).click();
 }
 
-for (const [size, viewport] of Object.entries(SIZES))
-  for (const colorScheme of ["light", "dark"]) {
-    test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
-      const { page, close } = await open({ viewport, colorScheme, hash: "#robot=hypertuna" });
-      await drawn(page);
-      await picture(page, `${size}-${colorScheme}-gait`);
-      assert.deepEqual(await barriers(page), []);
-      for (const view of await page
-        .locator("[data-view]")
-        .evaluateAll((tabs) => tabs.map(({ dataset }) => dataset.view))) {
-        await page.locator(`[data-view="${view}"]`).click();
-        await settled(page);
-        await page.waitForTimeout(500); // maps are drawn as they are computed
-        if (view === "inside") await live(page);
-        await picture(page, `${size}-${colorScheme}-${view}`);
-        assert.deepEqual(await barriers(page), [], view);
-        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-        assert.ok(wide <= 0, `${view}: ${wide} px beyond the window`);
-      }
-      await choose(page, "#robot", "rexeel");
-      await drawn(page);
-      await picture(page, `${size}-${colorScheme}-rexeel`);
-      await close();
-    });
-  }
+for (const { size, viewport, colorScheme } of LOOKS) {
+  test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
+    const { page, close } = await open({ viewport, colorScheme, hash: "#robot=hypertuna" });
+    await drawn(page);
+    await picture(page, `${size}-${colorScheme}-gait`);
+    assert.deepEqual(await barriers(page), []);
+    for (const view of await page
+      .locator("[data-view]")
+      .evaluateAll((tabs) => tabs.map(({ dataset }) => dataset.view))) {
+      await page.locator(`[data-view="${view}"]`).click();
+      await settled(page);
+      await page.waitForTimeout(500); // maps are drawn as they are computed
+      if (view === "inside") await live(page);
+      await picture(page, `${size}-${colorScheme}-${view}`);
+      assert.deepEqual(await barriers(page), [], view);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${view}: ${wide} px beyond the window`);
+    }
+    await choose(page, "#robot", "rexeel");
+    await drawn(page);
+    await picture(page, `${size}-${colorScheme}-rexeel`);
+    await close();
+  });
+}
 
 test("the fish swims, and stands still for those who want less motion", async () => {
   for (const [reducedMotion, moves] of [

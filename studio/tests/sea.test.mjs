@@ -6,7 +6,7 @@ import { createRequire } from "node:module";
 import { join } from "node:path";
 import { before, test } from "node:test";
 import { McapWriter } from "@mcap/core";
-import { crowded, link, open, picture, redrawn, SIZES, temporary, watchTexts } from "./browser.mjs";
+import { crowded, link, LOOKS, open, picture, redrawn, temporary, watchTexts } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const HYPERTUNA = process.env.HYPERTUNA ?? "hypertuna";
@@ -300,31 +300,30 @@ test("a robot without a pilot flies no mission, in a sentence; a log is shown al
   await close();
 });
 
-for (const [size, viewport] of Object.entries(SIZES))
-  for (const colorScheme of ["light", "dark"]) {
-    test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
-      const { page, close } = await sea({ viewport, colorScheme });
-      await dropped(page, "box.mcap", readFileSync(log));
-      await scrub(page, 20);
-      await page.addScriptTag({ content: AXE });
-      for (const sight of ["overview", "follow"]) {
-        await page.getByRole("button", { name: sight }).click();
-        await page.waitForTimeout(300);
-        await picture(page, `${size}-${colorScheme}-sea-${sight}`);
-        const must = sight === "overview" ? ["hypertuna", "home", "believed", "1", "2", "3", "4"] : [];
-        for (const time of [0, 7, 14, 20, FLOWN - 2]) {
-          await scrub(page, time);
-          assert.deepEqual(await covered(page, must), [], `${sight}, ${time} s`);
-        }
+for (const { size, viewport, colorScheme } of LOOKS) {
+  test(`${size}, ${colorScheme}: nothing is cut off, nobody is shut out`, async () => {
+    const { page, close } = await sea({ viewport, colorScheme });
+    await dropped(page, "box.mcap", readFileSync(log));
+    await scrub(page, 20);
+    await page.addScriptTag({ content: AXE });
+    for (const sight of ["overview", "follow"]) {
+      await page.getByRole("button", { name: sight }).click();
+      await page.waitForTimeout(300);
+      await picture(page, `${size}-${colorScheme}-sea-${sight}`);
+      const must = sight === "overview" ? ["hypertuna", "home", "believed", "1", "2", "3", "4"] : [];
+      for (const time of [0, 7, 14, 20, FLOWN - 2]) {
+        await scrub(page, time);
+        assert.deepEqual(await covered(page, must), [], `${sight}, ${time} s`);
       }
-      const { violations } = await page.evaluate(() => globalThis.axe.run("#sea", { resultTypes: ["violations"] }));
-      const serious = violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
-      assert.deepEqual(
-        serious.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target}`)),
-        [],
-      );
-      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-      assert.ok(wide <= 0, `${wide} px beyond the window`);
-      await close();
-    });
-  }
+    }
+    const { violations } = await page.evaluate(() => globalThis.axe.run("#sea", { resultTypes: ["violations"] }));
+    const serious = violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
+    assert.deepEqual(
+      serious.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target}`)),
+      [],
+    );
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(wide <= 0, `${wide} px beyond the window`);
+    await close();
+  });
+}
