@@ -77,6 +77,12 @@ def test_numbers_are_counted_as_floats(tmp_path: Path, name: str, make: Callable
         read_points(tmp_path / name)
 
 
+def test_a_single_array_has_the_same_limit(tmp_path: Path) -> None:
+    np.save(tmp_path / "x.npy", np.zeros((MANY, 1, 2), "i1"))
+    with pytest.raises(InputError, match=f"x.npy must hold at most {NUMBERS} numbers, but is more: cut it"):
+        read_points(tmp_path / "x.npy")
+
+
 def test_zeros_of_sparse_arrays_count_in_hdf5(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "x.h5", "w") as file:
         for name in ("x", "y"):

@@ -205,8 +205,10 @@ def read_npy(path: str | Path, kind: str) -> Array | None:
     if b"'|O'" in content[:NPY_HEADER]:
         return None
     try:
-        _check_npy(content)
+        check_numbers(_check_npy(content), str(path))
         return np.asarray(np.load(io.BytesIO(content), allow_pickle=False), dtype=float)
+    except InputError:
+        raise
     except damage():
         raise InputError("must be a whole .npy file of numbers", file=str(path), fix=KINDS[kind].fix) from None
 
