@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from hypertuna.description.robot import parse
 from hypertuna.identification.coefficients import to_scale
 from hypertuna.identification.identify import identify
 from hypertuna.identification.names import default_priors
+from hypertuna.io.checkpoint import Journal
 from hypertuna.swimming.beat import settle
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials
@@ -122,13 +124,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("coverage.jsonl"))
     given = parser.parse_args()
     jobs = [(*case, FIRST_SEED + k) for k in range(given.repeats) for case in CASES]
-    records = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
-    with given.output.open("a") as file:
-        for job in jobs[len(records) :]:
-            records.append(fitted(*job))
-            file.write(json.dumps(records[-1]) + "\n")
-            file.flush()
-    print(table(records[: len(jobs)]))
+    with Journal(given.output, {"kind": "study of intervals"}) as journal:
+        records = [journal.answer(job, partial(fitted, *job)) for job in jobs]
+    print(table(records))
 
 
 if __name__ == "__main__":

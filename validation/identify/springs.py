@@ -12,9 +12,9 @@ with their priors. Seeds from 1000 on; lower ones were used during development.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from hypertuna.identification.coefficients import Free, bounds_of, free, from_sc
 from hypertuna.identification.fixed import fixed_coefficients
 from hypertuna.identification.identify import identify
 from hypertuna.identification.names import default_names, default_priors, prior_factor
+from hypertuna.io.checkpoint import Journal
 from hypertuna.swimming.beat import settle
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials
@@ -109,13 +110,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("springs.jsonl"))
     given = parser.parse_args()
     jobs = [(case, FIRST_SEED + k) for k in range(given.repeats) for case in CASES]
-    records = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
-    with given.output.open("a") as file:
-        for job in jobs[len(records) :]:
-            records.append(repeat(*job))
-            file.write(json.dumps(records[-1]) + "\n")
-            file.flush()
-    print(table(records[: len(jobs)]))
+    with Journal(given.output, {"kind": "study of springs"}) as journal:
+        records = [journal.answer(job, partial(repeat, *job)) for job in jobs]
+    print(table(records))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from scipy.special import stdtrit
 
 import hypertuna as ht
 from hypertuna.identification.identify import identify
+from hypertuna.io.checkpoint import Journal
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
@@ -82,13 +84,10 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("study.jsonl"))
     given = parser.parse_args()
     robot, gaits = ht.load("hypertuna"), tank()
-    records = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
-    with given.output.open("a") as file:
-        for k in range(len(records), given.repeats):
-            records.append(repeat(robot, gaits, NINE, FIRST_SEED + k))
-            file.write(json.dumps(records[-1]) + "\n")
-            file.flush()
-    print(json.dumps(summary(records[: given.repeats]), indent=2))
+    with Journal(given.output, {"kind": "study of nine coefficients"}) as journal:
+        seeds = range(FIRST_SEED, FIRST_SEED + given.repeats)
+        records = [journal.answer(seed, partial(repeat, robot, gaits, NINE, seed)) for seed in seeds]
+    print(json.dumps(summary(records), indent=2))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from hypertuna.trials.points import Points
 
 RATE = Range(min=5, max=2000, unit="Hz")
 SAME = 0.01  # relative difference of two rates that are the same
-ROUGH = 0.2  # frames: a coarser resolution of times is told
+ROUGH = 0.2  # frames: a coarser resolution of times is reported
 HALF = 0.5  # frames: a time that lies farther from that of its frame's number
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
