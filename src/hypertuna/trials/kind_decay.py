@@ -43,11 +43,11 @@ class DecayRows(Rows):
     def predict(self, at: Point) -> Prediction:
         """Return the computed values and their Jacobian, which includes the change of the best first value."""
         along = at.model_along
-        joints, step = np.zeros((2 * STEPS + 1, len(at.robot.links.name), 3)), self.time[-1] / STEPS
+        step = self.time[-1] / STEPS
         sign, no_flag = math.copysign(1.0, self.begin[self.axis]), np.zeros(1, dtype=bool)
 
         def decay(first: float) -> tuple[Array, Array, Array]:
-            track = _core.track(at.model, joints, along, step=step, twist=first * self.begin, rates=True)
+            track = _coasted(at.robot, at.model, along, step, first * self.begin)
             values = np.column_stack([track["rate"][:, self.axis], track["rate_gradient"][:, self.axis]])
             place = np.clip(self.time / step, 0, STEPS)
             before = np.minimum(place.astype(int), STEPS - 1)
@@ -71,6 +71,12 @@ class DecayRows(Rows):
         curvature, curves = (residual @ (high - low) / (2 * size), residual @ (by_high - by_low) / (2 * size))
         shift = (curves - by_first @ by) / (by_first @ by_first - curvature)
         return Prediction(computed, by + np.outer(by_first, shift), no_flag, no_flag, {})
+
+
+def _coasted(robot: Robot, model: _core.Model, along: Array, step: float, twist: Array) -> dict[str, Array]:
+    """Return the track of a robot that coasts straight from a twist (3,) of the nose, for STEPS steps [s]."""
+    joints = np.zeros((2 * STEPS + 1, len(robot.links.name), 3))
+    return _core.track(model, joints, along, step=step, twist=twist, rates=True)
 
 
 class Decays(Kind[D]):
@@ -118,9 +124,8 @@ class Decays(Kind[D]):
             return []
         size = robot.body.length if self.axis == 0 else 1.0
         span = min(seconds, COASTED * size / first)  # the model's rate is that of its first lengths or radians
-        joints, along = np.zeros((2 * STEPS + 1, len(robot.links.name), 3)), np.zeros((len(parameter_names(robot)), 0))
-        twist = first * self.begin(robot)
-        track = _core.track(core_model(robot), joints, along, step=span / STEPS, twist=twist, rates=True)
+        along = np.zeros((len(parameter_names(robot)), 0))
+        track = _coasted(robot, core_model(robot), along, span / STEPS, first * self.begin(robot))
         end = abs(float(track["rate"][-1, self.axis]))
         if not (math.isfinite(end) and 0 < end < first):
             return []
