@@ -36,11 +36,7 @@ from hypertuna.ranges import NOT_NEGATIVE, Range
 from hypertuna.swimming.model import core_model
 from hypertuna.trials.kind import Point
 
-OFFSETS = (
-    "time_offset",
-    "joints.phase_offset",
-    *(f"{table}.{x}" for table in SPRINGS for x in ("rest", "moment_phase")),
-)
+OFFSETS = ("time_offset", *(f"{table}.{value}" for table in ("joints", *SPRINGS) for value in SIGNED))
 ABSOLUTE_UNITS = dict.fromkeys(OFFSETS, 0.1)  # s, rad: units of errors that are not relative
 MAX_BOUND = 1e12  # largest magnitude of a bound [SI]
 ABOVE_ONE = Range(above=1)  # factors of priors
