@@ -19,23 +19,20 @@ struct YieldTank {
         : tank(model, steps),
           spring{},
           swings{},
-          first_(hinges[0]),
+          hinges_(hinges),
           length_(model.length),
-          share_(model.links),
           table_(2 * steps * model.links),
           ahead_(2 * steps),
           moment_(2 * steps),
           joint_(model.links),
           shape_(model.links),
-          acceleration_(model.links) {
-        for (int d = 0; d < D; ++d) share_[hinges[d]].part[d] = 1;
-    }
+          acceleration_(model.links) {}
 
     /// Read the parameters and tabulate the beat.
     Body fill() {
         tank.read();
-        static_assert(sizeof(Share) == sizeof(base_t<S>[D]) && sizeof(Moments) == sizeof(S[D]));
-        const YieldTable<S, D> yields{first_, &share_.data()->part, table_.data(), ahead_.data(), &moment_.data()->of};
+        static_assert(sizeof(Moments) == sizeof(S[D]));
+        const YieldTable<S, D> yields{hinges_, table_.data(), ahead_.data(), &moment_.data()->of};
         tabulate_yielding(tank.fish, tank.joints.data(), tank.swings.data(), tank.frequency, spring, tank.table,
                           yields);
         Body body{tank.fish,
@@ -55,15 +52,11 @@ struct YieldTank {
     }
 
   private:
-    struct Share {
-        base_t<S> part[D];
-    };
     struct Moments {
         S of[D];
     };
-    int first_;
+    const int* hinges_;
     double length_;
-    std::vector<Share> share_;
     std::vector<JointMotion<S>> table_;
     std::vector<Composite<S>> ahead_;
     std::vector<Moments> moment_;
@@ -169,7 +162,7 @@ void bends_any(const Model& model, const YieldBatch& batch, const double* state,
         for (int i = 0; i < yield_state(D); ++i) component(y, i) = Real(state[i]);
         for (int n = 0; n < count; ++n) {
             const int k = 2 * (n % steps);
-            Hung<Real, D> hung[max_hung];
+            Hung<Real, D> hung;
             const auto now = body.move(k, y, hung);
             Real acceleration[D];
             body.bend(k, y, now, acceleration);

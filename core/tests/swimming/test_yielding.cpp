@@ -17,7 +17,7 @@ struct Yielding {
     static constexpr int links = Fish<double, Law>::links, first = links - D;
 
     Fish<double, Law, steps> fish;
-    double share[links][D] = {};
+    int behind[D];
     JointMotion<double> table[2 * steps * links], joint[links];
     Composite<double> ahead[2 * steps];
     double moment[2 * steps][D];
@@ -29,7 +29,7 @@ struct Yielding {
     Yielding(double frequency, double amplitude, double stiffness, double damping, double rest)
         : fish(frequency, amplitude) {
         for (int d = 0; d < D; ++d) {
-            share[first + d][d] = 1;
+            behind[d] = first + d;
             fish.joints[first + d] = {-1, 0};
             spring[d] = {stiffness, damping, rest, 0.5 * stiffness, 0.2, 5 * stiffness, 0.1, 0, 0};
         }
@@ -40,7 +40,7 @@ struct Yielding {
         for (int d = 0; d < D; ++d) spring[d].moment = 0.05, spring[d].moment_phase = 0.7 + d;
         fill();
     }
-    YieldTable<double, D> yields() { return {first, share, table, ahead, moment}; }
+    YieldTable<double, D> yields() { return {behind, table, ahead, moment}; }
     void fill() {
         tabulate_yielding(fish.swimmer, fish.joints, fish.swings, fish.frequency, spring, fish.table, yields());
     }
@@ -68,7 +68,7 @@ static void forward_dynamics() {
     const auto body = fish.body();
     YieldingState<double, D> y{{-0.3, 0.05, 0.01}, {}, {}};
     for (int d = 0; d < D; ++d) y.angle[d] = 0.2 - 0.1 * d, y.momentum[d] = 0.002 * (d + 1);
-    Hung<double, D> hung[max_hung];
+    Hung<double, D> hung;
     const int k = 37;
     const Moving<double, D> now = body.move(k, y, hung);
     double accelerations[D];
@@ -126,6 +126,34 @@ static void forward_dynamics() {
     for (int d = 0; d < D; ++d) {
         const double slope = (change[1][d] - change[0][d]) / (2 * h);
         CHECK_NEAR(rate.momentum[d] / (1e-3 + std::fabs(slope)), slope / (1e-3 + std::fabs(slope)), 1e-7);
+    }
+}
+
+/// Derivatives of the rate by every number of the state equal differences; its value is that without derivatives.
+template <class Law, int D>
+static void derivatives() {
+    constexpr int size = 3 + 2 * D;
+    Yielding<Law, D, 64> fish(2, 0.2, 0.5, 0.01, 0.1);
+    fish.drive();
+    const auto body = fish.body();
+    YieldingState<double, D> y{{-0.3, 0.05, 0.01}, {}, {}};
+    for (int d = 0; d < D; ++d) y.angle[d] = 0.25 - 0.2 * d, y.momentum[d] = 0.002 * (d + 1);
+    auto with = widen<Dual<double, size>>(y);
+    for (int n = 0; n < size; ++n) component(with, n).d[n] = 1;
+    Twist<double> xi;
+    const int k = 37;
+    const auto rate = body.rate(k, with);
+    const YieldingState<double, D> value = body.rate(k, y, xi);
+    for (int n = 0; n < size; ++n) {
+        CHECK_NEAR(component(rate, n).v, component(value, n), 1e-12 * (1 + std::fabs(component(value, n))));
+        const double h = 1e-6;
+        YieldingState<double, D> more = y, less = y;
+        component(more, n) += h, component(less, n) -= h;
+        const YieldingState<double, D> change = body.rate(k, more, xi) - body.rate(k, less, xi);
+        for (int i = 0; i < size; ++i) {
+            const double slope = component(change, i) / (2 * h);
+            CHECK_NEAR(component(rate, i).d[n] - slope, 0, 1e-6 * (1 + std::fabs(slope)));
+        }
     }
 }
 
@@ -205,7 +233,7 @@ static void inertia_of_a_joint() {
     auto fish = std::make_unique<Yielding<Elongated<double>, 1, 64>>(2, 0.0, 1.0, 0.0, 0.0);
     for (int g = 0; g < 2; ++g) fish->fish.swings[g] = {0, 0, 0};
     fish->fill();
-    Hung<double, 1> hung[max_hung];
+    Hung<double, 1> hung;
     const auto now = fish->body().move(0, YieldingState<double, 1>{}, hung);
     const auto reduced = [](auto& fish, std::initializer_list<int> hinges) {
         return reduced_inertia(fish->fish.swimmer, hinges.begin(), int(hinges.size()), fish->shape, fish->acceleration,
@@ -216,7 +244,7 @@ static void inertia_of_a_joint() {
     auto both = std::make_unique<Yielding<Elongated<double>, 2, 64>>(2, 0.0, 1.0, 0.0, 0.0);
     for (int g = 0; g < 2; ++g) both->fish.swings[g] = {0, 0, 0};
     both->fill();
-    Hung<double, 2> hung_both[max_hung];
+    Hung<double, 2> hung_both;
     const auto pair = both->body().move(0, YieldingState<double, 2>{}, hung_both);
     const double own = pair.reduced[0][0] + pair.reduced[1][1];
     CHECK_NEAR(reduced(both, {2, 3}) / (own + 2 * pair.reduced[1][0]), 1, 1e-13);
@@ -227,6 +255,8 @@ int main() {
         using Law = typename decltype(law)::type;
         forward_dynamics<Law, 1>();
         forward_dynamics<Law, 2>();
+        derivatives<Law, 1>();
+        derivatives<Law, 3>();
         energy<Law, 1>();
         energy<Law, 2>();
         newton_equals_waiting<Law, 1>();

@@ -5,9 +5,9 @@
 ///     read(links, in, link, density, flags, out)   the law from one row of coefficients, its memory `out`
 ///     LinkInertia<S> inertia(i)          inertia of link i with its added mass
 ///     Along<V> drag(i, Along<V> v)       force along and across link i and moment about its center of mass
-///     beats                              whether drag takes a third argument: the part of v that the change of shape
-///     makes sheds, Along<V> shed(Along<V> v)   whether the last link sheds a wake, and the force of that wake on the
-///     link
+///     beats                              whether drag takes a third argument: of v, the part by the change of shape
+///     sheds, Along<V> shed(Along<V> v)   whether the last link sheds a wake, and its force on that link
+/// Of the part by the change of shape only what is across the link, and its rate of turn, may enter.
 /// Velocities are relative to the water. A uniform current only carries the frame along (physics is the same
 /// in every inertial frame), so it appears where positions are reported and nowhere here.
 #pragma once

@@ -1,7 +1,7 @@
 /// The beat of joints that yield: tabulated, measured, and settled.
 #pragma once
 
-#include "hypertuna/swimming/yielding.hpp"
+#include "hypertuna/swimming/yielding_tangent.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -32,7 +32,7 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
     for (int d = 0; d < D; ++d)
         swing.mean[d] = swing.sine[d] = swing.cosine[d] = swing.peak[d] = swing.damping[d] = zero;
     for (int k = 0; k < steps; ++k) {
-        Hung<S, D> hung[max_hung];
+        Hung<S, D> hung;
         const Moving<S, D> now = move(2 * k, motion.state, hung);
         const auto [s, c] = sincos(S(base_t<S>(2 * pi * k / steps)));
         for (int d = 0; d < D; ++d) {
@@ -64,39 +64,20 @@ Beat<S, YieldingState<S, D>> YieldingSwimmer<S, Law, D>::measure(const State& st
     return beat;
 }
 
-/// The beat map of a state of more than eight numbers, in two passes of half the derivatives each: loops over more than
-/// eight are not unrolled, and take half as long again.
-template <class S, class Law, int D>
-    requires(YieldingState<S, D>::size > 8)
-BeatMap<S, YieldingState<S, D>> beat_map(const YieldingSwimmer<S, Law, D>& body, int stride_instants,
-                                         const YieldingState<S, D>& y) {
-    constexpr int size = YieldingState<S, D>::size, half = (size + 1) / 2;
-    BeatMap<S, YieldingState<S, D>> map;
-    for (int first = 0; first < size; first += half) {
-        auto start = widen<Dual<S, half>>(y);
-        for (int k = 0; k < half && first + k < size; ++k) component(start, first + k).d[k] = S(1);
-        auto end = body.swim(start, stride_instants);
-        for (int i = 0; i < size; ++i) {
-            component(map.end, i) = component(end, i).v;
-            for (int k = 0; k < half && first + k < size; ++k) map.monodromy.a[i][first + k] = component(end, i).d[k];
-        }
-    }
-    return map;
-}
-
 /// Enter the beat of the prescribed joints, the yielding ones at rest, and the moments that drive these.
 template <class S, class Law, int D>
 HYPERTUNA_NOINLINE void tabulate_yielding(const Swimmer<S, Law>& fish, const JointShare<S>* joints,
                                           const Swing<S>* swings, const S& frequency, const Spring<S> (&spring)[D],
                                           const ShapeTable<S>& table, const YieldTable<S, D>& yields) {
-    const Swimmer<S, Law> ahead{yields.first, fish.link, fish.water};
+    const Swimmer<S, Law> ahead{yields.link[0], fish.link, fish.water};
     for (int k = 0; k < table.instants; ++k) {
         JointMotion<S>* const joint = yields.joint + k * fish.links;
         const SinCos<S> clock = sincos(S(base_t<S>(2 * pi * k / table.instants)));
         joint_motion(fish.links, joints, swings, frequency, clock, joint);
-        for (int d = 0; d < D; ++d) yields.moment[k][d] = spring[d].active(clock);
-        for (int i = yields.first; i < fish.links; ++i)
-            for (int d = 0; d < D; ++d) joint[i].angle += S(yields.share[i][d]) * spring[d].rest;
+        for (int d = 0; d < D; ++d) {
+            yields.moment[k][d] = spring[d].active(clock);
+            joint[yields.link[d]].angle += spring[d].rest;
+        }
         tabulate(fish, joint, k, table);
         yields.ahead[k] = composite(ahead, table.shape + k * fish.links);
     }

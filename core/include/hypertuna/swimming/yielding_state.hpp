@@ -1,13 +1,12 @@
 /// State of a body with joints that yield, and the numbers that its motion is made of.
 #pragma once
 
-#include <concepts>
-#include <type_traits>
-
 #include "hypertuna/swimming/settle.hpp"
 #include "hypertuna/swimming/spring.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
+
+inline constexpr int max_hung = 32;  // links from the first joint that yields to the tail
 
 /// Momentum of the body, and of each coordinate that yields its angle from rest and its momentum. As a change of the
 /// motion: twist of the head, angles, rates.
@@ -40,6 +39,10 @@ template <class S, int D>
 HYPERTUNA_INLINE S& component(YieldingState<S, D>& y, int k) {
     return k < 3 ? component(y.body, k) : k < 3 + D ? y.angle[k - 3] : y.momentum[k - 3 - D];
 }
+template <class S, int D>
+HYPERTUNA_INLINE const S& component(const YieldingState<S, D>& y, int k) {
+    return component(const_cast<YieldingState<S, D>&>(y), k);
+}
 template <class V, class S, int D>
 HYPERTUNA_INLINE YieldingState<V, D> widen(const YieldingState<S, D>& y) {
     YieldingState<V, D> out{widen<V>(y.body), {}, {}};
@@ -64,45 +67,55 @@ struct Swinging {
     S damping[D];                            // W
 };
 
-/// The scalar of the shape: it has derivatives by the coordinates alone where the state has derivatives.
-template <class S, class V, int D>
-using Shaped = std::conditional_t<std::same_as<S, V>, S, Dual<S, D>>;
+/// A joint that yields: its place, and its velocity by the prescribed joints; of all that hangs behind it, the inertia
+/// and the momentum that the prescribed joints give.
+template <class S>
+struct HungJoint {
+    S x, y, v_x, v_y;
+    Symmetric<S> inertia;
+    Momentum<S> brought;
 
-/// A number of the shape with the derivatives of the state whose angles it depends on.
-template <class V, int D, class G>
-HYPERTUNA_INLINE V lifted(const G& x, const V (&angle)[D]) {
-    if constexpr (std::same_as<G, V>)
-        return x;
-    else {
-        V y(x.v);
-        constexpr int count = int(sizeof(y.d) / sizeof(y.d[0]));
-        for (int d = 0; d < D; ++d) {
-            HYPERTUNA_UNROLL
-            for (int k = 0; k < count; ++k) y.d[k] += x.d[d] * angle[d].d[k];
-        }
-        return y;
-    }
-}
-template <class V, int D, class G>
-HYPERTUNA_INLINE Planar<V> lifted(const Planar<G>& x, const V (&angle)[D]) {
-    return {lifted(x.x, angle), lifted(x.y, angle), lifted(x.z, angle)};
-}
-
-/// A link that hangs behind a joint that yields. Its shape's velocity is that by the prescribed joints alone.
-template <class V, int D>
-struct Hung {
-    LinkShape<V> at;
-    V x, y, v_x, v_y;  // of the joint at its front: position, and velocity by the prescribed joints
-    Twist<V> screw[D];
+    /// Twist of what hangs behind it, at a unit rate.
+    HYPERTUNA_INLINE Twist<S> screw() const { return {y, -x, S(1)}; }
+    /// Change of a wrench or a momentum that turns about the joint, per angle.
+    HYPERTUNA_INLINE Wrench<S> turn(const Wrench<S>& a) const { return {-a.y, a.x, x * a.x + y * a.y}; }
 };
 
-/// How a body moves whose joints yield: twist of the head, rates, and the inertia that the free body opposes to a
-/// joint, B - C^T M^-1 C, lower triangle.
-template <class V, int D>
+/// How a joint that yields moves, and what hangs behind it.
+template <class S>
+struct HungMotion {
+    Twist<S> twist, yielding;    // of links up to the next joint that yields, and the part of it by joints that yield
+    S v_x, v_y, bend_x, bend_y;  // velocity of the joint, and the part of it that the change of shape makes
+    Momentum<S> momentum;        // of all that hangs behind it
+
+    /// Change of the twist of all that hangs behind it, as it sees itself, per angle; and of the part by bending.
+    HYPERTUNA_INLINE Twist<S> turning() const { return {v_y, -v_x, S(0)}; }
+    HYPERTUNA_INLINE Twist<S> bending() const { return {bend_y, -bend_x, S(0)}; }
+    /// Velocity of a link by the change of shape alone.
+    HYPERTUNA_INLINE Along<S> bend_of(const LinkShape<S>& link) const {
+        const Along<S> a = link.bending(), more = link.along(yielding);
+        return {a.t + more.t, a.n + more.n, a.w + more.w};
+    }
+};
+
+/// The links that hang behind the first joint that yields, and the joints that do. The velocity of a link's shape is
+/// that by the prescribed joints alone.
+template <class S, int D>
+struct Hung {
+    LinkShape<S> link[max_hung];
+    HungJoint<S> joint[D];
+};
+
+/// How a body moves whose joints yield: twist of the head and rates. They solve the equations of momenta, of which it
+/// keeps M^-1, C, M^-1 C and the inertia that the free body opposes to a joint, B - C^T M^-1 C, lower triangle.
+template <class S, int D>
 struct Moving {
-    Twist<V> xi;
-    V rate[D];
-    V reduced[D][D];
+    Twist<S> xi;
+    S rate[D];
+    Symmetric<S> mobility;
+    Momentum<S> cross[D];
+    Twist<S> carried[D];
+    S reduced[D][D];
 };
 
 /// Solve A x = b in place, A symmetric and positive definite, of which the lower triangle is read.
@@ -120,9 +133,13 @@ HYPERTUNA_INLINE void solve_positive(S (&a)[D][D], S (&b)[D]) {
     }
 }
 
-template <class A, class B>
-HYPERTUNA_INLINE product_t<A, B> dotted(const Planar<A>& a, const Planar<B>& b) {
+template <class S>
+HYPERTUNA_INLINE S dotted(const Planar<S>& a, const Planar<S>& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class S>
+HYPERTUNA_INLINE Symmetric<S> operator+(const Symmetric<S>& a, const Symmetric<S>& b) {
+    return {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
