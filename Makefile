@@ -78,7 +78,7 @@ $(VENV)/.installed-sb3: $(VENV)/.installed-test
 
 # --- what to run
 
-.PHONY: dev demo test mutants test-cpp test-studio hosts mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-slow test-processors test-fe test-firmware bench bench-json firmware firmware-teensy lock system-deps lint format stub
+.PHONY: dev demo test mutants test-cpp test-studio hosts fuzz-image mujoco-plugin test-sanitized test-hosts-sanitized test-firmware-sanitized test-python test-slow test-processors test-fe test-firmware bench bench-json firmware firmware-teensy lock system-deps lint format stub
 .PHONY: docs clean
 dev: $(VENV)/.installed $(VENV)/.installed-test $(VENV)/.installed-lint ## environment for work on the project
 
@@ -106,6 +106,9 @@ test-cpp: $(VENV)/.tools ## C++ tests alone, or one: make test-cpp TEST=name
 
 hosts: $(VENV)/.tools ## C interface of hosts/hypertuna.h as a library: build/hosts/libhypertuna.so
 	@cmake -S . -B build/hosts -G Ninja -DHYPERTUNA_BUILD_HOSTS=ON -DHYPERTUNA_WERROR=$(WERROR) > /dev/null
+	@cmake --build build/hosts --target hypertuna >&2
+
+fuzz-image: hosts ## program that feeds damaged images to the C interface, with sanitizers: build/hosts/fuzz_image
 	@cmake --build build/hosts >&2
 
 mujoco-plugin: $(VENV)/.installed-test ## water for MuJoCo as an engine plugin: build/mujoco/libhypertuna_mujoco.so
@@ -196,7 +199,7 @@ PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test-python: $(VENV)/.installed-test ## Python tests alone
 	@$(PYTEST) -m 'not (slow or fe)'
 
-test-slow: $(VENV)/.installed-test ## the tests in tests/slow.txt, once `make test` has built what they run
+test-slow: $(VENV)/.installed-test fuzz-image ## the tests in tests/slow.txt, once `make test` has built what they run
 	@$(PYTEST) -m 'slow and not fe'
 
 # Pictures, tables and outputs of the pages where OpenBLAS, NumPy and our kernels take other ways than on this processor:

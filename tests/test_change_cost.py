@@ -1,4 +1,4 @@
-"""What a new loss, MAVLink message or kind of joint costs: how many files name one that is there."""
+"""What a new quantity, loss, MAVLink message or kind of joint costs: how many files name one that is there."""
 
 import re
 import subprocess
@@ -33,6 +33,19 @@ def sources() -> dict[str, str]:
 def naming(pattern: str, *under: str) -> list[str]:
     """Return the sources in some folders that have a pattern."""
     return [name for name, text in sources().items() if name.startswith(under or "") and re.search(pattern, text)]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "most"),
+    [
+        ("(?:mechanical_)?power_positive", 4),  # of the beat: beat.hpp, quantities.hpp, swim.py; and a hinge's moment
+        ("rate_peak|largest_rate", 3),  # of the gait: gait.hpp, quantities.hpp, swim.py
+        ("torque_peak", 4),  # and a limit of optimizations
+    ],
+)
+def test_a_quantity_is_named_by_few_files(quantity: str, most: int) -> None:
+    files = naming(rf"\b(?:{quantity})\b")
+    assert len(files) in range(2, most + 1), files
 
 
 @pytest.mark.parametrize(

@@ -309,7 +309,7 @@ def test_a_run_that_was_killed_goes_on(folder, long) -> None:
     with pytest.raises(Killed), Journal(folder / "journal", {"film": 1}) as journal:
         track_film(robot, long, camera(EYE), **own, journal=journal, progress=kill)
     with Journal(folder / "journal", {"film": 1}) as journal:
-        assert journal.known == 1
+        assert journal.unread == 1
         again = track_film(robot, long, camera(EYE), **own, journal=journal, progress=lambda *now: done.append(now))
     whole = track_film(robot, long, camera(EYE), **own)
     np.testing.assert_array_equal(again.tracked.unknowns, whole.tracked.unknowns)

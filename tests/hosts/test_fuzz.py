@@ -14,7 +14,7 @@ PROGRAM = Path(__file__).parents[2] / "build/hosts/fuzz_image"
 @pytest.mark.parametrize("name", ["examples/servofish.toml", "examples/minnow.toml"])
 def test_damaged_images_never_crash(name: str, tmp_path: Path) -> None:
     if not PROGRAM.is_file():
-        pytest.skip("the program that damages images is not built: run `make hosts`")
+        pytest.skip("the program that damages images is not built: run `make fuzz-image`")
     image = tmp_path / "fish.robot"
     image.write_bytes(robot_image(ht.load(name)))
     run = subprocess.run([PROGRAM, image, "30", "2"], capture_output=True, text=True, timeout=300)

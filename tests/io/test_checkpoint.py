@@ -34,9 +34,9 @@ def test_resumed_work_ends_like_work_that_never_stopped(tmp_path: Path, kept: in
     with Journal(tmp_path / "run.jsonl", HEADER) as journal:
         summed(journal, kept)
     with Journal(tmp_path / "run.jsonl", HEADER) as journal:
-        assert journal.known == kept
+        assert journal.unread == kept
         assert summed(journal, 5) == (through, 5 - kept)
-        assert journal.known == 0
+        assert journal.unread == 0
 
 
 def test_torn_last_line_is_dropped_at_every_length(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_damage_is_told_and_computed_again(tmp_path: Path) -> None:
         with pytest.warns(DamageWarning, match=rf"run.jsonl:{line} is damaged: this line") as told:
             journal = Journal(path, HEADER)
         assert len(told) == 1
-        assert journal.known == line - 2
+        assert journal.unread == line - 2
         assert summed(journal, 3)[0] == through
         journal.close()
         assert path.read_bytes() == whole
@@ -121,7 +121,7 @@ def test_damage_counts_the_lines_that_it_costs(tmp_path: Path, damaged: int, wor
     lines[damaged] = lines[damaged].replace(b"told", b"Told")
     path.write_bytes(b"".join(lines))
     with pytest.warns(DamageWarning, match=words), Journal(path, HEADER) as journal:
-        assert journal.known == damaged - 1
+        assert journal.unread == damaged - 1
 
 
 def test_lines_that_are_missing_or_exchanged_are_damage(tmp_path: Path) -> None:
@@ -208,7 +208,7 @@ def test_a_header_torn_at_any_length_is_begun_again(tmp_path: Path) -> None:
     for length in range(len(whole)):
         path.write_bytes(whole[:length])
         with Journal(path, HEADER) as journal:
-            assert journal.known == 0
+            assert journal.unread == 0
         assert path.read_bytes() == whole
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import verdicts
+from verdicts import verdicts_of
 
 import hypertuna as ht
 from hypertuna.io.files import shipped
-from hypertuna.paper import verdicts
 from hypertuna.paper.chapters.gaits import ARITHMETIC, speed_classes
 from hypertuna.paper.chapters.others import computed_among
 from hypertuna.paper.chapters.posterior import AXES
@@ -19,7 +20,6 @@ from hypertuna.paper.chapters.tank import amplitude_trends, frequency_trends
 from hypertuna.paper.computed import OURS, PAPER, SPEEDS, TWIN
 from hypertuna.paper.ledger import CLASSES, RULES, VERDICTS, Entry, Finding, judge, published
 from hypertuna.paper.reproduce import CHAPTERS, Ledger, ledger_record, reproduce
-from hypertuna.paper.verdicts import verdicts_of
 from hypertuna.swimming.gait import named_gait
 
 STORED = json.loads((shipped("data/published") / "verdicts.json").read_text())
@@ -29,7 +29,7 @@ GOLDEN = {f"{one['id']} | {one['model']}": one for one in STORED["entries"]}
 def test_numbers_and_verdicts_are_those_that_are_stored(ledger: Ledger) -> None:
     """A change of form leaves every digit; a change of physics changes verdicts.json, with its reason in the commit.
 
-    `python -m hypertuna.paper.verdicts` writes that file.
+    `python validation/paper/verdicts.py` writes that file.
     Optima and fitted coefficients are the ends of searches: another instruction set, or another kernel of BLAS, may end
     them elsewhere within their tolerance (an undetermined friction by 2e-6).
     """

@@ -1,6 +1,6 @@
 """Damage images of robots and read them in the sanitized core: python validation/hosts/fuzz.py [IMAGES] [SEED].
 
-Of each accepted image a gait settles and twins run in the plane and at sea. `make hosts` builds the program.
+Of each accepted image a gait settles and twins run in the plane and at sea. `make fuzz-image` builds the program.
 """
 
 import subprocess

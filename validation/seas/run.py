@@ -114,7 +114,7 @@ def main() -> None:
     pool = ProcessPoolExecutor(options.j)
     with Journal(options.journal, header) as journal:
         flown = seeds[: options.count]
-        work = {seed: pool.submit(sail, seed, kinds[seed], options.firmware) for seed in flown[journal.known :]}
+        work = {seed: pool.submit(sail, seed, kinds[seed], options.firmware) for seed in flown[journal.unread :]}
         try:
             for seed in flown:
                 row = journal.answer(seed, lambda seed=seed: work[seed].result())

@@ -1,4 +1,5 @@
-/// Tests of the numbers that are measured on a beat: peaks between samples, offsets from a circle, path and radius.
+/// Tests of the numbers that are measured on a beat: peaks between samples, offsets from a circle, path and radius; and
+/// that a beat which diverged has none.
 #include <limits>
 
 #include "check.hpp"
@@ -89,8 +90,23 @@ static void straight_path() {
     CHECK_NEAR(beat.excursion, 0.6, 1e-12);
 }
 
+/// Torques of 3 N m in the first steps, before the motion grew beyond all numbers, are no peak of the beat.
+static void diverged() {
+    const double nan = std::numeric_limits<double>::quiet_NaN(), load[4] = {1, 3, nan, nan};
+    BeatSample<double> sample[4] = {};
+    for (int k = 0; k < 4; ++k) sample[k].load = load[k];
+    Beat<double> beat{};
+    beat.power = 8;
+    measure_end(4, Pose<double>{-1, 0, 0}, sample, beat);
+    CHECK(beat.power == 2 && beat.torque_peak == 3);
+    beat.power = nan;
+    measure_end(4, Pose<double>{-1, 0, 0}, sample, beat);
+    CHECK(std::isnan(beat.torque_peak));
+}
+
 int main() {
     peaks();
+    diverged();
     offsets();
     path_on_circle(2, 0.5, 0.01);
     path_on_circle(2, -0.5, 0.01);  // backward on the same circle

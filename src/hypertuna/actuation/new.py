@@ -72,7 +72,7 @@ def first_robot(
     if sea:
         tuna = read_toml(shipped("robots") / "hypertuna.toml")
         add_space(document, tuna, shape)
-        speed = _slow_to_dive(document)
+        speed = _slow_cruise(document)
         if not speed > 0:
             key, rule = (
                 "--lengths" if sizes.get("lengths") else "--links",
@@ -89,7 +89,7 @@ def first_robot(
     return HEADER.format(name=name) + commented(document, Robot)
 
 
-def _slow_to_dive(document: dict[str, Any]) -> float:
+def _slow_cruise(document: dict[str, Any]) -> float:
     """Reduce the amplitudes of the cruise until the fins can make the robot dive; return its speed [m/s]."""
     gait, limit = document["gaits"]["cruise"], DIVES * inversion_speed(parse(document))
     full_amplitude = gait["amplitude_deg"]

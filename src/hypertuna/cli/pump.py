@@ -20,7 +20,7 @@ from hypertuna.swimming.gait import named_gait
 CASES = Whole(max=10_000)  # number of cases of one call
 
 
-def _over(text: str, key: str) -> tuple[str, list[float]]:
+def _key_values(text: str, key: str) -> tuple[str, list[float]]:
     """Return key and values from KEY=VALUES; key: the option, for errors."""
     name, values = parsing.pair(text, key, "KEY=VALUE,...")
     return name, parsing.values(values, f"{key} {name}", "the unit of the key")
@@ -52,7 +52,7 @@ def pump_command(
             f"Key of the robot's file and its {opt.RANGE}, such as joints.I.actuator.lever_m=0.008:0.012:3 or "
             '"servos.piston pump.torque_n_m=3:7:3"; repeatable.',
             "KEY=VALUE,...",
-            _over,
+            _key_values,
         ),
     ] = None,
     files: opt.Files = opt.NO_FILES,

@@ -104,9 +104,11 @@ def _mistakes(item: Any, document: Any, model: Model, file: str | None) -> list[
         fix = did_you_mean(str(place[-1]), _keys(owner))
         return [InputError("is not a known key", file=file, key=key, fix=fix)]
     if item["type"] == "missing":
-        misspelled = _meant(_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
+        misspelled = _meant(_value_at(document, place[:-1]), field_at(model, place[:-1])[0]).values()
         return [] if place[-1] in misspelled else [InputError("is missing", file=file, key=key, fix=fix_of(field))]
-    return [InputError(rule_of(item["msg"]), file=file, key=key, value=shown(_at(document, place)), fix=fix_of(field))]
+    return [
+        InputError(rule_of(item["msg"]), file=file, key=key, value=shown(_value_at(document, place)), fix=fix_of(field))
+    ]
 
 
 def _placed(key: str, table: str, place: Place) -> str:
@@ -126,7 +128,7 @@ def _follows(mistake: InputError, replaced: list[str]) -> bool:
 def _mend(item: Any, reported: list[InputError], document: Any, model: Model, valid: Any, replaced: list[str]) -> bool:
     """Mend a document at one of pydantic's errors; return whether this was possible. `replaced` collects the keys."""
     place = item["loc"]
-    owner = _at(document, place[:-1])
+    owner = _value_at(document, place[:-1])
     if isinstance(item.get("ctx", {}).get("error"), InputError):
         if not place:
             return False
@@ -148,10 +150,10 @@ def _mend(item: Any, reported: list[InputError], document: Any, model: Model, va
 
 def _replace(place: Place, document: Any, valid: Any, replaced: list[str]) -> bool:
     """Replace a value, or a whole list of numbers, by the example's; return whether the document has the place."""
-    while isinstance(place[-1], int) and not isinstance(_at(valid, place), Mapping):
+    while isinstance(place[-1], int) and not isinstance(_value_at(valid, place), Mapping):
         place = place[:-1]
     replaced.append(written(place))
-    return _put(document, place, _at(valid, place))
+    return _put(document, place, _value_at(valid, place))
 
 
 def _place(key: str) -> Place:
@@ -162,7 +164,7 @@ def _place(key: str) -> Place:
 
 def _put(document: Any, place: Place, value: Any) -> bool:
     """Put a value at a place of a document, or remove it if None; return whether the document has the place."""
-    owner = _at(document, place[:-1])
+    owner = _value_at(document, place[:-1])
     if isinstance(owner, dict):
         owner.pop(place[-1], None)
         if value is not None:
@@ -174,7 +176,7 @@ def _put(document: Any, place: Place, value: Any) -> bool:
     return False
 
 
-def _at(value: Any, place: Place) -> Any:
+def _value_at(value: Any, place: Place) -> Any:
     """Return the value at a place; None if there is none; the last one of a list that is too short."""
     for part in place:
         if isinstance(value, Mapping):
@@ -218,7 +220,7 @@ def _whole(missing: list[Place], mended: Any, model: Model, first: dict[str, Any
         return None
     filled = copy.deepcopy(mended)
     for place in missing:
-        _put(filled, place, _at(first, place))
+        _put(filled, place, _value_at(first, place))
     result = {key: filled.get(key, value) for key, value in first.items() if key not in ABOUT or key in filled}
     result["water"] = first["water"] | result["water"]  # the document may have only a density
     try:
@@ -232,7 +234,7 @@ def _paste(missing: list[Place], model: Model, first: Mapping[str, Any], valid: 
     """Return the missing keys as TOML text, with an example's values."""
     parts: dict[str, dict[str, Any]] = {}
     for place in missing:
-        value = _at(first, place) or _at(valid, place)
+        value = _value_at(first, place) or _value_at(valid, place)
         if value is None or isinstance(place[-1], int):  # an item of a list has no key
             continue
         names = [part for part in place[:-1] if isinstance(part, str)]

@@ -43,7 +43,7 @@ def volume_path(folder: str | Path, k: int) -> Path:
 
 
 def surface_path(folder: str | Path, k: int) -> Path:
-    """Return the file of the fields on the faces of the upper half at the k-th pressure."""
+    """Return the path of the VTU file with the surface fields of the upper half at pressure k."""
     return Path(folder) / f"surface-{k:03d}.vtu"
 
 

@@ -145,7 +145,7 @@ def joint_map(
     by_elements = solve or joint_by_elements(robot, grid.joint, grid.options)
     points: list[dict[str, Any]] = []
     with Journal(checkpoint, grid.header) as journal:
-        complete = journal.known // len(pairs)  # couples whose points are all known
+        complete = journal.unread // len(pairs)  # couples whose points are all known
         with closing(map_shards(partial(_of_couple, grid, solve), grid.couple[complete:].tolist(), executor)) as rows:
             row: list[dict[str, Any]] = []
             for c, p in itertools.product(range(len(grid.couple)), range(len(pairs))):

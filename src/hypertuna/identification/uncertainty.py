@@ -124,7 +124,7 @@ def _with_prior_intervals(fitted: Uncertainty, data: Experiment, values: Array) 
 def _profile(
     part: Experiment, x: Array, unit: Array, levels: dict[str, float], samples: int, factor: float, taken: float
 ) -> tuple[Callable[[Array], Array], Array]:
-    """Return residuals of part of the runs as a function of x, scaled to all `samples`, and their Jacobian in units."""
+    """Return the residual function of part of the runs, scaled as if of all `samples`, and its Jacobian by x / unit."""
     prediction = predict(part, from_scale(part.free, x), gradient_steps=part.steps, levels=levels)
     stretch = stretches(part, prediction, levels, factor, taken)[0][part.sample]
     scale = math.sqrt(samples / len(part.kind)) / stretch

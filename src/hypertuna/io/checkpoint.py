@@ -75,8 +75,8 @@ class Journal(Closing):
             raise
 
     @property
-    def known(self) -> int:
-        """Number of records whose questions this run has not asked yet."""
+    def unread(self) -> int:
+        """Number of stored records that no question of this run has read yet."""
         return len(self.records) - self._next
 
     def answer(self, asked: Any, work: Callable[[], Any]) -> Any:

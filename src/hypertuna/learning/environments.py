@@ -205,7 +205,7 @@ class SwimmerVectorEnv(_Saved, VectorEnv[Batch, Batch, Batch]):
         return observation, reward, done, cut, infos
 
     def _masked(self, mask: Any) -> Sequence[int]:
-        """Return the indices of the swimmers of a mask, of all without one."""
+        """Return the indices of the swimmers in a mask; without a mask, those of all swimmers."""
         if mask is None:
             return range(self.num_envs)
         if np.shape(mask) != (self.num_envs,) or np.asarray(mask).dtype != bool or not np.any(mask):

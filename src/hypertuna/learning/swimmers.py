@@ -123,7 +123,7 @@ class Swimmers:
 
     @cached_property
     def kind(self) -> tuple[object, ...]:
-        """Task, number, step and robots, equal for swimmers that can go on from each other's states."""
+        """Task, number, step and robots. A saved state can be restored only by swimmers of an equal kind."""
         return self.task, self.count, self.step, [robot.document() for robot in (self.robot, *self.robots)]
 
     @property

@@ -185,7 +185,7 @@ def fly_parts(
 
 def joined_parts(start: MissionStart, parts: Sequence[Part]) -> MissionRun:
     """Join consecutive parts of a mission into a run, cut where the mission ended."""
-    rows = [_rows(start, part) for part in parts]
+    rows = [_row_count(start, part) for part in parts]
     diverged = parts[-1]["ticks"][0] < parts[-1]["ticks"][-1]
     names = [name for name in parts[0] if name != "ticks"]
     data = {name: np.concatenate([part[name][:n] for part, n in zip(parts, rows, strict=True)]) for name in names}
@@ -206,14 +206,14 @@ def ending(mode: float, reasons: float) -> str:
     return list(ENDINGS)[_core.ending(int(mode), int(reasons))]
 
 
-def _rows(start: MissionStart, part: Part) -> int:
-    """Return the number of valid rows of a part, at least one: fewer than its arrays have if it diverged."""
+def _row_count(start: MissionStart, part: Part) -> int:
+    """Return the number of valid rows of a part: one at least; fewer than in its arrays where the flight diverged."""
     return max(-(-int(part["ticks"][0]) // start.every), 1)
 
 
 def _ended(start: MissionStart, part: Part) -> bool:
     """Return whether the mission has ended at the end of a part."""
-    rows = _rows(start, part)
+    rows = _row_count(start, part)
     return has_ended(part["mode"][rows - 1])
 
 

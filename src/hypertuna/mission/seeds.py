@@ -51,7 +51,7 @@ def fly_seeds(
     outcomes: list[Outcome] = []
     with (
         Journal(checkpoint, header) as journal,
-        closing(map_shards(work, seeds[journal.known :], pool)) as flights,
+        closing(map_shards(work, seeds[journal.unread :], pool)) as flights,
     ):
         for k, seed in enumerate(seeds):
             outcomes.append(Outcome(**journal.answer(seed, lambda: next(flights))))

@@ -137,7 +137,7 @@ def make_optimum(
 
 
 def _on_bounds(space: DesignSpace, x: Array) -> list[NDArray[np.bool_]]:
-    """Return which coordinates (dim,) are on the lower bound and on the upper: near it, beside range and bound."""
+    """Return which coordinates (dim,) lie on the lower and which on the upper bound, within `NEAR` of its size."""
     width, ends = space.upper - space.lower, (space.lower, space.upper)
     sizes = [np.where(end == 0, width, np.minimum(width, abs(end))) for end in ends]
     return [abs(x - end) < NEAR * np.where(space.logarithms, 1.0, size) for end, size in zip(ends, sizes, strict=True)]

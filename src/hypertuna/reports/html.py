@@ -234,7 +234,7 @@ def _rows(sections: Sequence[Section]) -> list[list[Section]]:
 
 
 def _narrow(section: Section) -> bool:
-    """Return whether a section, laid out in two columns, would leave much of one empty."""
+    """Return whether a section is too short for two columns: one of them would stay empty by three tenths."""
     if any(isinstance(part, Table) and _wide(part) for part in section.parts):
         return False
     heights = [height for part in section.parts for height in _heights(part)]

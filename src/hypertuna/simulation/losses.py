@@ -51,7 +51,7 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         float
             [W].
         """
-        return sum(loss.power for loss in self._at(place))
+        return sum(loss.power for loss in self._losses_at(place))
 
     def named(self, place: str) -> str:
         """Return the larger losses at a place as a text of names and powers [W]: ``windings 4.53, gears 1.87``.
@@ -65,10 +65,12 @@ class Losses(Plotted, Tabular, data=lambda losses: losses.rows):
         -------
         str
         """
-        losses = [loss for loss in self._at(place) if loss.name != place and abs(loss.power) >= MIN_SHARE * self.power]
+        losses = [
+            loss for loss in self._losses_at(place) if loss.name != place and abs(loss.power) >= MIN_SHARE * self.power
+        ]
         return ", ".join(f"{loss.name} {loss.power:.2f}" for loss in losses)
 
-    def _at(self, place: str) -> list[Loss]:
+    def _losses_at(self, place: str) -> list[Loss]:
         """Return the losses at a place."""
         check_choice(place, PLACES, "place")
         return [loss for loss in self.losses if loss.place == place]

@@ -83,8 +83,6 @@ def settle(
         rows, size = _core.settle(model, *gaits.columns, steps=steps, **options), _SIZE
         steps_taken = np.full(len(rows), steps)
     row = dict(zip(_COLUMNS[:_NAMED], rows.T, strict=False))
-    diverged = ~np.isfinite(row["mechanical_power"])  # its peaks are those of the beat's beginning
-    row["torque_peak"] = np.where(diverged, np.nan, row["torque_peak"])
     _, momentum, monodromy, swings = np.split(rows, _NAMED + np.cumsum([0, size, size**2]), axis=1)
     swing = swing_of(robot, gaits, swings, model) if robot.hinges else {}
     multipliers = _multipliers(monodromy.reshape(-1, size, size))

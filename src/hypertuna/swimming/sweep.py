@@ -104,7 +104,7 @@ def sweep(
     ranges = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
     chunks: list[dict[str, Array]] = []
     with Journal(checkpoint, header) as journal:
-        pending = (Part.of(work.gaits, *ends) for ends in ranges[journal.known :])
+        pending = (Part.of(work.gaits, *ends) for ends in ranges[journal.unread :])
         with closing(map_shards(work.swimming.swim, pending, executor)) as swims:
             for first, last in ranges:
                 if checkpoint is None:

@@ -189,7 +189,7 @@ def _taubin(w: Points) -> Array | None:
 
 
 def _tightest(robot: Robot, gaits: Gaits, radius: Array, among: NDArray[np.bool_], steps: int) -> Tightest | None:
-    """Return the tightest turn of the gaits `among` in a grid, also between its neighbors in phase; None if no gait."""
+    """Return the tightest turn of the gaits `among` in a grid, refined in phase; None without gaits."""
     if not among.any():
         return None
     k = int(np.where(among, radius, math.inf).argmin())

@@ -144,6 +144,6 @@ def read_decays(path: str | Path | Table, robot: Robot, made: type[D]) -> tuple[
 
 
 def _decay(made: type[D], name: str, rows: Array, file: str) -> D:
-    """Return a decay from rows (rows, 3) of time, value and standard deviation, of which the rms is kept."""
+    """Return a decay from rows (rows, 3) of time, value and standard deviation; it keeps the rms of the last."""
     sd = float(np.sqrt(np.mean(rows[:, 2] ** 2))) / made.per_si
     return made(name, rows[:, 0], rows[:, 1] / made.per_si, None if math.isnan(sd) else sd, file)

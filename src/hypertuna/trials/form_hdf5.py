@@ -67,14 +67,13 @@ def _deeplabcut(file: Hdf5, frames: list[str], individual: str | None) -> Points
     for k, (one, animal) in enumerate(zip(columns, animals, strict=True)):
         if animal in (own, "single"):
             parts.setdefault(one[-2], {})[one[-1].lower()] = k
-    axes = [axis for axis in AXES if all(axis in own for own in parts.values())]
+    axes = [axis for axis in AXES if all(axis in of_part for of_part in parts.values())]
     if axes[:2] != ["x", "y"]:
         fix = "export it again"
         raise InputError("must have columns of x and y of each body part", file=file.file, key=name, fix=fix)
-    place = np.stack([values[:, [own[axis] for axis in axes]] for own in parts.values()], axis=1)
-    weight = [
-        values[:, own["likelihood"]] if "likelihood" in own else np.full(len(values), np.nan) for own in parts.values()
-    ]
+    place = np.stack([values[:, [of_part[axis] for axis in axes]] for of_part in parts.values()], axis=1)
+    unknown = np.full(len(values), np.nan)
+    weight = [values[:, of_part["likelihood"]] if "likelihood" in of_part else unknown for of_part in parts.values()]
     rows = Rows("frame", frame)
     return Points("DeepLabCut", file.file, tuple(parts), seen(place), np.stack(weight, axis=1), rows, frame=frame)
 

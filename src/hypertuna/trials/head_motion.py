@@ -131,5 +131,5 @@ def sideways(pose: Array, stretches: Sequence[Frames], length: float) -> bool:
 
 
 def speed_of(time: Array, pose: Array, *, part: float = 0.5) -> float:
-    """Return the speed of the head from frame to frame [m/s], the median or the value of another part of the frames."""
+    """Return a quantile of the head's speeds from frame to frame [m/s], by default the median."""
     return float(np.quantile(np.linalg.norm(np.diff(pose[:, :2], axis=0), axis=1) / np.diff(time), part))

@@ -87,7 +87,10 @@ class UnknownBegin:
         return np.concatenate([by_twist, by], axis=2) if self.twist else by
 
     def seen(self, replayed: Replayed, twist: Array | None, error: Array) -> tuple[Array, Array, Array]:
-        """Return a replay's poses (frames, 3) moved by first poses' errors, and derivatives by twist and by others."""
+        """Return the poses (frames, 3) of a replay from the first poses with their errors, and two sets of derivatives.
+
+        Those by the twist come first, then those by the other unknowns.
+        """
         computed, by_twist, by = replayed(twist)
         moved, derivatives = self.moved(computed, np.concatenate([by_twist, by], axis=2), error)
         return moved, derivatives[..., : by_twist.shape[2]], derivatives[..., by_twist.shape[2] :]

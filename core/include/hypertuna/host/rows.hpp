@@ -59,10 +59,10 @@ inline constexpr int row_width(int state) { return named_columns + state * (1 + 
 template <class S, class Law, class G>
 Measured<S> measured(const BeatNumbers<S>& beat, const Tank<S, Law, G>& tank, double length, double mass) {
     const S zero(base_t<S>(0.0));
-    const int groups = int(tank.groups.size());
     return {beat,
             mean_speed(beat, tank.frequency),
-            largest_rate(groups, tank.groups.data(), tank.frequency),
+            int(tank.groups.size()),
+            tank.groups.data(),
             tank.frequency,
             S(base_t<S>(length)),
             S(base_t<S>(mass)),

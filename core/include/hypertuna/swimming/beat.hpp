@@ -157,7 +157,9 @@ void measure_end(int steps, const Pose<S>& displacement, const BeatSample<S>* sa
     beat.power = mean * beat.power;
     beat.power_positive = mean * beat.power_positive;
     beat.loss = mean * beat.loss;
-    beat.torque_peak = peak<S>(steps, [&](int k) { return sample[k].load; });
+    const S none(std::numeric_limits<base_t<S>>::quiet_NaN()), most(std::numeric_limits<base_t<S>>::max());
+    const S highest = peak<S>(steps, [&](int k) { return sample[k].load; });
+    beat.torque_peak = select(abs(beat.power) <= most, highest, none);  // of a diverged beat, of its first steps alone
     beat.displacement = displacement;
     measure_path(steps, sample, beat);
 }

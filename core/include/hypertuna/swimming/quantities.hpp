@@ -35,7 +35,8 @@ template <class S>
 struct Measured {
     BeatNumbers<S> beat;
     S speed;                    // m/s: `mean_speed` of beat.hpp
-    S rate_peak;                // rad/s: `largest_rate` of gait.hpp
+    int groups;                 // number of joint groups
+    const Harmonic<S>* group;   // command of each joint group
     S frequency, length, mass;  // Hz; m and kg, of the whole body
     S towed_power;              // W, power to tow the straight body at this speed
     S residual, distance, beats;
@@ -88,7 +89,7 @@ inline constexpr Quantity<S> quantities[] = {
      [](const auto& m) { return m.beat.torque_peak; }},
     {{"rate_peak", "rad/s", "peak rate", "largest rate of any joint group over the beat", Shown::data, Better::small,
       true},
-     [](const auto& m) { return m.rate_peak; }},
+     [](const auto& m) { return largest_rate(m.groups, m.group, m.frequency); }},
     {{"turn_rate", "rad/s", "turn rate, counter-clockwise", "mean rate of turn, counter-clockwise", Shown::summary,
       Better::neither, true},
      [](const auto& m) { return m.beat.displacement.heading * m.frequency; }},

@@ -188,7 +188,7 @@ class Firmware(Part, table="firmware", keys=_analog_pins() | _answers(), how="as
                 yield Check(pin in pins, name, text, "choose another pin", f"{pin}")
                 yield _free(uses, pin, name)
 
-    def sizes(self, drives: Sequence[Drive], sensors: Collection[str]) -> Iterator[Check]:
+    def pin_checks(self, drives: Sequence[Drive], sensors: Collection[str]) -> Iterator[Check]:
         """Check that every servo and sensor of the joint groups' drives has its pin."""
         groups, counts = len(drives), {"servo_pins": (self.servo_pins, 2 + sum(len(one.servos) for one in drives))}
         for name in ANALOG:

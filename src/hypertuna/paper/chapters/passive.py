@@ -115,7 +115,7 @@ def answer_table(record: Mapping[str, Any]) -> Table:
     """Tabulate electrical costs at each speed, and largest speeds, with active joint and with hinge."""
     rows = []
     for name, law, label in _cases():
-        rows.append([_at(name), label, *_pair(record["electrical"][law], name), _members(record, law, name)])
+        rows.append([_speed_words(name), label, *_pair(record["electrical"][law], name), _members(record, law, name)])
         rows[-1].append(verdict(record, name))
     return Table(["speed", "water", "active", "passive", "change [%]", "family: change [%], members", "verdict"], rows)
 
@@ -127,7 +127,7 @@ def parts_table(record: Mapping[str, Any]) -> Table:
         pair = record["electrical"][law]
         settled = {"active": record["mechanical"][law]["active"], "passive": record["mechanical"][law][PLACE]}
         spring = f"{best['row']:.2f}" if (best := pair["passive"][name]) else ""
-        rows.append([_at(name), label, spring, _idle(record, pair, name), *_pair(settled, name)])
+        rows.append([_speed_words(name), label, spring, _idle(record, pair, name), *_pair(settled, name)])
     header = ["spring [N m/rad]", "idle pumps [%]", "active, mechanical", "passive, mechanical", "change [%]"]
     return Table(["speed", "water", *header], rows)
 
@@ -137,7 +137,7 @@ def _cases() -> Iterator[tuple[str, str, str]]:
     yield from ((name, law, label) for name in (*COSTS, "max") for law, label in LAWS.items())
 
 
-def _at(name: str) -> str:
+def _speed_words(name: str) -> str:
     """Return the words for a speed: "full speed", or its number with the unit."""
     return "full speed" if name == "max" else f"{name} m/s"
 
@@ -208,7 +208,9 @@ def fin_table(record: Mapping[str, Any]) -> Table:
         span, chord = fin["span"], fin["chord"]
         if span == chord == 1:
             continue
-        relative = {law: [_over(record["fins"][law][k], unchanged[law], *what) for what in FIN_KEYS] for law in LAWS}
+        relative = {
+            law: [_relative_change(record["fins"][law][k], unchanged[law], *what) for what in FIN_KEYS] for law in LAWS
+        }
         costs = [numbers[1] for numbers in relative.values()]
         judgment = "cheaper" if max(costs) < -SURE else "dearer" if min(costs) > SURE else "not decided"
         texts = [[f"{x:+z.0f}" if math.isfinite(x) else "not reached" for x in row] for row in relative.values()]
@@ -218,7 +220,7 @@ def fin_table(record: Mapping[str, Any]) -> Table:
     return Table(["span", "chord", "area", "aspect ratio", *header, "cost with the spring"], rows)
 
 
-def _over(fin: Mapping[str, Any], unchanged: Mapping[str, Any], kind: str, name: str) -> float:
+def _relative_change(fin: Mapping[str, Any], unchanged: Mapping[str, Any], kind: str, name: str) -> float:
     """Return the change of a cost or of the largest speed from the unchanged fin [%]; infinite where not reached."""
     key, (new, old) = "speed" if name == "max" else "cost", (one[kind][name] for one in (fin, unchanged))
     return float(100 * (new[key] / old[key] - 1)) if new and old else math.inf

@@ -1,6 +1,6 @@
 """Verdicts of the ledger, stored with their provenance for the studio, which does not compute the ledger.
 
-python -m hypertuna.paper.verdicts  # compute the ledger and store its verdicts, about 20 s
+python validation/paper/verdicts.py  # compute the ledger and store its verdicts, about 20 s
 """
 
 import json
@@ -12,7 +12,7 @@ from hypertuna.paper.computed import MODELS
 from hypertuna.paper.ledger import CLASSES, MARKS
 from hypertuna.paper.reproduce import Ledger, reproduce
 
-COMMAND = "python -m hypertuna.paper.verdicts"
+COMMAND = "python validation/paper/verdicts.py"
 FACTS = ("hypertuna_version", "isa", "robot", "robot_hash")  # facts of provenance that are stored with the verdicts
 
 
