@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
+from hypertuna.cli.environment import check_environment
 from hypertuna.cli.main import COMMANDS, app
 
 HEAVY = ("h5netcdf", "jinja2", "matplotlib", "numpy", "pandas", "pydantic", "rich", "scipy", "tomlkit", "xarray")
@@ -90,3 +91,36 @@ def test_figures_take_no_style_from_the_folder_or_the_shell(tmp_path: Path, styl
     result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=shell, timeout=300)
     assert (result.returncode, result.stderr) == (0, "")
     assert (tmp_path / "out.svg").read_bytes().endswith(b"</svg>\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "largest"),
+    [
+        ("SOURCE_DATE_EPOCH", "x", 253402300799),
+        ("SOURCE_DATE_EPOCH", "1e9", 253402300799),
+        ("SOURCE_DATE_EPOCH", "253402300800", 253402300799),
+        ("SOURCE_DATE_EPOCH", "9" * 20, 253402300799),
+        ("NUMPY_MADVISE_HUGEPAGE", "x", 1),
+    ],
+)
+def test_a_number_of_the_shell_that_libraries_cannot_read_is_one_sentence(
+    tmp_path: Path, name: str, value: str, largest: int
+) -> None:
+    """NumPy and Matplotlib would end with a traceback; 253402300800 s after 1970 the year 10000 begins."""
+    command = [sys.executable, "-m", "hypertuna", *SWIM, "--plot", "out.svg"]
+    result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=os.environ | {name: value})
+    rule = f"must be a whole number from 0 to {largest}, but is '{value}'"
+    assert result.stderr == f"error: {name} {rule}: correct the variable, or unset {name}.\n"
+    assert (result.returncode, result.stdout, list(tmp_path.iterdir())) == (2, "", [])
+
+
+def test_variables_of_the_shell_without_a_value_are_as_if_unset(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {
+        "SOURCE_DATE_EPOCH": "",
+        "NUMPY_MADVISE_HUGEPAGE": "0",
+        "NPY_PROMOTION_STATE": "legacy",
+    }.items():
+        monkeypatch.setenv(name, value)
+    check_environment()
+    present = [name for name in ("SOURCE_DATE_EPOCH", "NPY_PROMOTION_STATE") if name in os.environ]
+    assert (present, os.environ["NUMPY_MADVISE_HUGEPAGE"]) == ([], "0")

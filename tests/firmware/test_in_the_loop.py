@@ -239,6 +239,13 @@ def test_json(run: Run, pc: Path) -> None:
     assert found["instructions_per_tick_max"] is None
 
 
+@pytest.mark.parametrize(("fault", "reason"), [("battery:nan@10", "battery_lost"), ("field:nan@10", "compass_lost")])
+def test_reasons_of_the_pilot_are_printed(run: Run, pc: Path, fault: str, reason: str) -> None:
+    """A lost compass is a reason of the pilot alone, not among the faults."""
+    _, told, _ = run("hil", "--scenario", "box", "--fault", fault, "--ticks", "1400", "--json")
+    assert json.loads(told)["reasons"] == [reason]
+
+
 def test_a_run_without_a_way_to_go_is_not_given_up(fish: ht.Robot, pc: Path) -> None:
     assert firmware_in_the_loop(fish, find_scenario("afloat"), ticks=20).status is None
     assert firmware_in_the_loop(fish, find_scenario("box"), ticks=20).status == "given up"

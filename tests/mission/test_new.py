@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -155,3 +156,16 @@ def test_a_robot_without_a_pilot_has_no_mission(run: Run) -> None:
     assert code == 2
     assert errors.startswith("error: robots/rexeel.toml: ")
     assert not Path("own.toml").exists()
+
+
+def test_a_file_whose_name_no_mission_can_have_is_not_written(run: Run) -> None:
+    code, output, errors = run("mission", "new", "two\nlines.toml")
+    rule = "name must be one line without control characters, but is 'two\\nlines': give the name of the mission."
+    assert (code, output, errors, os.listdir()) == (2, "", f"error: {rule}\n", [])
+
+
+def test_a_file_that_is_written_is_read_whichever_case_its_ending_has(run: Run) -> None:
+    assert run("mission", "new", "OWN.TOML")[0] == 0
+    assert read_mission("OWN.TOML").name == "OWN"
+    Path("FISH.TOML").write_text(first_robot("fish"))
+    assert ht.load("FISH.TOML").name == "fish"

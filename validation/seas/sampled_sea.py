@@ -54,7 +54,7 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "body:tethered": ("no_progress", "stranded", "no_answer", "swept"),
     "body:held": ("no_progress", "stranded", "no_answer", "swept"),
     "compass turned": ("compass",),
-    "compass iron": ("compass",),
+    "compass iron": ("compass", "not_ready"),  # a field too weak or strong: it does not arm
     "receiver elsewhere": ("fixes_refused",),
 }
 KINDS = tuple(FAULTS)  # of failures

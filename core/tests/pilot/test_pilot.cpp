@@ -187,6 +187,14 @@ static void each_failure_has_its_rule() {
     const Shown blind = run([&](auto& r, int k) { late(k) ? void(r.robot.rate[1] = nan) : void(); });
     CHECK(blind.was(Reason::imu_lost) && blind.end.last.mode == Mode::hold && blind.end.fish.z > -0.15);
     CHECK(blind.finite && std::fabs(blind.end.fish.speed) < 0.05);
+    // Where the depth is gone as well, nothing shows the surface: the robot stops a minute after the loss at 80 s.
+    const auto blinded = [&](auto& r, int k) { late(k) ? void(r.depth = r.robot.rate[1] = nan) : void(); };
+    const auto deep = [&](auto& r, int k) { blinded(r, k), r.fixed = r.fixed && !late(k); };
+    const Shown lost = watch(box.mission, Water{}, 145, 7, deep);
+    CHECK(lost.was(Reason::imu_lost) && lost.was(Reason::depth_lost) && lost.end.last.mode == Mode::hold);
+    // Two minutes without a compass do not suffice for the way home from the far corner.
+    const Shown turned = run([&](auto& r, int k) { 30000 < k ? void(r.field[1] = nan) : void(); });
+    CHECK(turned.was(Reason::compass_lost) && turned.end.last.mode == Mode::hold && turned.end.fish.z > -0.15);
     // Without satellites the robot keeps trying for a fix, stays near the middle, and comes home by dead reckoning when
     // the time is up.
     Mission<double> brief = box.mission;

@@ -1,6 +1,6 @@
 """The command `hypertuna hil`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -124,11 +124,17 @@ def _record(run: FirmwareRun) -> dict[str, Any]:
         "refused": {reason: len(ticks) for reason, ticks in run.refused.items()},
         "mode": _core.mode_table()[last["mode"]][0],
         "state": _core.state_table()[last["state"]][0],
-        "faults": [row[0] for bit, row in enumerate(_core.fault_table()) if int(last["faults"]) >> bit & 1],
+        "faults": _names(_core.fault_table(), last["faults"]),
     }
     if mission is not None:
         record |= {"status": run.status, "distance_m": mission.distance, "energy_wh": mission.energy / 3600}
+        record |= {"reasons": _names(_core.reason_table(), last["reasons"])}
     return record
+
+
+def _names(table: Sequence[Sequence[Any]], bits: Any) -> list[str]:
+    """Return the names of the rows of a table whose bits are set."""
+    return [row[0] for bit, row in enumerate(table) if int(bits) >> bit & 1]
 
 
 def _lines(run: FirmwareRun) -> Iterator[Any]:
@@ -143,6 +149,7 @@ def _lines(run: FirmwareRun) -> Iterator[Any]:
         status = f"{record['status']}, " if record["status"] is not None else ""
         distance = f"{record['distance_m']:.1f} m over ground"
         yield f"at the end: {status}{distance}, state {record['state']}, mode {record['mode']}"
+        yield f"reasons of the pilot at the end: {', '.join(record['reasons']) or 'none'}"
     for side, packets in run.air.items():
         counts = f"{packets['sent']} packets, {packets['lost']} lost, {packets['damaged']} damaged"
         yield f"radio of the {side}: {counts}, {packets['dropped']} bytes dropped"

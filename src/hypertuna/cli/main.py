@@ -1,15 +1,14 @@
 """The program `hypertuna`: its commands, imported when called, and its exit codes."""
 
-import contextlib
 import errno
 import gc
-import os
 import sys
 from typing import Annotated, Any
 
 import typer
 
 from hypertuna.cli.command import TableGroup, UsageError
+from hypertuna.cli.environment import check_environment
 from hypertuna.cli.streams import (
     INTERRUPTED,
     drop_unwritable_output,
@@ -207,21 +206,11 @@ def program(
     """Open digital twin for robotic fish, rigid or soft. Exit code 2 means bad input."""
 
 
-def skip_styles() -> None:
-    """Keep Matplotlib from styles of the shell or of this folder, which may be a stranger's: figures have their own."""
-    for name in ("MATPLOTLIBRC", "MPLBACKEND"):
-        os.environ.pop(name, None)
-    if os.path.lexists("matplotlibrc"):
-        with contextlib.chdir(os.path.dirname(__file__)):  # the file of the present folder is read at the import
-            import matplotlib  # noqa: F401
-
-
 def main() -> None:
     """Run the program: bad input is one sentence on the error output, and exit code 2."""
     gc.set_threshold(50_000)  # most objects made at the start stay: collect garbage less often
     open_streams()
     end_on_signals()
-    skip_styles()
     if sys.argv[1:2] == ["help"]:
         sys.argv[1:] = [*sys.argv[2:], "--help"]
     code = _run()
@@ -235,6 +224,7 @@ def main() -> None:
 def _run() -> Any:
     """Run the command; return the exit code."""
     try:
+        check_environment()
         code = app(standalone_mode=False)
         sys.stdout.flush()
         return code

@@ -355,7 +355,7 @@ def load(robot: str | Path) -> Robot:
     InputError
         If the file is missing or invalid: one sentence with file, key, rule, value and fix.
     """
-    by_name = not str(robot).endswith(".toml") and not set("/\\") & set(str(robot))
+    by_name = not str(robot).lower().endswith(".toml") and not set("/\\") & set(str(robot))
     file = f"robots/{robot}.toml" if by_name else str(robot)
     path = shipped("robots") / f"{robot}.toml" if by_name else Path(robot)
     if by_name and os.path.isdir(robot):

@@ -71,7 +71,7 @@ def find_scenario(name: str, robot: Robot | None = None) -> Scenario:
         gait = named_gait(robot, name[5:])
         silent = SILENT if name.startswith("lost:") else None
         return Scenario(name, Mission(()), gait, silent=silent, cable=True)
-    if name not in missions() and not name.endswith(".toml"):
+    if name not in missions() and not name.lower().endswith(".toml"):
         choices = ["random", "afloat", *(f"gait:{gait}" for gait in (robot.gaits if robot else ())), *missions()]
         raise InputError("is no scenario", key="--scenario", value=repr(name), fix=did_you_mean(name, choices))
     return scenario_of(read_mission(name), name)

@@ -76,7 +76,7 @@ def read_mission(path: str | Path) -> MissionFile:
     if Path(name).suffix.lower() in PLANS:
         command = f"hypertuna mission import {shlex.quote(name)} -o {shlex.quote(Path(name).stem)}.toml"
         raise InputError(f"is a plan, not a mission: `{command}` makes one of it", file=name)
-    if not name.endswith(".toml"):
+    if not name.lower().endswith(".toml"):
         if name not in missions():
             rule, fix = "must be a .toml file or a mission that comes with hypertuna", did_you_mean(name, missions())
             raise InputError(rule, key="mission", value=shown(name), fix=fix)

@@ -8,6 +8,7 @@ from hypertuna.description.commented import commented
 from hypertuna.description.robot import Robot, require, robots
 from hypertuna.errors import InputError
 from hypertuna.mission.checks import OVERSHOOT, PILOTED, deepest_limit
+from hypertuna.mission.file import parse_mission
 from hypertuna.mission.schema import Document
 
 BELOW_FASTEST = 0.86  # fraction of the fastest gait's speed; the rest is kept for currents
@@ -71,6 +72,7 @@ def new_mission(robot: Robot, name: str) -> str:
             "duration_s": 60.0 * math.ceil((TIME_FACTOR * 4 * side / speed + EXTRA_TIME) / 60),
         },
     }
+    parse_mission(document)  # its name, which is that of the file, may be none of a mission
     header = HEADER.format(
         robot=robot.name, part=BELOW_FASTEST, fastest=table.speed[-1], error=error_of_fixes(robot), turn=turn
     )

@@ -170,7 +170,7 @@ def swimmers() -> tuple[str, ...]:
 
 def read_swimmer(swimmer: str | Path) -> Swimmer:
     """Read a published swimmer: the name of one that comes with hypertuna, or the path of a TOML file."""
-    by_name = not str(swimmer).endswith(".toml")
+    by_name = not str(swimmer).lower().endswith(".toml")
     if by_name and swimmer not in swimmers():
         fix = did_you_mean(str(swimmer), swimmers())
         raise InputError("must be a known swimmer or the path of a .toml file", key=str(swimmer), fix=fix)

@@ -109,7 +109,7 @@ T seconds(const Guidance<T>& model, int ticks) {
 /// Count ticks while a condition holds, and return whether it has held for `limit` seconds.
 template <class T>
 bool lasts(int& ticks, bool holds, T limit, T period) {
-    ticks = !holds ? 0 : T(ticks) * period < limit ? ticks + 1 : ticks;
+    ticks = !holds ? 0 : ticks < 1 << 30 ? ticks + 1 : ticks;  // on beyond the limit: longer ones ask as well
     return holds && limit <= T(ticks) * period;
 }
 
