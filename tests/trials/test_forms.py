@@ -17,6 +17,7 @@ from tracked_files import (
     TrackedFile,
     columns,
     kinovea,
+    motive,
     numbers,
     pixels,
     seconds,
@@ -311,3 +312,19 @@ def test_times_of_kinovea_s_code_are_as_coarse_as_it(tmp_path) -> None:
     markers = read_markers(path, **PX)
     assert markers.time == pytest.approx(np.array(FRAMES) / RATE, abs=0.0051)
     assert "is rounded to 0.01 s, 0.5 frames" in " ".join(markers.notes)
+
+
+def test_a_fish_that_swims_up_the_wall_is_refused(tmp_path) -> None:
+    """Motive's y points up, unless the lab exported with z up: then the fish would swim in an upright plane."""
+    text = motive(swim())
+    path = tmp_path / "swim.csv"
+    path.write_text(text)
+    assert read_markers(path).place.shape[1] == 6
+    rows = [row.split(",") for row in text.splitlines()]
+    for row in rows[7:]:
+        for m in range(2, 20, 3):
+            row[m + 1 : m + 3] = [f"{-float(row[m + 2] or 'nan'):.6g}", row[m + 1]]
+    path.write_text("\n".join(map(",".join, rows)).replace("nan", ""))
+    with pytest.raises(ht.InputError, match="y must point up, as the form of Motive says, but the fish moves along y"):
+        read_markers(path)
+    np.testing.assert_allclose(read_markers(path, vertical="z").place, swim(), atol=2e-5)

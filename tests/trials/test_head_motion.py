@@ -59,6 +59,14 @@ def lines(place):
     return place
 
 
+def cubic(place):
+    """6 lost frames, each marker moved along the cubic through two places before and after."""
+    known, lost = np.array([18, 19, 26, 27]), np.arange(20, 26)
+    flat = place.reshape(len(place), -1)
+    flat[lost] = np.vander(lost - 22.5, 4) @ np.linalg.solve(np.vander(known - 22.5, 4), flat[known])
+    return place
+
+
 def doubled(place):
     """Half of the frames, the others halfway between them."""
     place[1:-1:2] = (place[:-2:2] + place[2::2]) / 2
@@ -77,8 +85,9 @@ def resting(place):
         (flipped(range(20, 32)), "the head flips between 0.3167 and 0.3333 s, the first of 2 times"),
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
         (filled, "6 frames repeat the one before: are lost ones filled in?"),
-        (lines, "20 frames lie on straight lines between others: are lost ones filled in?"),
-        (doubled, "23 frames lie on straight lines between others: are lost ones filled in?"),
+        (lines, "20 frames lie on straight lines or cubics between others: are lost ones filled in?"),
+        (doubled, "23 frames lie on straight lines or cubics between others: are lost ones filled in?"),
+        (cubic, "8 frames lie on straight lines or cubics between others: are lost ones filled in?"),
     ],
 )
 def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, change, sentence: str) -> None:
@@ -109,13 +118,15 @@ def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) 
         ('angle_unit = "deg"', 'angle_unit = "deg"\nclockwise = true', "yaws against the model, with the joint angles"),
         ("joints", "radians", "are the angles in radians?"),
         ("poses", "millimeters", "lengths a second: check length_unit"),
+        ("poses", "centimeters", "of the robot's lengths a beat, more than any swimmer: check length_unit"),
     ],
 )
 def test_a_manifest_in_other_units_is_unlikely(run: Run, tmp_path: Path, old: str, new: str, sentence: str) -> None:
     assert imported(run, tmp_path, lambda place: place)[0] == 0
     path = tmp_path / "out.toml"
-    if new in ("radians", "millimeters"):
-        table, factor = tmp_path / f"a-{old}.csv", np.pi / 180 if new == "radians" else 1000.0
+    factors = {"radians": np.pi / 180, "millimeters": 1000.0, "centimeters": 10.0}
+    if factor := factors.get(new):
+        table = tmp_path / f"a-{old}.csv"
         columns = slice(1, None) if new == "radians" else slice(1, 3)
         comment, head, *rows = table.read_text().splitlines()
         values = np.array([row.split(",") for row in rows], dtype=float)
