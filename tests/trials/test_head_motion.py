@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hypertuna as ht
+from hypertuna.trials.trials import implausible
 from program import Run
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
@@ -138,3 +140,27 @@ def test_a_manifest_in_other_units_is_unlikely(run: Run, tmp_path: Path, old: st
     assert code == 0, errors
     warnings = json.loads(output)["warnings"]
     assert (len(warnings), sentence in " ".join(warnings)) == (bool(sentence), True), warnings
+
+
+def test_a_turn_against_the_model_is_told(tmp_path: Path) -> None:
+    """A circle by biased joints, whose log has the bias of the other sign: the beats of the yaw agree, the turn not."""
+    fish, time = ht.load("hypertuna"), np.arange(241) / 60
+    wave = np.radians([10, 20]) * np.sin(2 * np.pi * 2 * time[:, np.newaxis] - np.array([0, 0.6]))
+    bias = np.radians([4, 8])
+    swim = ht.replay(fish, ht.smooth(ht.JointSeries(time, wave + bias), noise=0.0))
+    poses = np.column_stack([time, *(np.interp(time, swim.time, swim[key]) for key in ("x", "y"))])
+    yaw = np.interp(time, swim.time, np.unwrap(swim["heading"])) + np.pi
+    np.savetxt(tmp_path / "poses.csv", np.column_stack([poses, yaw]), "%.6f", ",", header="time_s,x,y,yaw", comments="")
+    manifest = """format = 1
+[[recordings]]
+name = "circle"
+begin = "rest"
+joints = {file = "joints.csv", columns = ["a", "b"], unit = "rad", noise_deg = 0.0}
+poses = {files = ["poses.csv"], x = "x", y = "y", yaw = "yaw", length_unit = "m", angle_unit = "rad"}
+"""
+    (tmp_path / "a.toml").write_text(manifest)
+    for sign, sentence in ((1, False), (-1, True)):
+        joints = np.column_stack([time, wave + sign * bias])
+        np.savetxt(tmp_path / "joints.csv", joints, "%.6f", ",", header="time_s,a,b", comments="")
+        _, warnings = implausible(ht.read_trials([tmp_path / "a.toml"], fish), fish)
+        assert ("turns against the model" in " ".join(warnings)) == sentence, (yaw[-1] - yaw[0], warnings)

@@ -252,10 +252,8 @@ def test_a_marker_that_stands_still_is_named(eel, tmp_path):
     noise = np.random.default_rng(2).normal(0.9, NOISE, (len(rows), 2))
     corner = [f"{row},{x:.6f},{y:.6f}" for row, (x, y) in zip(rows, noise, strict=True)]
     (tmp_path / "a.csv").write_text("\n".join([f"{head},corner_x,corner_y", *corner]) + "\n")
-    run = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions())
-    assert "marker corner stands still while the others move: if it is none of the body, give --leave-out" in refusal(
-        run
-    )
+    with pytest.raises(ht.InputError, match="marker corner must move with the others, or be left out, but is still"):
+        read_marker_run(eel, tmp_path / "a.csv")
     assert fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(leave_out=["corner"])).refusal() is None
 
 
