@@ -86,6 +86,8 @@ def resting(place):
     [
         (flipped(range(20, 32)), "the head flips between 0.3167 and 0.3333 s, the first of 2 times"),
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
+        (lambda place: place - place[:, :1], "stands still while others move: are the places from it, or is the fish"),
+        (lambda place: place - place.mean(axis=1, keepdims=True), "the mean of the markers stands still while others"),
         (filled, "6 frames repeat the one before: are lost ones filled in?"),
         (lines, "20 frames lie on straight lines or cubics between others: are lost ones filled in?"),
         (doubled, "23 frames lie on straight lines or cubics between others: are lost ones filled in?"),

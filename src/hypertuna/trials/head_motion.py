@@ -18,6 +18,7 @@ FASTEST = 20.0  # lengths a second: beyond the bursts of fish
 OFTEN = 0.1  # of the steps: more jumps leave no stretch of frames that would do
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
 FEWEST, MANY = 3, 0.25  # markers and frames in a row, or part of all frames, that make straight lines no chance
+CENTERED = 1e-3  # of the body: markers whose mean moves less are given from it
 STILL = 0.05  # of the next smallest way: a marker that goes less stands still
 ABEAM = 1.2  # way to the side over way ahead: beyond 50 deg
 FILLED = (2, 4)  # orders of differences that vanish on straight lines and on cubics
@@ -113,6 +114,12 @@ def still_of(place: Array) -> int | None:
     size[shown] = np.linalg.norm(high - low, axis=1)
     order = np.argsort(size)
     return int(order[0]) if len(size) > 2 and size[order[0]] < STILL * size[order[1]] else None
+
+
+def follows(place: Array) -> bool:
+    """Whether the mean of all markers (frames, markers, 2) stands still, as no body does: their places are from it."""
+    mean = place[np.isfinite(place).all(axis=(1, 2))].mean(axis=1)
+    return len(mean) > FEWEST and bool(np.ptp(mean, axis=0).max() < CENTERED * np.nanmax(np.ptp(place, axis=1)))
 
 
 def _off_course(pose: Array, stretches: Sequence[Frames], length: float) -> list[Array]:

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
-from hypertuna.trials.head_motion import OFTEN, filled_of, jump_sentences, jumps_of, repeats_of, still_of, tail_first
+from hypertuna.trials.head_motion import (
+    OFTEN,
+    filled_of,
+    follows,
+    jump_sentences,
+    jumps_of,
+    repeats_of,
+    still_of,
+    tail_first,
+)
 from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
 from hypertuna.trials.plausibility import BEYOND
@@ -176,6 +185,9 @@ class MarkerRun:
         if filled := filled_of(self.markers.place):
             text = "frames lie on straight lines or cubics between others: are lost ones filled in? Leave them empty"
             sentences.append(f"{filled} {text}")
+        if (still := still_of(self.markers.place)) is not None or follows(self.markers.place):
+            what = "the mean of the markers" if still is None else f"marker {self.places.names[still]}"
+            sentences.append(f"{what} stands still while others move: are the places from it, or is the fish held?")
         if tail_first(self.head, self.stretches, float(self.chain.length.sum())):
             text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
             sentences.append(f"{text}; give them from nose to tail, or --tail-first")
