@@ -15,6 +15,7 @@ Frames = NDArray[np.intp]
 
 FLIP = math.pi / 2  # rad: half of a flip. What turns by more in a frame has no known sense of turn, either
 FASTEST = 20.0  # lengths a second: beyond the bursts of fish
+LONGEST_STRIDE = 3.0  # lengths a beat: the fastest fish go about one
 OFTEN = 0.1  # of the steps: more jumps leave no stretch of frames that would do
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
 FEWEST, MANY = 3, 0.25  # markers and frames in a row, or part of all frames, that make straight lines no chance

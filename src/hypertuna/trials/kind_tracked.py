@@ -15,7 +15,7 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.comparison import repeatability
-from hypertuna.trials.head_motion import speed_of
+from hypertuna.trials.head_motion import LONGEST_STRIDE, speed_of
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plausibility import implausible_recording
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-LONGEST_STRIDE = 3.0  # lengths a beat: the fastest fish go about one
 TURN = math.radians(20)  # of a run, measured and computed, whose sides are compared
 AGAINST = -0.8  # correlation of measured and computed yaw below which they are of opposite signs
 MIN_RUNS = 4  # least number of runs whose scatter gives a recording's noise; otherwise the fit estimates it
