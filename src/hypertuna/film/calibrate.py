@@ -132,7 +132,7 @@ def _posed(
         raise InputError("must not lie on one line", file=file, key="the points", fix="give the corners of the tank")
     if np.linalg.det(np.linalg.lstsq(spread * [1, -1], centered, rcond=None)[0]) < 0:
         rule = "must not be mirrored: x, y and up are right-handed"
-        fix = "is each pixel beside its own point, and v from the top? Else film without a mirror and not as a selfie, or "
+        fix = "is each pixel beside its own point, v from the top? Else film without a mirror, not as a selfie, or "
         fix += "mirror the film back (ffmpeg -vf hflip), or swap x and y"
         raise InputError(rule, file=file, key="the points", fix=fix)
     start = np.array([middle[0], middle[1], 0.0, 0.0, np.angle(factor), 0.0])
