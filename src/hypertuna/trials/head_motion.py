@@ -56,18 +56,20 @@ def jump_sentences(time: Array, flips: Frames, leaps: Frames) -> list[str]:
     return sentences
 
 
-def repeats_of(place: Array) -> int:
+def repeats_of(place: Array, within: float = 0.0) -> int:
     """Return how many frames of markers (frames, markers, 2) repeat the one before while the body moves.
 
-    A body at rest may repeat frames. It does not stop from its usual speed within a frame, and start so, too.
+    within: part of the usual step up to which a frame repeats. A body at rest may repeat frames. It does not stop from
+    its usual speed within a frame, and start so, too.
     """
     step = np.asarray(np.abs(np.diff(place, axis=0)))
     moved = step[np.isfinite(step) & (step > 0)]
-    seen, same = np.asarray(np.isfinite(place).all(axis=2)), np.isnan(step) | (step == 0)
+    size = np.max(np.nan_to_num(step), axis=(1, 2))
+    least = within * float(np.median(size)) if len(size) else 0.0
+    seen, same = np.asarray(np.isfinite(place).all(axis=2)), np.isnan(step) | (step <= least)
     still = np.asarray(same.all(axis=(1, 2)) & (seen[1:] == seen[:-1]).all(axis=1) & seen[1:].any(axis=1))
     if not still.any() or not len(moved):
         return 0
-    size = np.max(np.nan_to_num(step), axis=(1, 2))
     usual = float(np.median(size[~still]))
     if usual <= RESOLVED * float(moved.min()):
         return 0
