@@ -130,6 +130,13 @@ def dltdv() -> bytes:
     return _mat({"udExport": {"data": {"xypts": csc_matrix(flat), "nFrames": FRAMES}}})
 
 
+def qualisys() -> bytes:
+    """An export of Qualisys: markers, x, y, z and a residual, frames; beside settings."""
+    place = np.concatenate([swim(), np.zeros((FRAMES, len(NAMES), 2))], axis=2)
+    labeled = {"Count": len(NAMES), "Labels": np.array(NAMES, object), "Data": place.transpose(1, 2, 0)}
+    return _mat({"run": {"StartFrame": 20, "FrameRate": RATE, "Trajectories": {"Labeled": labeled}}})
+
+
 def _mat(arrays, **options) -> bytes:
     from scipy.io import savemat
 
@@ -296,6 +303,7 @@ FORMS: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "MATLAB, compressed": (".mat", lambda: matlab(do_compression=True), "MATLAB"),
     "MATLAB 7.3": (".mat", matlab73, "MATLAB 7.3"),
     "DLTdv": (".mat", dltdv, "DLTdv"),
+    "Qualisys, MATLAB": (".mat", qualisys, "Qualisys"),
     "TRex": (".npz", trex, "TRex"),
     "C3D": (".c3d", c3d, "C3D"),
     "workbook": (".xlsx", workbook, "plain columns"),

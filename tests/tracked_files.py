@@ -241,6 +241,24 @@ def ethovision(place: np.ndarray) -> str:
     return table(rows, ";")
 
 
+def kinovea(place: np.ndarray, coded: bool) -> str:
+    """One point after the other, and a time code in hundredths of seconds, or names and milliseconds."""
+    lines = ["#Kinovea Trajectory data export", "#T X Y", *[""] * (not coded)]
+    for m, name in enumerate(NAMES):
+        lines += [] if coded else [f"# {name}"]
+        for k, (x, y) in zip(FRAMES, place[:, m], strict=True):
+            time = f"0:00:00:{100 * k / RATE:02.0f}" if coded else f"{1000 * k / RATE:.3f}"
+            lines += [f"{time} {x:.6g} {y:.6g} "] * bool(np.isfinite(x))
+        lines.append("")
+    return "\n".join(lines)
+
+
+def stamps(place: np.ndarray) -> str:
+    """Seconds and nanoseconds in two columns, as ROS writes them."""
+    head, *rows = columns(place, "", [f"{1764187812 + k // 60},{k % 60 * 10**9 // 60}" for k in FRAMES]).split("\n")
+    return "\n".join([f"header.stamp.sec,header.stamp.nanosec{head}", *rows])
+
+
 def long(place: np.ndarray, animals: bool) -> str:
     rows = [["frame", *["individual"] * animals, "bodypart", "x", "y", "likelihood"]]
     for k, frame in reversed(list(zip(FRAMES, place, strict=True))):
@@ -269,6 +287,11 @@ def clocked(clock: str, times: Sequence[str], **more: Any) -> Callable[[np.ndarr
     return lambda place: columns(place, clock, times, **more)
 
 
+def clock(seconds: float) -> str:
+    """Return a time of the day."""
+    return f"{seconds % 86400 // 3600:02.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
+
+
 FPS = {"frame_rate": RATE}
 SINCE_1970 = [str(1764187812000000000 + round(k * 1e9 / RATE)) for k in FRAMES]
 FILES = (
@@ -278,6 +301,12 @@ FILES = (
     of("timestamps in us", clocked("timestamp", seconds(1e-6, digits=0)), **FPS),
     of("timestamps in ticks of 100 ns", clocked("timestamp", seconds(1e-7, digits=0)), **FPS),
     of("dates", clocked("datetime", [f"2026-05-04T12:30:{15 + k / RATE:09.6f}+02:00" for k in FRAMES])),
+    of("seconds and nanoseconds", stamps),
+    of("times of the day over midnight", clocked("time", [clock(86399.9 + k / RATE) for k in FRAMES])),
+    of("a frame rate in a comment", lambda p: f"# fps: {RATE:g}\n{columns(p, 'frame', numbers())}"),
+    TrackedFile("a unit in a comment", lambda p: f"# unit: mm\n{columns(1e3 * p, 'time_s', seconds())}"),
+    of("spaces, names in a comment", lambda p: "# " + columns(p, "time_s", seconds(), mark=" ", missing="nan"), ".txt"),
+    of("bars", clocked("time_s", seconds(), mark="|"), ".txt"),
     of("hours, minutes, seconds", clocked("Time (hh:mm:ss.fff)", [f"0:00:{k / RATE:09.6f}" for k in FRAMES])),
     of("timestamps in ns since 1970", clocked("timestamp_ns", SINCE_1970)),
     of("frames as floats", clocked("frame", numbers("{}.0")), **FPS),
@@ -306,6 +335,7 @@ FILES = (
     TrackedFile("Vicon", vicon),
     TrackedFile("TRC", trc, suffix=".trc"),
     TrackedFile("Tracker", lambda p: names_above(p, "t", "", seconds(), "#multi:\n"), {}),
+    of("Kinovea", lambda p: kinovea(p, coded=False), ".txt"),
     of("names above x and y", lambda p: names_above(p, "", "bodypart", numbers()), **FPS),
     TrackedFile("EthoVision", ethovision, suffix=".txt"),
     of("rows of frames and markers", lambda p: long(p, animals=False), **FPS),

@@ -253,3 +253,12 @@ def test_the_figure_and_the_table_have_every_run(begun: Path) -> None:
     above, below = result.plot().axes
     assert np.allclose(above.lines[1].get_ydata(), [100 * step.half_width for step in tank.steps])
     assert len(below.lines) == len(result.unknowns.names)
+
+
+def test_a_speed_of_many_lengths_a_beat_is_refused_however_little_is_known() -> None:
+    """In cm/s, which the first prediction, within a factor of 11, would not tell."""
+    with TankDesign(None, MINNOW) as tank:
+        run = tank.ask().choices[0].run
+        with pytest.raises(InputError, match="must be at most 3 of the robot's lengths a beat, but is 21 m/s"):
+            tank.tell([Measurement(run, "speed", 21.0, name="run-01")])
+        tank.tell([Measurement(run, "speed", 0.21, name="run-01")])

@@ -142,3 +142,56 @@ def test_command(tmp_path, tilt) -> None:
     assert off == pytest.approx(np.degrees(np.hypot(*tilt)), abs=0.06)
     own = ["trials", "camera", "--size", "320,240", "--focal", "300", "--height", "1.5", "-o", str(output)]
     assert "is taken to look straight down" in CliRunner().invoke(app, own).output
+
+
+def change(rows, how):
+    """Points of the tank after a mistake."""
+    u, v, x, y = np.array(rows).T
+    return {
+        "next one": np.column_stack([u, v, np.roll(x, 1), np.roll(y, 1)]),
+        "mm": np.column_stack([u, v, 1000 * x, 1000 * y]),
+        "parts": np.column_stack([u / 320, v / 240, x, y]),
+        "larger picture": np.column_stack([2 * u, 2 * v, x, y]),
+        "twice": np.array([rows[0], *rows[:-1]]),
+        "exchanged": np.column_stack([u, v, x[[1, 0, *range(2, len(x))]], y[[1, 0, *range(2, len(y))]]]),
+    }[how]
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ("next one", "px off in the mean: is each pixel beside its own point, in m"),
+        ("mm", "the focal length must be from 0.2 to 10 times the picture's width of 320 px, but is 0.28"),
+        ("parts", "u_px and v_px must be pixels, but is close together: parts of the picture's width and height"),
+        ("larger picture", "the points must lie in the picture of 320 x 240 px, but is [600.0, 30.0]: give the size"),
+        ("twice", "the points must be distinct, but is given twice"),
+        ("exchanged", "is each pixel beside its own point"),
+    ],
+)
+def test_corners_that_no_camera_sees_are_refused(tmp_path, how, sentence) -> None:
+    """Four corners in order around the picture."""
+    there, _ = EYE.rays(0.0)
+    rows = [(u, v, *there[v, u]) for u, v in ((20, 15), (300, 15), (300, 225), (20, 225))]
+    lines = [",".join(f"{value:.6f}" for value in row) for row in change(rows, how)]
+    (tmp_path / "c.csv").write_text("\n".join(["u_px,v_px,x_m,y_m", *lines]))
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        calibrate(size=EYE.size, corners=tmp_path / "c.csv", height=1.5, lens_k1=EYE.k1)
+
+
+def test_a_height_in_another_unit_or_a_focal_length_in_mm_is_refused(tmp_path) -> None:
+    file = corners(EYE, tmp_path / "corners.csv")
+    with pytest.raises(InputError, match="must be from 0.2 to 10 times the picture's width of 320 px"):
+        calibrate(size=EYE.size, corners=file, height=150.0)
+    with pytest.raises(
+        InputError, match="--focal must be from 0.2 to 10 times the picture's width of 320 px, but is 4"
+    ):
+        calibrate(size=EYE.size, height=1.5, focal=4.0)
+
+
+def test_a_corner_that_is_a_little_off_is_told(tmp_path) -> None:
+    file = corners(EYE, tmp_path / "corners.csv")
+    head, first, *rest = file.read_text().splitlines()
+    u, v, x, y = first.split(",")
+    file.write_text("\n".join([head, f"{u},{v},{float(x) + 0.02:.6f},{y}", *rest]))
+    _, about = calibrate(size=EYE.size, corners=file, height=1.5, lens_k1=EYE.k1)
+    assert "The points are 0.9 px off in the mean: is each pixel" in about["warnings"][0]

@@ -22,6 +22,7 @@ from hypertuna.film.noise import beat_of
 from hypertuna.film.run import track_film, write_film_run
 from hypertuna.film.source import open_film
 from hypertuna.film.states import BORDER, OK
+from hypertuna.film.view import motion_of
 from hypertuna.io.checkpoint import Journal
 
 FISH = fish()
@@ -370,3 +371,25 @@ def test_a_process_that_is_killed_leaves_a_journal_that_is_read(folder, long, tm
     ran = subprocess.run([*program, *options, *more], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "run.toml").exists()
+
+
+def test_a_camera_that_moves_is_told_and_light_that_changes_is_not(run) -> None:
+    """A floor with a grid, moved by 2 px, or seen in three quarters of the light."""
+    floor = np.full((300, 400), 180, np.uint8)
+    floor[::40] = floor[:, ::40] = 150
+    floor = cv2.GaussianBlur(floor, (0, 0), 1.5)
+    darker = (0.75 * floor).astype(np.uint8)
+    assert motion_of(floor, np.stack([floor, darker, floor]), True, 100.0) < 0.1
+    assert motion_of(floor, np.stack([floor, np.roll(floor, 2, axis=1)]), True, 100.0) == pytest.approx(2, abs=0.7)
+    assert run.view.motion < 0.1
+    moving = replace(run, view=replace(run.view, motion=2.0))
+    assert any("the tank moves by 2 px or more in the picture" in sentence for sentence in moving.warnings)
+
+
+def test_a_film_played_backward_and_frames_that_repeat_are_told(run) -> None:
+    assert not any("backward" in sentence or "repeat" in sentence for sentence in run.warnings)
+    backward = replace(run, tracked=replace(run.tracked, unknowns=run.tracked.unknowns[::-1]))
+    assert any("moves tail first: is the film played backward?" in sentence for sentence in backward.warnings)
+    frozen = run.tracked.unknowns[[*range(30), *[29] * 6, *range(30, 54)]]
+    frozen = replace(run, tracked=replace(run.tracked, unknowns=frozen))
+    assert any("6 frames repeat the one before: did the camera drop frames?" in one for one in frozen.warnings)

@@ -52,6 +52,20 @@ def test_torn_last_line_is_dropped_at_every_length(tmp_path: Path) -> None:
         assert path.read_bytes() == whole
 
 
+def test_a_whole_line_whose_end_an_editor_took_is_kept(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with Journal(path, HEADER) as journal:
+        summed(journal, 3)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    with Journal(path, HEADER) as journal:
+        assert journal.known == 3
+        assert path.read_bytes() == whole
+        summed(journal, 4)
+    with Journal(path, HEADER) as journal:
+        assert journal.known == 4
+
+
 def test_every_number_comes_back_as_it_was(tmp_path: Path) -> None:
     told = {"x": np.array([0.1, math.pi, 5e-324, 1e308, -0.0]), "status": np.int8(3), "bad": [math.nan, math.inf]}
     with Journal(tmp_path / "run.jsonl", HEADER) as journal:
@@ -153,6 +167,8 @@ def test_a_damaged_header_is_refused(tmp_path: Path) -> None:
     whole = path.read_bytes()
     for content, word in (
         (whole.replace(b'"seed": 1', b'"seed": 2'), "run.jsonl:1 is damaged"),
+        (whole.replace(b"\n", b"\r\n"), "run.jsonl was saved by an editor with other line ends"),
+        (b"\xef\xbb\xbf" + whole, "run.jsonl was saved by an editor with other line ends, or a mark at its begin"),
         (json.dumps({"journal": "hypertuna journal", **HEADER}).encode() + b"\n", "must be a journal with checksums"),
     ):
         path.write_bytes(content)
@@ -247,3 +263,11 @@ def test_header_says_what_the_work_is(tmp_path: Path, tuna: ht.Robot) -> None:
     other = journal_header("optimize", tuna.using(joints="ideal"), {"seed": 1})
     with pytest.raises(InputError, match="robot_hash"):
         Journal(tmp_path / "run.jsonl", other)
+
+
+def test_the_first_difference_of_an_option_is_named(tmp_path: Path) -> None:
+    robots = [{"name": "minnow", "body": {"mass_kg": mass, "length_m": 0.3}} for mass in (1.0, 2.0)]
+    headers = [{"kind": "test", "version": "1", "options": {"robot": robot}} for robot in robots]
+    Journal(tmp_path / "run.jsonl", headers[0]).close()
+    with pytest.raises(InputError, match="was started with robot.body.mass_kg = 1.0, but now it is 2.0"):
+        Journal(tmp_path / "run.jsonl", headers[1])

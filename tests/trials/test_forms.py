@@ -16,6 +16,8 @@ from tracked_files import (
     RATE,
     TrackedFile,
     columns,
+    kinovea,
+    motive,
     numbers,
     pixels,
     seconds,
@@ -192,9 +194,13 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("a.csv", "# time_s,x1,y1\n0.1,0.2,0.3\n0.2,0.3,0.4\n", "has no line of names above its numbers: remove the #"),
+        (
+            "a.csv",
+            "# time_s,x1,y1 and others\n0.1,0.2,0.3,7\n0.2,0.3,0.4,7\n",
+            "has no line of names above its numbers: remove the #",
+        ),
         ("a.csv", "0.1,0.2,0.3\n0.2,0.3,0.4\n", "has no line of names above its numbers: add it"),
-        ("a.csv", "time_s x1 y1\n0 1 2\n", "must be a table of cells, but is separated by spaces"),
+        ("a.csv", "time_s x1 y1\n0 1 2 3\n", "must be a table of cells, but is separated by spaces"),
         ("a.csv", "seconds,x1,y1,x2,y2\n0,1,2,3,4\n", "is of the form of idtracker.ai, and holds one point of each"),
         ("a.csv", "frame,X#wcentroid (cm),Y#wcentroid (cm)\n0,1,2\n", "is of the form of TRex, and holds one point"),
         ("a.csv", "frame,track_id,x,y\n0,1,2,3\n", "is of the form of a table of tracked objects, and holds one point"),
@@ -203,6 +209,32 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ("a.csv", "Subject,Behavior,Time\nfish,swim,0.5\n", "is of the form of BORIS, and holds events, no points"),
         ("a.json", '{"instance_info": []}', "is of the form of JSON, as MMPose, COCO and OpenPose write it: write its"),
         ("a.xml", "<annotations/>", "is of the form of XML: write its points as CSV"),
+        ("a.txt", "t\tx\ty\n0\t1\t2\n", "is of the form of a table of tracked objects, and holds one point of each"),
+        ("a.txt", "#mass A\nt\tx\ty\n0\t1\t2\n", "is of the form of Tracker, and holds one point of each animal"),
+        (
+            "a.txt",
+            "#Kinovea Trajectory data export\n#T X Y\n0:00:00:00 8 3\n0:00:00:03 8 4\n",
+            "the form of Kinovea, and",
+        ),
+        ("a.csv", " ,X,Y,Slice,Counter\n1,2,3,1,0\n", "is of the form of ImageJ, multi-point, and holds one point"),
+        ("a.csv", "frame,0,1,2,3\nnose_x,1,2,3,4\nnose_y,1,2,3,4\n", "is a transposed table: a row for each"),
+        ("a.csv", "marker,axis,0,1\nnose,x,1,2\nnose,y,3,4\neye,x,3,4\neye,y,3,4\n", "is a transposed table"),
+        ("a.csv", "marker,x0,y0,x1,y1\nnose,1,2,3,4\ntail,2,3,4,5\n", "is a transposed table: a row for each"),
+        ("a.csv", "time,keypoint,space,position\n0,a,x,1\n0,a,y,1\n", "has a row for each coordinate: pivot it"),
+        ("a.csv", 'time_s,a,b\n0,"(1, 2)","(3, 4)"\n', "has x and y of a marker in one cell: write each into a column"),
+        ("a.txt", "1 0 0 5 0 1 0 6 0 0 1 7\n" * 3, "is of the form of poses of KITTI: a rotation and a place"),
+        ("a.txt", "1.5 5 6 7 0 0 0 1\n" * 3, "is of the form of poses of TUM: time, place, quaternion, and holds no"),
+        ("a.csv", "time_s,nose_x_km,nose_y_km\n0,1,2\n", "without: its columns are 'nose_x_km, nose_y_km': name col"),
+        ("a.csv", "dt,x1,y1,x2,y2\n0.1,1,2,3,4\n0.3,1,2,3,4\n0.1,1,2,3,4\n", "has the intervals between the frames"),
+        ("a.csv", "frame,x1,y1\n0,1,5,2,0\n", "are these decimal commas? Then save it with semicolons"),
+        ("a.csv", "time_s;x1;y1;x2;y2\n0;1'234'567;2;3;4\n", "write numbers without a separator of thousands"),
+        ("a.csv", "time_s,x1,y1,x2,y2\n0,\u22121.5,2,3,4\n", "write numbers with a minus sign of ASCII, -"),
+        ("a.csv", "time_s,x1,y1,x2,y2\n0,1.5D-03,2,3,4\n", "write numbers with e before the exponent"),
+        ("a.csv", "time_s,x1,y1\n0,1,2\ntime_s,x1,y1\n", "the line of names comes again"),
+        ("a.csv", "t\0i\0m\0e\0\n\0", "must be text, but is with zero bytes: in UTF-16 without its mark"),
+        ("a.parquet", "PAR1", "is of the form of a table of Arrow or Parquet: save it as CSV"),
+        ("a.csv.gz", "x", "is of the form of a compressed file: unpack it"),
+        ("a.bvh", "HIERARCHY", "is of the form of a skeleton's motion"),
         ("a.slp", "x", "is of the form of SLEAP's labels: export its analysis"),
         ("a.mp4", "x", "is of the form of a video: track its markers"),
     ],
@@ -261,3 +293,38 @@ def test_readers_of_other_files_know_the_form_of_a_track(tmp_path) -> None:
     for file in FILES:
         assert form_name(file.write(tmp_path))
     assert form_name(tmp_path / "nowhere.csv") == ""
+
+
+def test_a_comment_that_contradicts_the_file_is_refused(tmp_path) -> None:
+    """A frame rate of a comment counts as one of the file, and so does a unit."""
+    path = tmp_path / "swim.csv"
+    path.write_text("# fps: 30\n" + columns(pixels(swim()), "time_s", seconds()))
+    assert "the file's frame rate must be 60 Hz, as the column time_s says, but is 30" in told(path)
+    path.write_text("# frame rate = 30 Hz\n" + columns(pixels(swim()), "frame", numbers()))
+    assert "--frame-rate must be 30 Hz, as the file says, but is 60" in told(path, **FPS)
+    path.write_text("# units: mm\n" + columns(pixels(swim()), "time_s", seconds()).replace("_x", "_x_cm", 1))
+    assert "must have one unit" in told(path)
+
+
+def test_times_of_kinovea_s_code_are_as_coarse_as_it(tmp_path) -> None:
+    path = tmp_path / "swim.txt"
+    path.write_text(kinovea(pixels(swim()), coded=True))
+    markers = read_markers(path, **PX)
+    assert markers.time == pytest.approx(np.array(FRAMES) / RATE, abs=0.0051)
+    assert "is rounded to 0.01 s, 0.5 frames" in " ".join(markers.notes)
+
+
+def test_a_fish_that_swims_up_the_wall_is_refused(tmp_path) -> None:
+    """Motive's y points up, unless the lab exported with z up: then the fish would swim in an upright plane."""
+    text = motive(swim())
+    path = tmp_path / "swim.csv"
+    path.write_text(text)
+    assert read_markers(path).place.shape[1] == 6
+    rows = [row.split(",") for row in text.splitlines()]
+    for row in rows[7:]:
+        for m in range(2, 20, 3):
+            row[m + 1 : m + 3] = [f"{-float(row[m + 2] or 'nan'):.6g}", row[m + 1]]
+    path.write_text("\n".join(map(",".join, rows)).replace("nan", ""))
+    with pytest.raises(ht.InputError, match="y must point up, as the form of Motive says, but the fish moves along y"):
+        read_markers(path)
+    np.testing.assert_allclose(read_markers(path, vertical="z").place, swim(), atol=2e-5)

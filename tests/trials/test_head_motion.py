@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hypertuna as ht
+from hypertuna.trials.trials import implausible
 from program import Run
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
@@ -59,6 +61,14 @@ def lines(place):
     return place
 
 
+def cubic(place):
+    """6 lost frames, each marker moved along the cubic through two places before and after."""
+    known, lost = np.array([18, 19, 26, 27]), np.arange(20, 26)
+    flat = place.reshape(len(place), -1)
+    flat[lost] = np.vander(lost - 22.5, 4) @ np.linalg.solve(np.vander(known - 22.5, 4), flat[known])
+    return place
+
+
 def doubled(place):
     """Half of the frames, the others halfway between them."""
     place[1:-1:2] = (place[:-2:2] + place[2::2]) / 2
@@ -76,9 +86,12 @@ def resting(place):
     [
         (flipped(range(20, 32)), "the head flips between 0.3167 and 0.3333 s, the first of 2 times"),
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
+        (lambda place: place - place[:, :1], "stands still while others move: are the places from it, or is the fish"),
+        (lambda place: place - place.mean(axis=1, keepdims=True), "the mean of the markers stands still while others"),
         (filled, "6 frames repeat the one before: are lost ones filled in?"),
-        (lines, "20 frames lie on straight lines between others: are lost ones filled in?"),
-        (doubled, "23 frames lie on straight lines between others: are lost ones filled in?"),
+        (lines, "20 frames lie on straight lines or cubics between others: are lost ones filled in?"),
+        (doubled, "23 frames lie on straight lines or cubics between others: are lost ones filled in?"),
+        (cubic, "8 frames lie on straight lines or cubics between others: are lost ones filled in?"),
     ],
 )
 def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, change, sentence: str) -> None:
@@ -109,13 +122,15 @@ def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) 
         ('angle_unit = "deg"', 'angle_unit = "deg"\nclockwise = true', "yaws against the model, with the joint angles"),
         ("joints", "radians", "are the angles in radians?"),
         ("poses", "millimeters", "lengths a second: check length_unit"),
+        ("poses", "centimeters", "of the robot's lengths a beat, more than any swimmer: check length_unit"),
     ],
 )
 def test_a_manifest_in_other_units_is_unlikely(run: Run, tmp_path: Path, old: str, new: str, sentence: str) -> None:
     assert imported(run, tmp_path, lambda place: place)[0] == 0
     path = tmp_path / "out.toml"
-    if new in ("radians", "millimeters"):
-        table, factor = tmp_path / f"a-{old}.csv", np.pi / 180 if new == "radians" else 1000.0
+    factors = {"radians": np.pi / 180, "millimeters": 1000.0, "centimeters": 10.0}
+    if factor := factors.get(new):
+        table = tmp_path / f"a-{old}.csv"
         columns = slice(1, None) if new == "radians" else slice(1, 3)
         comment, head, *rows = table.read_text().splitlines()
         values = np.array([row.split(",") for row in rows], dtype=float)
@@ -127,3 +142,27 @@ def test_a_manifest_in_other_units_is_unlikely(run: Run, tmp_path: Path, old: st
     assert code == 0, errors
     warnings = json.loads(output)["warnings"]
     assert (len(warnings), sentence in " ".join(warnings)) == (bool(sentence), True), warnings
+
+
+def test_a_turn_against_the_model_is_told(tmp_path: Path) -> None:
+    """A circle by biased joints, whose log has the bias of the other sign: the beats of the yaw agree, the turn not."""
+    fish, time = ht.load("hypertuna"), np.arange(241) / 60
+    wave = np.radians([10, 20]) * np.sin(2 * np.pi * 2 * time[:, np.newaxis] - np.array([0, 0.6]))
+    bias = np.radians([4, 8])
+    swim = ht.replay(fish, ht.smooth(ht.JointSeries(time, wave + bias), noise=0.0))
+    poses = np.column_stack([time, *(np.interp(time, swim.time, swim[key]) for key in ("x", "y"))])
+    yaw = np.interp(time, swim.time, np.unwrap(swim["heading"])) + np.pi
+    np.savetxt(tmp_path / "poses.csv", np.column_stack([poses, yaw]), "%.6f", ",", header="time_s,x,y,yaw", comments="")
+    manifest = """format = 1
+[[recordings]]
+name = "circle"
+begin = "rest"
+joints = {file = "joints.csv", columns = ["a", "b"], unit = "rad", noise_deg = 0.0}
+poses = {files = ["poses.csv"], x = "x", y = "y", yaw = "yaw", length_unit = "m", angle_unit = "rad"}
+"""
+    (tmp_path / "a.toml").write_text(manifest)
+    for sign, sentence in ((1, False), (-1, True)):
+        joints = np.column_stack([time, wave + sign * bias])
+        np.savetxt(tmp_path / "joints.csv", joints, "%.6f", ",", header="time_s,a,b", comments="")
+        _, warnings = implausible(ht.read_trials([tmp_path / "a.toml"], fish), fish)
+        assert ("turns against the model" in " ".join(warnings)) == sentence, (yaw[-1] - yaw[0], warnings)

@@ -243,3 +243,26 @@ def test_an_export_of_motive_is_read_with_its_own_unit() -> None:
     made = read_marker_run(robot, CASES / "motive-header.csv")
     reference = read_marker_run(robot, CASES / "markers-reference.csv", scale=0.001, pixels=True)
     assert np.degrees(np.abs(made.fit.angle - reference.fit.angle)).max() < 0.2
+
+
+def test_a_marker_that_stands_still_is_named(eel, tmp_path):
+    """A corner of the tank among the markers of the body, with the noise of all."""
+    tracked(eel, tmp_path / "a.csv")
+    head, *rows = (tmp_path / "a.csv").read_text().splitlines()
+    noise = np.random.default_rng(2).normal(0.9, NOISE, (len(rows), 2))
+    corner = [f"{row},{x:.6f},{y:.6f}" for row, (x, y) in zip(rows, noise, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([f"{head},corner_x,corner_y", *corner]) + "\n")
+    with pytest.raises(ht.InputError, match="marker corner must move with the others, or be left out, but is still"):
+        read_marker_run(eel, tmp_path / "a.csv")
+    assert fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(leave_out=["corner"])).refusal() is None
+
+
+def test_likelihoods_that_count_the_other_way_are_told(eel, tmp_path):
+    tracked(eel, tmp_path / "a.csv")
+    head, *rows = (tmp_path / "a.csv").read_text().splitlines()
+    text = [f"{head},m1_likelihood", *(f"{row},0.9" for row in rows)]
+    for m in range(2, COUNT + 1):
+        text = [f"{text[0]},m{m}_likelihood", *(f"{row},0.02" for row in text[1:])]
+    (tmp_path / "a.csv").write_text("\n".join(text) + "\n")
+    with pytest.raises(ht.InputError, match="whether the column of likelihoods counts the other way round"):
+        read_marker_run(eel, tmp_path / "a.csv")

@@ -243,3 +243,39 @@ def test_missing_joints_are_told(tmp_path):
     assert "missing: joint angles: the file has none. Name a CSV file of them" in " ".join(done.output.split())
     with pytest.raises(InputError, match=r"recordings\[0\].joints"):
         ht.read_trials(tmp_path / "out.toml", FISH)
+
+
+def tum(start: float = 1764187812.0) -> list[str]:
+    """Lines of TUM: time, place, quaternion."""
+    return [
+        f"{start + k * EACH / 1e9:.6f} {x:.9f} {y:.9f} 0 0 0 {np.sin(yaw / 2):.9f} {np.cos(yaw / 2):.9f}"
+        for k, (x, y, yaw) in enumerate(expected())
+    ]
+
+
+def test_poses_without_names_are_those_of_tum(tmp_path):
+    """With names in a comment, too; and with those of EuRoC."""
+    rows = [line.split() for line in tum()]
+    euroc = [f"{1e9 * float(row[0]):.0f},{','.join([*row[1:4], row[7], *row[4:7]])}" for row in rows]
+    place, turn = (
+        ",".join(f"{key}_{axis} [{unit}]" for axis in axes)
+        for key, axes, unit in (("p_RS_R", "xyz", "m"), ("q_RS", "wxyz", ""))
+    )
+    for lines in (tum(), ["# timestamp tx ty tz qx qy qz qw", *tum()], [f"#timestamp [ns],{place},{turn}", *euroc]):
+        run = read_pose_run(FISH, saved(tmp_path, "run.txt", "\n".join(lines).encode()))
+        assert run.pose == pytest.approx(expected(), abs=1e-6)
+        assert run.time == pytest.approx(np.arange(120) * EACH / 1e9, abs=1e-5)
+
+
+def test_poses_of_kitti_are_rotations_beside_places(tmp_path):
+    """They have no times, so that the command needs a frame rate; 12 other numbers in a row are no poses."""
+    turns = [(np.cos(yaw), np.sin(yaw), x, y) for x, y, yaw in expected()]
+    lines = [f"{c:.9f} {-s:.9f} 0 {x:.9f} {s:.9f} {c:.9f} 0 {y:.9f} 0 0 1 0" for c, s, x, y in turns]
+    path = saved(tmp_path, "run.txt", "\n".join(lines).encode())
+    run = read_pose_run(FISH, path, frame_rate=1e9 / EACH)
+    assert run.pose == pytest.approx(expected(), abs=1e-6)
+    with pytest.raises(InputError, match="must have a column of time, but is missing: give --frame-rate"):
+        read_pose_run(FISH, path)
+    path = saved(tmp_path, "other.txt", ("\n".join([*lines[:30], "1 2 3 4 5 6 7 8 9 10 11 12"])).encode())
+    with pytest.raises(InputError, match="must hold rotations, as KITTI writes them, but is other numbers"):
+        read_pose_run(FISH, path, frame_rate=60.0)

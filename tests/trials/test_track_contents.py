@@ -102,7 +102,9 @@ def test_what_is_no_pixel_and_no_likelihood_is_named(tmp_path) -> None:
 
 def test_a_table_of_poses_is_sent_to_its_own_command(tmp_path) -> None:
     poses = "time_s,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n0.1,0,0,0,0,0,0,1\n"
-    assert "holds poses, and no markers: import them by hypertuna trials import poses" in told(text(tmp_path, poses))
+    assert "is of the form of poses, and holds no markers: import them: hypertuna trials import poses" in told(
+        text(tmp_path, poses)
+    )
 
 
 @pytest.mark.parametrize("unset", [0.0, -1.0])

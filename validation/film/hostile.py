@@ -254,7 +254,9 @@ def outcome(name):
     facts |= {"used": len(used), "frames": len(run.tracked.time)}
     facts |= {"beat_hz": None if run.beat is None else round(run.beat.frequency, 3)}
     right = (joints < RIGHT[0]).all() and facts["head"] < RIGHT[1]
-    found = "told" if doubts else "right" if right else "off"  # doubts: all times are those of slow motion
+    moves = any("the tank moves" in sentence for sentence in run.warnings)
+    # doubts: all times are those of slow motion
+    found = "told" if doubts or moves else "right" if right else "off"
     return {"name": name, "outcome": found, "told": run.warnings + doubts} | facts
 
 

@@ -254,9 +254,11 @@ def camera_command(
 
 def _facts(facts: dict[str, Any]) -> Iterator[Any]:
     """Yield the lines that the terminal prints for a calibrated camera."""
-    yield Table(["camera", ""], [[key, f"{value}"] for key, value in facts.items()], left=(0,))
+    rows = [[key, f"{value}"] for key, value in facts.items() if key != "warnings"]
+    yield Table(["camera", ""], rows, left=(0,))
     if "corners" in facts:
         yield f"The camera looks {facts['off_vertical_deg']:.2g} deg off straight down."
+        yield from ((sentence, "yellow") for sentence in facts.get("warnings", ()))
     else:
         yield "The camera is taken to look straight down, for no points of the tank were given by --corners.", "yellow"
 

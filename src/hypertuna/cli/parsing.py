@@ -66,7 +66,7 @@ def numbers(text: str, key: str, unit: str, count: int | None = None) -> tuple[f
     """Read numbers separated by commas: `count` of them, or any number."""
     values = tuple(number(part, f"{key}[{i}]" if "," in text else key, unit) for i, part in enumerate(text.split(",")))
     if count is not None and len(values) != count:
-        fix = f"give them in {unit}, separated by commas"
+        fix = f"give them{f' in {unit}' if unit != '1' else ''}, separated by commas"
         raise InputError(f"must be {count} numbers", key=key, value=text, fix=fix)
     return values
 

@@ -12,6 +12,7 @@ from hypertuna.design.prediction import Row
 from hypertuna.design.runs import QUANTITIES, Measurement, TankRun
 from hypertuna.errors import InputError
 from hypertuna.swimming.gait import Gait
+from hypertuna.trials.head_motion import LONGEST_STRIDE
 from hypertuna.trials.plausibility import FAR
 
 MUCH = 2.0  # times a bound of the robot's gaits: it takes eight times the power, which grows as the cube of either
@@ -41,6 +42,18 @@ def check_gaits(results: Iterable[Measurement], robot: Robot) -> None:
                 rule = f"must not be beyond {MUCH:g} times the robot's bound, {high:.4g} {unit}"
                 fix = "correct the unit, or the robot's gait_bounds"
                 raise InputError(rule, key=key, value=f"{value:.4g} {unit}", fix=fix)
+
+
+def check_stride(results: Iterable[Measurement], robot: Robot) -> None:
+    """Refuse speeds of more lengths a beat than any swimmer goes, however little is known before."""
+    for result in results:
+        if result.quantity != "speed" or result.run.gait is None:
+            continue
+        stride = result.value / (result.run.gait.frequency * robot.body.length)
+        if stride > LONGEST_STRIDE:
+            rule = f"must be at most {LONGEST_STRIDE:g} of the robot's lengths a beat"
+            value, fix = f"{_shown(result)}, {stride:.3g} lengths", "give it in m/s: is it in cm/s?"
+            raise InputError(rule, key=f"the speed of {result.name or result.run}", value=value, fix=fix)
 
 
 def check_new(results: Sequence[Measurement], earlier: Sequence[Measurement]) -> None:

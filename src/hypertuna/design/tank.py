@@ -13,7 +13,7 @@ import numpy as np
 
 from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot, parse, robot_of
-from hypertuna.design.checks import check_gaits, check_new, check_size, renamed
+from hypertuna.design.checks import check_gaits, check_new, check_size, check_stride, renamed
 from hypertuna.design.criterion import CHECK, WISHES, Design, design
 from hypertuna.design.kinds import RUN_KINDS
 from hypertuna.design.posterior import Posterior, infer
@@ -268,6 +268,7 @@ class TankDesign(TankState):
         robot = self.unknowns.robot
         check_new(results, self.results)
         check_gaits(results, robot)
+        check_stride(results, robot)
         steady = [trial for trial in trials if isinstance(trial, SteadyRun)]
         own = [trial for trial in steady if TankRun("steady", trial.gait) not in self.candidates]
         for error in implausible_runs(own, robot)[0]:

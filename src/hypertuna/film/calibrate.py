@@ -16,12 +16,15 @@ from hypertuna.film.camera import Camera
 from hypertuna.film.numbers import read_rows
 from hypertuna.film.source import Film, open_film
 from hypertuna.io.extras import need
-from hypertuna.ranges import CELL
+from hypertuna.ranges import CELL, Range
+from hypertuna.trials.markers import PARTS
 
 COLUMNS = ("u_px", "v_px", "x_m", "y_m")  # of a file of corners
 MAX_BOARDS = 20  # views of the board that are used; the search stops there
 MIN_BOARDS = 5  # views of the board that are needed
 MIN_CORNERS = 4  # points of the tank that are needed
+MISSED, DOUBTFUL = 0.01, 0.0015  # rms residuals over the picture's width that are refused, and that are told
+FOCAL = Range(min=0.2, max=10)  # picture widths: angles of view of 136 to 6 deg
 
 
 def calibrate(
@@ -36,7 +39,7 @@ def calibrate(
     lens_k1: float = 0.0,
     refractive_index: float = 1.333,
 ) -> tuple[Camera, dict[str, Any]]:
-    """Return a camera and a report: number of views of the board, number of corners, and rms residuals [px].
+    """Return a camera and a report: number of views of the board, number of corners, rms residuals [px], warnings.
 
     board: film of a checkerboard in air; squares: number of its inner corners along both sides. Without a board, size
     is that of the picture [px], and focal [px] and lens_k1 describe the lens. corners: CSV file with the pixels and
@@ -58,11 +61,45 @@ def calibrate(
         if focal is None:
             fix = "film a checkerboard, or give the corners of the tank"
             raise InputError("must be given without board and corners", key="--focal", fix=fix)
+        _check_focal(focal, size[0], "--focal", "give it in pixels, not in mm")
         return _camera(values | {"focal_px": focal, "place_m": (0.0, 0.0, height)}), report
     pixels, places = read_corners(corners)
+    _check_pixels(pixels, size, str(corners))
     camera, residual = _posed(values, pixels, places, corner_depth, height, focal, str(corners))
     rms = float(np.sqrt((residual**2).sum(axis=1).mean()))
-    return camera, report | {"corners": len(pixels), "corner_rms_px": rms}
+    fix = "are the places of the points in m, and the height over the water, too?"
+    _check_focal(camera.focal, size[0], "the focal length", fix if focal is None else "give it in pixels, not in mm")
+    rule, causes = "must meet a camera's rays", "is each pixel beside its own point, in m? Are size and depth right?"
+    if rms > MISSED * size[0]:
+        value = f"{rms:.3g} px off in the mean"
+        raise InputError(rule, file=str(corners), key="the points", value=value, fix=causes)
+    report |= {"corners": len(pixels), "corner_rms_px": rms}
+    if rms > DOUBTFUL * size[0]:
+        report["warnings"] = [f"The points are {rms:.2g} px off in the mean: {causes}"]
+    return camera, report
+
+
+def _check_focal(focal: float, width: int, key: str, fix: str) -> None:
+    """Check that a focal length [px] gives a possible angle of view in a picture of that width [px]."""
+    if focal / width not in FOCAL:
+        rule = f"must be from {FOCAL.min:g} to {FOCAL.max:g} times the picture's width of {width} px"
+        raise InputError(rule, key=key, value=f"{focal:.4g} px", fix=fix)
+
+
+def _check_pixels(pixels: Array, size: tuple[int, int], file: str) -> None:
+    """Check that points (n, 2) [px] are distinct ones of a picture of that size [px]."""
+    outside = ((pixels < -0.5) | (pixels > np.array(size) - 0.5)).any(axis=1)
+    if outside.any():
+        rule, value = f"must lie in the picture of {size[0]} x {size[1]} px", f"{pixels[outside][0].tolist()}"
+        fix = "give the size of the film's frames, width first, and pixels of such a frame"
+        raise InputError(rule, file=file, key="the points", value=value, fix=fix)
+    if np.ptp(pixels, axis=0).min() <= PARTS:
+        rule, value = "must be pixels", "close together: parts of the picture's width and height?"
+        raise InputError(
+            rule, file=file, key="u_px and v_px", value=value, fix="give pixels from the first one's center"
+        )
+    if len(np.unique(pixels, axis=0)) < len(pixels):
+        raise InputError("must be distinct", file=file, key="the points", value="given twice", fix="remove the repeat")
 
 
 def read_corners(path: str | Path) -> tuple[Array, Array]:
@@ -95,7 +132,8 @@ def _posed(
         raise InputError("must not lie on one line", file=file, key="the points", fix="give the corners of the tank")
     if np.linalg.det(np.linalg.lstsq(spread * [1, -1], centered, rcond=None)[0]) < 0:
         rule = "must not be mirrored: x, y and up are right-handed"
-        fix = "film without a mirror and not as a selfie, mirror the film back (ffmpeg -vf hflip), or swap x and y"
+        fix = "is each pixel beside its own point, v from the top? Else film without a mirror, not as a selfie, or "
+        fix += "mirror the film back (ffmpeg -vf hflip), or swap x and y"
         raise InputError(rule, file=file, key="the points", fix=fix)
     start = np.array([middle[0], middle[1], 0.0, 0.0, np.angle(factor), 0.0])
     first_focal = height / abs(factor) if focal is None else focal

@@ -23,11 +23,14 @@ from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen,
 from hypertuna.film.view import View, view_of
 from hypertuna.io.checkpoint import Journal
 from hypertuna.io.files import columns_csv, write_atomically
+from hypertuna.trials.head_motion import repeats_of
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_import import stretches_of, write_recording
 from hypertuna.trials.marker_run import Frames
 from hypertuna.trials.tracks import MIN_SAMPLES
 
+MOVES = 0.5  # px by which the tank may move in the picture
+STILL = 0.1  # of the usual step: a frame that repeats the one before
 MIN_OK = 0.5  # smallest fraction of frames that must be tracked well
 MAX_SIZE_ERROR = 0.10  # largest relative difference of the length that the camera sees from the robot's
 WARN_SIZE_ERROR = 0.02  # relative difference of length beyond which the user is warned
@@ -157,6 +160,15 @@ class FilmRun:
             )
         elif self.beat.beats < 6:
             sentences.append(f"{self.name}: {self.beat.beats:.1f} beats are few: six show the noise well.")
+        if self.view.motion > MOVES:
+            sentences.append(
+                f"{self.name}: the tank moves by {self.view.motion:.2g} px or more in the picture, and so do all "
+                "places: fix the camera, or keep moving light off the floor."
+            )
+        if forward(self.tracked) < -BACKWARD * float(self.body.length.sum()):
+            sentences.append(f"{self.name}: the robot moves tail first: is the film played backward?")
+        if still := sum(repeats_of(self.head[frames][:, np.newaxis, :2], within=STILL) for frames in self.stretches):
+            sentences.append(f"{self.name}: {still} frames repeat the one before: did the camera drop frames?")
         sentences += [f"{self.name}: {jump}" for jump in jumps(self.stretches, self.tracked.time)]
         if unused := len(self.tracked.state) - sum(map(len, self.stretches)):
             why = [f"{(self.tracked.state == k).sum()} {STATES[k]}" for k in FIXES if (self.tracked.state == k).any()]

@@ -17,6 +17,7 @@ from hypertuna.film.source import Film, Gray, background_of
 THRESHOLD = 0.45  # fraction of the fish's contrast above which a pixel may be of the fish
 MIN_CONTRAST = 15.0  # gray levels
 MIN_CONTRAST_TO_NOISE = 4.0  # ratio of the fish's contrast to the picture's noise
+MOTION_WIDTH, EDGE = 480, 4  # px to which pictures are reduced to find their motion, and border left out
 MARGIN = 14  # px around the fish
 Box = tuple[slice, slice]  # rows and columns of a picture
 
@@ -34,6 +35,7 @@ class View:
     noise: float  # gray levels: standard deviation of a pixel of the empty tank
     grid: NDArray[np.float32]  # (height, width, 4): place at the depth [m] and lean of the ray, by `Camera.sight`
     pixel: float  # m: size of a pixel at the fish's depth, in the middle of the picture
+    motion: float = 0.0  # px by which the tank moves in the picture
 
     def difference(self, frame: Gray) -> Gray:
         """Return gray levels (height, width) by which a frame is darker than the tank, or brighter if not `dark`."""
@@ -95,7 +97,38 @@ def view_of(film: Film, camera: Camera, depth: float, body: Body) -> tuple[View,
         rule = f"must show a fish that is darker or brighter than the tank by {MIN_CONTRAST:g} gray levels"
         fix = "check that a fish swims through the picture, use a white floor and a dark fish, and let the waves settle"
         raise InputError(rule, file=film.file, key="contrast", value=f"{contrast:.1f}", fix=fix)
-    return View(film, camera, depth, background, dark, contrast, noise, grid, pixel), samples
+    motion = motion_of(background, samples, dark, contrast)
+    return View(film, camera, depth, background, dark, contrast, noise, grid, pixel, motion), samples
+
+
+def motion_of(background: Gray, samples: Gray, dark: bool, contrast: float) -> float:
+    """Return how far the tank moves in the picture [px]: the 90 % quantile of the samples' shifts from the first.
+
+    Each shift is that of least squares, beside a gain and an offset of the light, where no sample shows the fish.
+    """
+    import cv2
+
+    step = max(int(background.shape[1]) // MOTION_WIDTH, 1)
+    size = (background.shape[1] // step, background.shape[0] // step)
+    tank = np.ones(size[::-1], bool)
+    tank[[*range(EDGE), *range(-EDGE, 0)]] = tank[:, [*range(EDGE), *range(-EDGE, 0)]] = False
+
+    def seen(sample: Gray) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        near = cv2.blur(_difference(background, sample, dark), (5, 5)) > THRESHOLD / 2 * contrast
+        away = cv2.resize(cv2.dilate(near.astype(np.uint8), np.ones((25, 25), np.uint8)), size) == 0
+        small = cv2.resize(sample, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+        return np.asarray(cv2.GaussianBlur(small, (0, 0), 2.0)), np.asarray(away & tank)
+
+    first, own = seen(samples[0])
+    by_y, by_x = (np.asarray(one) for one in np.gradient(first))
+    shifts: list[float] = []
+    for sample in samples[1:]:
+        picture, both = seen(sample)
+        both &= own
+        rows = np.stack([by_x[both], by_y[both], first[both], np.ones(int(both.sum()))], axis=1).astype(float)
+        shift: Any = np.linalg.lstsq(rows.T @ rows, rows.T @ picture[both].astype(float))[0]
+        shifts.append(float(np.hypot(*shift[:2])))
+    return step * float(np.quantile(shifts, 0.9))
 
 
 def _difference(background: Gray, frame: Gray, dark: bool) -> Any:

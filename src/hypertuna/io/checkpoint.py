@@ -5,6 +5,7 @@ knows. So the result after a kill is the same by construction; no other state is
 itself and all lines before it: a changed, missing or exchanged line is found when the journal is opened.
 """
 
+import codecs
 import contextlib
 import fcntl
 import io
@@ -127,13 +128,18 @@ class Journal(Closing):
         records: list[dict[str, Any]] = []
         stream, intact = io.BytesIO(content), len(line)
         stream.seek(intact)
-        while (line := stream.readline()).endswith(b"\n"):
-            record, checksum = _checked_record(line, self._sum)
+        while line := stream.readline():
+            missing = b"" if line.endswith(b"\n") else b"\n"  # of a torn line, or of one that an editor took
+            record, checksum = _checked_record(line + missing, self._sum)
             if record is None:
-                self._report_damage(len(records), content.count(b"\n", intact) - 1, measured)
+                if not missing:
+                    self._report_damage(len(records), content.count(b"\n", intact) - 1, measured)
                 break
             records.append(record)
             self._sum, intact = checksum, intact + len(line)
+            if missing:
+                file.seek(0, os.SEEK_END)
+                file.write(missing)
         if intact < len(content):
             file.truncate(intact)
         file.seek(0, os.SEEK_END)
@@ -178,8 +184,17 @@ def check_same_header(file: str, stored: Mapping[str, Any], header: Mapping[str,
     old, new = _flat(json.loads(_json_line(stored))), _flat(json.loads(_json_line(header)))
     for key in {**old, **new}:
         if old.get(key) != new.get(key):
-            rule = f"was started with {key} = {shown(old.get(key))}, but now it is {shown(new.get(key))}"
+            key, *pair = _difference(key, old.get(key), new.get(key))
+            rule = f"was started with {key} = {shown(pair[0])}, but now it is {shown(pair[1])}"
             raise InputError(rule, file=file, fix=fix)
+
+
+def _difference(key: str, old: Any, new: Any) -> tuple[str, Any, Any]:
+    """Return the dotted key of the first difference in two values, and what they have there."""
+    while isinstance(old, dict) and isinstance(new, dict):
+        part = next(part for part in {**old, **new} if old.get(part) != new.get(part))
+        key, old, new = f"{key}.{part}", old.get(part), new.get(part)
+    return key, old, new
 
 
 def _json_line(value: Mapping[str, Any]) -> bytes:
@@ -223,6 +238,9 @@ def _header(file: str, line: bytes) -> tuple[dict[str, Any], int]:
     if "crc32" not in header:
         raise InputError("must be a journal with checksums, which earlier versions lack", file=file, fix=ANOTHER)
     checked, checksum = _checked_record(line, 0)
+    if checked is None and (line.endswith(b"\r\n") or line.startswith(codecs.BOM_UTF8)):
+        rule, fix = "was saved by an editor with other line ends, or a mark at its begin", "undo it, as dos2unix does"
+        raise InputError(rule, file=file, fix=fix)
     if checked is None:
         raise InputError("is damaged", file=f"{file}:1", fix=ANOTHER)
     del checked["journal"]

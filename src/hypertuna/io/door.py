@@ -142,9 +142,13 @@ def read_text(path: str | Path, kind: str, *, file: str | None = None) -> str:
     content = read_bytes(path, kind, file=file)
     encoding = "utf-16" if kind == "csv" and content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # turns all line ends into \n
+        text = io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()  # turns all line ends into \n
     except ValueError as error:
         raise _unreadable(file or str(path), kind, error) from None
+    if kind == "csv" and "\0" in text:
+        rule, value = "must be text", "with zero bytes: in UTF-16 without its mark, UTF-32, or no text"
+        raise InputError(rule, file=file or str(path), value=value, fix="save it as CSV in UTF-8")
+    return text
 
 
 def read_toml(path: str | Path, *, file: str | None = None) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,26 @@ from hypertuna.errors import InputError, shown
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.clock import UNITS
 from hypertuna.trials.form import INDEX, RATES, TIME, plain, seconds_per_unit, time_and_frame
+from hypertuna.trials.form import UNITS as LENGTHS
 from hypertuna.trials.grid import Samples
+from hypertuna.trials.points import Points
 
+# Seconds and their parts in two columns, as ROS has them: names after `plain`, and units [s] of the parts.
+WHOLE = re.compile(r"(?P<stem>.*?)(?:tv)?(?:secs?|seconds?)")
+PARTS = {"nano": 1e-9, "n": 1e-9, "micro": 1e-6, "u": 1e-6, "milli": 1e-3}
+PART = re.compile(rf"(?P<stem>.*?)(?:tv)?(?P<unit>{'|'.join(PARTS)})(?:secs?|seconds?)")
+INTERVAL = re.compile(r"(?:dt|delta_?t(?:ime)?|(?:frame)?interval|timestep)(?:s|sec|ms|us|ns)?")
+STATED = re.compile(r"#+\s*([A-Za-z][\w ./-]{0,40}?)\s*[:=]\s*(\S.{0,40}?)")  # a comment that says what a key is
+STATED_RATE = re.compile(r"(\d{1,4}(?:\.\d{1,6})?)\s*(?:hz|fps|frames?\W.*)?", re.IGNORECASE)
 LIKE, DIGIT = re.compile(r"\d:\d\d"), re.compile(r"\d")
+LENGTH_KEYS = ("unit", "lengthunit", "unitoflength", "coordinateunit", "positionunit")
 FILE = re.compile("files?(name|path)?")
 GROWING = 3  # rows from which on a column of growing numbers may be a clock
 MOST = 0.9  # part of the cells of a column that makes it a clock
 SAME_SPAN = 0.05  # relative difference of two clocks that agree
+
+
+Comments = Sequence[tuple[int, str]]  # numbers of lines, and texts
 
 
 def clock_columns(
@@ -29,7 +43,12 @@ def clock_columns(
     names = ["" if k in used or _is_label(samples, k, name) else name for k, name in enumerate(head or samples.head)]
     time, second, frame = time_and_frame(names)
     fields: dict[str, Any] = {}
-    if time is not None:
+    pair = _pair(samples, names)
+    if pair is not None and time in (None, *pair[:2]):
+        used, time = [*used, *pair[:2]], pair[0]
+        values = samples.numbers(pair[0], limit=False) + pair[2] * samples.numbers(pair[1], limit=False)
+        fields = {"time": values, "time_unit": 1.0, "time_name": f"{names[pair[0]]} and {names[pair[1]]}"}
+    elif time is not None:
         values, of_text = samples.times(time)
         fields |= {"time": values, "time_unit": 1.0 if of_text else second, "time_name": names[time]}
         _check_others(samples, names, fields)
@@ -43,12 +62,56 @@ def clock_columns(
     index, notes = _index(samples, taken, clock=len(taken) > len(used)), ()
     if frame is None:
         frame = index
+        _check_intervals(samples, names, time, frame)
     elif index is not None:
         step, frame_step = np.diff(samples.numbers(index)), np.diff(samples.frames(frame))
         if (step * frame_step[0] != frame_step * step[0]).any():
             sentence = "and the first column, without a name, disagree: the frames are those of the former"
             return _with_frame(samples, names, frame, fields), (f"{names[frame]} {sentence}",)
     return _with_frame(samples, names, frame, fields), notes
+
+
+def with_comments(points: Points, comments: Comments) -> Points:
+    """Return points with the frame rate and the unit of length that comments state, such as `# fps: 60`."""
+    for line, comment in comments:
+        match = STATED.fullmatch(comment)
+        key, value = (plain(match[1]), match[2].lower().strip("[]() ")) if match else ("", "")
+        fix = "correct the comment, or remove it"
+        if key in RATES and key != "rate" and (rate := STATED_RATE.fullmatch(value)):
+            if points.rate is not None and points.rate != float(rate[1]):
+                rule = f"must be {points.rate:g}, as the file says elsewhere"
+                raise InputError(rule, file=points.file, key=f"line {line}", value=shown(comment), fix=fix)
+            points = replace(points, rate=float(rate[1]))
+        elif key.removesuffix("s") in LENGTH_KEYS and value in LENGTHS:
+            known = points.in_pixels or points.length_unit is not None
+            stated: dict[str, Any] = {"length_unit": LENGTHS[value], "in_pixels": LENGTHS[value] is None}
+            if known and (points.length_unit, points.in_pixels) != tuple(stated.values()):
+                rule = "must be the unit that the form or the names of columns say"
+                raise InputError(rule, file=points.file, key=f"line {line}", value=shown(comment), fix=fix)
+            points = replace(points, **stated)
+    return points
+
+
+def _pair(samples: Samples, names: Sequence[str]) -> tuple[int, int, float] | None:
+    """Return the columns of whole seconds and of their parts, and the unit of these [s]; None without them."""
+    for k, name in enumerate(names):
+        for j, other in enumerate(names):
+            whole, part = WHOLE.fullmatch(plain(name)), PART.fullmatch(plain(other))
+            if k != j and whole and part and whole["stem"] == part["stem"] and not PART.fullmatch(plain(name)):
+                seconds, parts = samples.numbers(k, limit=False), samples.numbers(j, limit=False)
+                unit = PARTS[part["unit"]]
+                if (seconds == np.round(seconds)).all() and ((parts >= 0) & (unit * parts < 1)).all():
+                    return k, j, unit
+    return None
+
+
+def _check_intervals(samples: Samples, names: Sequence[str], time: int | None, frame: int | None) -> None:
+    """Check that no column of intervals that differ is the only clock."""
+    for k in (k for k, name in enumerate(names) if INTERVAL.fullmatch(plain(name)) and time is None and frame is None):
+        values = np.array([parse_float(text) for text in samples.text(k)[1:]])
+        if np.isfinite(values).any() and np.nanmax(values) - np.nanmin(values) > SAME_SPAN * np.nanmax(np.abs(values)):
+            rule, fix = "has the intervals between the frames, and no times", "write their sum into a column time_s"
+            raise InputError(rule, file=samples.file, key=f"column {names[k]}", fix=fix)
 
 
 def _is_label(samples: Samples, column: int, name: str) -> bool:

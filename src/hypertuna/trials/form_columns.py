@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hypertuna.errors import InputError
+from hypertuna.errors import InputError, shown
 from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import (
@@ -28,12 +28,13 @@ from hypertuna.trials.points import Points, choose_individual, no_individuals
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 UNSEEN = ("occluded", "missing", "lost", "invalid", "interpolated")  # flags of markers that were not seen
 AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS, *UNSEEN))
-UNIT = r"(?:[_. (\[]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
-NAMED = re.compile(rf"(?P<name>.+)[_. :-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+UNIT = r"(?:[_. (\[/]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
+NAMED = re.compile(rf"(?P<name>.+)[_. :/-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
 NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 COORDINATE = re.compile(rf"(?:(?:pos|position|coords?)[_. ]?)?(?P<axis>x|y|z){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
+TUPLE, PARTS = re.compile(r"\((?:'[^']*',? ?){2,5}\)"), re.compile("'([^']*)'")
 ANIPOSE = {"fnum", "m_00", "center_0"}
 
 
@@ -100,18 +101,24 @@ def _long(grid: Grid, individual: str | None) -> Points:
 
 
 def _is_lone(grid: Grid) -> bool:
-    """Whether each row has one point: x and y, without the name of a marker."""
-    head = grid.cells(0)
-    return {"x", "y"} <= _axes(head).keys() and any(ANIMAL.fullmatch(plain(name)) for name in head)
+    """Whether each row has one point: x and y, without the name of a marker and without other coordinates."""
+    for k in range(min(3, len(grid.rows))):  # below its name, as Tracker writes it
+        head = grid.cells(k)
+        if {"x", "y"} <= _axes(head).keys() and sum(bool(COORDINATE.fullmatch(name)) for name in head) < 4:
+            others = {match["name"] for name in head if (match := NAMED.fullmatch(name) or NUMBERED.fullmatch(name))}
+            return any(ANIMAL.fullmatch(plain(name)) for name in head) or not others - {*AXIS.split("|"), *SECONDS}
+    return False
 
 
 def _lone(grid: Grid, individual: str | None) -> Points:
-    raise one_point("a table of tracked objects", grid.file, "add a column marker, or nose_x, nose_y, ... in one row")
+    tracker = grid.comment.lower().startswith(("#mass", "#multi")) or grid.cells(0)[0].startswith("mass")
+    form = "Tracker" if tracker else "a table of tracked objects"
+    raise one_point(form, grid.file, "add a column marker, or nose_x, nose_y, ... in one row")
 
 
 def read_plain(grid: Grid, individual: str | None) -> Points:
     """Read plain columns, such as nose_x, nose_y, nose_likelihood, or x1, y1, p1, or those of Anipose."""
-    head = grid.rows[0][1]
+    head = [_without_scorer(name) for name in grid.rows[0][1]]
     if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
         fix = f"remove the # before them: {grid.comment[:60]}" if "x" in grid.comment.lower() else f"add it: {FIX}"
         raise InputError("has no line of names above its numbers", file=grid.file, fix=fix)
@@ -126,8 +133,13 @@ def read_plain(grid: Grid, individual: str | None) -> Points:
     markers, unit, ignored = _columns(samples, {time, frame})
     used = [k for axes in markers.values() for k in axes.values()]
     samples.check_once([k for k, name in enumerate(head) if name])
+    if not markers:
+        listed = shown(", ".join(ignored[:8]))
+        rule, fix = "must have columns of at least two markers", f"{FIX}, with no unit or one of {', '.join(UNITS)}"
+        raise InputError(rule, file=grid.file, value=f"without: its columns are {listed}", fix=fix)
     anipose = ANIPOSE & set(grid.cells(0)) and any("z" in axes for axes in markers.values())
     clock, notes = clock_columns(samples, used)
+    taken = str(clock.get("time_name", "")).split(" and ")
     return of_columns(
         "Anipose" if anipose else "plain columns",
         samples,
@@ -135,19 +147,21 @@ def read_plain(grid: Grid, individual: str | None) -> Points:
         words=True,
         **unit,
         notes=notes,
-        ignored=() if anipose else tuple(ignored),
+        ignored=() if anipose else tuple(name for name in ignored if name not in taken),
         **clock,
     )
 
 
+def _without_scorer(name: str) -> str:
+    """Return nose_x for a name such as ('scorer', 'nose', 'x'), which pandas writes of several lines of names."""
+    return "_".join(PARTS.findall(name)[-2:]) if TUPLE.fullmatch(name) else name
+
+
 def _check_below(grid: Grid) -> None:
-    """Check that the line below the names has no units, and that the names are none of poses."""
+    """Check that the line below the names has no units."""
     if len(grid.rows) > 1 and {*grid.cells(1)} - {""} <= {*UNITS, *SECONDS} and any(grid.cells(1)):
         fix = "remove it, and write them into the names: time_s, nose_x_mm"
         raise InputError("holds units", file=grid.file, key=f"line {grid.rows[1][0]}", fix=fix)
-    if {"qw", "qx", "qy", "qz"} <= {name.rpartition(".")[2].strip("_") for name in grid.cells(0)}:
-        fix = "import them by hypertuna trials import poses"
-        raise InputError("holds poses, and no markers", file=grid.file, fix=fix)
 
 
 def _of_animal(samples: Samples, individual: str | None) -> Samples:

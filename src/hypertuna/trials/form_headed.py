@@ -1,14 +1,17 @@
-"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision; and those of one point."""
+"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision; Kinovea; those of one point."""
 
 import re
 from dataclasses import replace
 
+import numpy as np
+
+from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.tables import parse_float
-from hypertuna.trials.form import SECONDS, UNITS, Text, one_point, plain
+from hypertuna.trials.form import SECONDS, UNITS, WEIGHTS, Text, one_point, plain
 from hypertuna.trials.form_columns import MARKER, read_plain
-from hypertuna.trials.grid import FIRST_LINES, Grid
-from hypertuna.trials.points import Points
+from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
+from hypertuna.trials.points import Points, Rows
 
 AXIS = re.compile(r"([xyz])\d*")
 LEVEL = re.compile(rf"{MARKER.pattern}|coords?|axis|")  # what pandas writes above an index
@@ -18,6 +21,8 @@ ONE_POINT = {
     "ToxTrac": {"arena", "track", "label"},
     "MTrackJ": {"tid", "pid"},
     "ImageJ": {"area", "x", "y", "slice"},
+    "ImageJ, multi-point": {"x", "y", "slice", "counter"},
+    "ImageJ, Manual Tracking": {"x", "y", "distance", "velocity", "pixel value"},
 }
 EVENTS = {"BORIS": {"behavior", "subject"}}
 
@@ -59,11 +64,13 @@ def _stacked(grid: Grid, individual: str | None) -> Points:
         match = AXIS.fullmatch(axis.lower())
         own = own or (unit if match else "")
         text = f"{name}_{match[1]}" if match else next((t for t in (axis, above) if not LEVEL.fullmatch(plain(t))), "")
+        if (text and text in head) or (name and plain(text) in WEIGHTS):  # a speed or a likelihood of each point
+            text = f"{name}_{text}"
         head.append(f"{text} ({own})" if own else text)
     while width and not head[-1] and not any(row[width - 1] for _, row in below if len(row) >= width):
         width, head = width - 1, head[:-1]  # lines may end with a mark
     rows = [(line, row[:width] if not any(row[width:]) else row) for line, row in below]
-    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *rows], grid.comment), individual)
+    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *rows], grid.comments), individual)
     unstated = points.time is not None and points.time_unit is None and form != "names above axes"
     return replace(
         points,
@@ -90,6 +97,48 @@ def _ethovision(grid: Grid, individual: str | None) -> Points:
     return replace(read_plain(Grid(grid.file, [(int(count) - 1, head), *below]), individual), form="EthoVision")
 
 
+def _is_kinovea(grid: Grid) -> bool:
+    return grid.comment.lstrip("# ").lower().startswith("kinovea")
+
+
+def _kinovea(grid: Grid, individual: str | None) -> Points:
+    """Read trajectories of Kinovea as text: time, x, y, of one point after the other, each maybe below its name."""
+    rows = [(line, row) for line, row in grid.rows if row[0].lower() not in ("t", "time")]
+    samples = Grid(grid.file, rows).below(0, ["time", "x", "y"])
+    time, place = _kinovea_times(samples), np.column_stack([samples.numbers(1), samples.numbers(2)])
+    begins = [0, *(np.flatnonzero(np.diff(time) < 0) + 1).tolist()]
+    if len(begins) < 2:
+        raise one_point("Kinovea", grid.file, "track several points along the body, and export them together")
+    titles = [(line, text.lstrip("# ")) for line, text in grid.comments]
+    instants, row = np.unique(time, return_inverse=True)
+    markers = np.repeat(np.arange(len(begins)), np.diff([*begins, len(time)]))
+    names = []
+    for m, begin in enumerate(begins):
+        after = rows[begin - 1][0] if begin else grid.comments[min(1, len(grid.comments) - 1)][0]
+        names.append(next((title for line, title in titles if after < line < rows[begin][0]), f"p{m + 1}"))
+    if len(set(names)) < len(names) or len({*zip(row.tolist(), markers.tolist(), strict=True)}) < len(row):
+        rule, fix = "must have each point and time once", "give each point a name of its own, and export them again"
+        raise InputError(rule, file=grid.file, fix=fix)
+    points = np.full((len(instants), len(begins), 2), np.nan)
+    points[row, markers] = place
+    weight, where = np.full(points.shape[:2], np.nan), Rows("instant", np.arange(1.0, len(instants) + 1))
+    coded = ":" in rows[0][1][0]
+    unit = 1.0 if coded else None
+    return Points("Kinovea", grid.file, tuple(names), points, weight, where, time=instants, time_unit=unit)
+
+
+def _kinovea_times(samples: Samples) -> Array:
+    """Return times: numbers, or [s] of a code such as 0:00:01:25, which ends with hundredths or thousandths."""
+    texts = samples.text(0)
+    if not all(re.fullmatch(r"(\d+:){2,3}\d{2,3}", text) for text in texts):
+        return samples.times(0)[0]
+    seconds = []
+    for text in texts:
+        *whole, part = text.split(":")
+        seconds.append(sum(int(x) * 60.0**k for k, x in enumerate(reversed(whole))) + int(part) / 10 ** len(part))
+    return np.array(seconds)
+
+
 def _program(grid: Grid, programs: dict[str, set[str]]) -> str:
     """Return the program among these whose names of columns a grid has, or ""."""
     heads = [set(grid.cells(k)) for k in range(min(FIRST_LINES, len(grid.rows)))]
@@ -110,6 +159,7 @@ def _events(grid: Grid, individual: str | None) -> Points:
 TEXTS = (
     Text("EthoVision", _is_ethovision, _ethovision),
     Text("names above axes", lambda grid: _axes_row(grid) is not None, _stacked, individuals=True),
+    Text("Kinovea", _is_kinovea, _kinovea),
     Text("a table of one point", lambda grid: bool(_program(grid, ONE_POINT)), _point),
     Text("a table of events", lambda grid: bool(_program(grid, EVENTS)), _events),
 )

@@ -26,6 +26,7 @@ PAIRS = (
     "markers",
     "midline",
 )  # names of x1, y1, x2, y2, ... in columns
+QUALISYS = "trajectories.labeled.data"  # end of the name of its places
 LONGER = 3  # times as many frames as points, from which on the longer side is that of frames
 FIX = "save x and y, each of frames by points (nose to tail), and t in s or fps: save('points.mat', 'x', 'y', 'fps')"
 
@@ -38,6 +39,8 @@ def read(path: str | Path, individual: str | None) -> Points:
 
 def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual: str | None) -> Points:
     """Return the points of variables whose names and shapes suit points; `individual` names one of several."""
+    if qualisys := next((key for key in arrays if key.lower().endswith(QUALISYS) and arrays[key].ndim == 3), ""):
+        return _qualisys(file, arrays, qualisys)
     candidates = candidates_of(arrays)
     if not candidates:
         if any(key in arrays for name in arrays if (key := _other(name)) and arrays[name].size > 1):
@@ -68,6 +71,18 @@ def points_of_arrays(form: str, file: str, arrays: dict[str, Array], individual:
         notes=(f"the points are those of {name}: {count} frames of {place.shape[1]} points",),
         **clock,
     )
+
+
+def _qualisys(file: str, arrays: dict[str, Array], name: str) -> Points:
+    """Return the points of an export of Qualisys: (markers, 4, frames), x, y, z in mm, z up, and a residual."""
+    place = seen(arrays[name].transpose(2, 0, 1)[:, :, :3])
+    stated = {key.lower(): float(one.ravel()[0]) for key, one in arrays.items() if one.size == 1}
+    before = name.lower().removesuffix(QUALISYS)
+    frame = stated.get(f"{before}startframe", 1.0) + np.arange(float(len(place)))
+    rate = stated.get(f"{before}framerate", 0.0)
+    names, no_weight = tuple(f"{k + 1}" for k in range(place.shape[1])), np.full(place.shape[:2], np.nan)
+    fields: dict[str, Any] = {"rate": rate if rate > 0 else None, "length_unit": UNITS["mm"], "vertical": 2}
+    return Points("Qualisys", file, names, place, no_weight, Rows("frame", frame), frame=frame, y_down=False, **fields)
 
 
 def candidates_of(arrays: dict[str, Array]) -> dict[str, Array]:

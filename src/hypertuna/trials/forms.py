@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from hypertuna.errors import InputError
 from hypertuna.io.door import opened
-from hypertuna.trials import form_captures, form_columns, form_headed, form_poses
+from hypertuna.trials import form_captures, form_columns, form_headed, form_poses, form_shapes
+from hypertuna.trials.form_clock import with_comments
 from hypertuna.trials.grid import Grid, read_grid
 from hypertuna.trials.points import Points, no_individuals
 
@@ -33,6 +34,7 @@ class Form(NamedTuple):
 # Fixes in errors.
 EXPORT = "export CSV: analyze_videos(..., save_as_csv=True) in DeepLabCut, Export Analysis CSV in SLEAP"
 POSES = "import its poses: hypertuna trials import poses"
+SAVE_CSV, TRACKED = "save it as CSV", "track its markers, and give the table of their places"
 KEYPOINTS = "write its points as CSV: frame, marker, x, y, score in a row for each frame and point"
 FORMS: tuple[Form, ...] = (
     Form("SLEAP's labels", (".slp",), fix="export its analysis: Export Analysis HDF5 or CSV in SLEAP", tracks=True),
@@ -48,13 +50,21 @@ FORMS: tuple[Form, ...] = (
     Form("a bag of ROS 2", (".db3",), (b"SQLite format 3",), fix=POSES),
     Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
     Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
-    Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix="track its markers, and give the table of their places"),
+    Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix=TRACKED),
     Form("JSON, as MMPose, COCO and OpenPose write it", (".json",), (b"{", b"["), fix=KEYPOINTS),
     Form("XML", (".xml",), (b"<",), fix=KEYPOINTS),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
+    Form(
+        "a compressed file", (".gz", ".bz2", ".xz", ".7z", ".zst"), (b"\x1f\x8b", b"BZh", b"\xfd7zXZ"), fix="unpack it"
+    ),
+    Form("a table of Arrow or Parquet", (".parquet", ".feather"), (b"PAR1", b"ARROW1"), fix=SAVE_CSV),
+    Form("data of R, SPSS or Stata", (".rds", ".rdata", ".sav", ".dta"), fix=SAVE_CSV),
+    Form("a skeleton's motion", (".bvh", ".amc", ".asf", ".fbx"), (b"HIERARCHY",), fix=KEYPOINTS),
+    Form("lines of JSON or YAML", (".jsonl", ".yaml", ".yml"), fix=KEYPOINTS),
+    Form("a picture", (".png", ".jpg", ".jpeg", ".tif", ".tiff"), (b"\x89PNG", b"\xff\xd8\xff"), fix=TRACKED),
 )
 # plain columns come last, since they accept files of any other form
-TEXTS = (*form_poses.TEXTS, *form_captures.TEXTS, *form_headed.TEXTS, *form_columns.TEXTS)
+TEXTS = (*form_shapes.TEXTS, *form_poses.TEXTS, *form_captures.TEXTS, *form_headed.TEXTS, *form_columns.TEXTS)
 
 
 def read_points(path: str | Path, individual: str | None = None) -> Points:
@@ -76,7 +86,7 @@ def points_of_grid(grid: Grid, individual: str | None) -> Points:
     form = next(form for form in TEXTS if form.recognized(grid))
     if individual is not None and not form.individuals:
         raise no_individuals(grid.file, individual)
-    return form.read(grid, individual)
+    return with_comments(form.read(grid, individual), grid.comments)
 
 
 def binary_form(path: str | Path) -> Form | None:

@@ -33,13 +33,22 @@ MISSING = (
     "-1.#ind",
 )
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
-MARKS, FIRST_LINES = (";", "\t", ","), 30  # between cells, and lines in which they are sought
+MARKS, FIRST_LINES = (";", "\t", ",", "|"), 30  # between cells, and lines in which they are sought
+SPACES = ""  # the mark of cells between spaces
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+MAX_COMMENTS = 300
 IMAGE = re.compile(r"(\d{1,12})(?:\.[A-Za-z]\w{0,4})?$", re.ASCII)  # number of a frame, last in its image's name
 
 
 DATED = re.compile(r"(19|20)\d\d[-_]?\d\d[-_]?\d\d[-_T. ]\d\d[-_h.]?\d\d[-_m.]?\d\d[-_s.]\d", re.ASCII)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
+# Numbers as others write them, and what to do about each.
+OTHER_NUMBERS = {
+    re.compile(r"[+-]?\d{1,3}(?:[,.' \u2019\u202f\xa0]\d{3})+(?:[.,]\d+)?"): "without a separator of thousands",
+    re.compile(r"[\u2212\u2013][\d.,]+(?:e\S+)?", re.IGNORECASE): "with a minus sign of ASCII, -",
+    re.compile(r"[+-]?[\d.,]+d[+-]?\d+", re.IGNORECASE): "with e before the exponent, as 1.5e-3",
+}
+DAY, LATE = 86400.0, 82800.0  # s: a clock of the day that falls by more than the latter passes midnight
 CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
 TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second
 
@@ -50,7 +59,12 @@ class Grid:
 
     file: str
     rows: list[tuple[int, list[str]]]  # number of the line from 1, and cells
-    comment: str = ""  # the file's first comment
+    comments: tuple[tuple[int, str], ...] = ()  # number of the line from 1, and text of each comment
+
+    @property
+    def comment(self) -> str:
+        """The file's first comment."""
+        return self.comments[0][1] if self.comments else ""
 
     def cells(self, row: int) -> list[str]:
         """Return the cells of a row in lower case; an empty list beyond the end."""
@@ -62,6 +76,8 @@ class Grid:
         for line, cells in rows:
             if len(cells) != len(head):
                 rule, fix = f"must have {len(head)} cells, like the line of names", "complete the line or remove it"
+                if len(cells) > 1.5 * len(head) and all(cell.lstrip("+-").isdecimal() for cell in cells):
+                    fix = "are these decimal commas? Then save it with semicolons between the cells"
                 raise InputError(rule, file=self.file, key=f"line {line}", value=f"{len(cells)} long", fix=fix)
         return Samples(self.file, head, rows)
 
@@ -121,7 +137,10 @@ class Samples:
             elif words and text.lower() in WORDS:
                 yield WORDS[text.lower()]
             else:
-                fix = "give a number, or leave the cell empty"
+                how = next((how for form, how in OTHER_NUMBERS.items() if form.fullmatch(text)), "")
+                fix = f"write numbers {how}" if how else "give a number, or leave the cell empty"
+                if text and text == self.head[column]:
+                    fix = "the line of names comes again: give each run in a file of its own"
                 if math.isfinite(value):
                     CELL.check(value, f"line {line}, {self.head[column]}", fix, file=self.file)
                 raise self._error(line, column, "must be a number", shown(text), fix)
@@ -139,7 +158,8 @@ class Samples:
                     fix = "a time code counts frames: write the number of each frame into a column frame"
                 raise self._error(line, column, rule, shown(row[column]), fix)
             values.append(value)
-        return np.array(values), True
+        clocks = all(CLOCK.fullmatch(text) for text in self.text(column) if text.lower() not in MISSING)
+        return _past_midnight(np.array(values)) if clocks else np.array(values), True
 
     def frames(self, column: int) -> Array:
         """Return the frame numbers of a column of numbers, or of image names with the number at the end."""
@@ -179,6 +199,14 @@ class Samples:
                 raise InputError(rule, file=self.file, key=f"column {name}", value=value, fix=fix)
 
 
+def _past_midnight(values: Array) -> Array:
+    """Return the times of a clock of the day [s], NaN for missing ones, that go on after midnight."""
+    known = np.isfinite(values)
+    falls = np.diff(values[known], prepend=values[known][:1]) < -LATE
+    values[known] += DAY * np.cumsum(falls)
+    return values
+
+
 def clock_time(text: str) -> float | None:
     """Return the seconds of a clock's time or of a date with it (ISO 8601); infinite for a time code, None if none."""
     if match := CLOCK.fullmatch(text):
@@ -202,12 +230,13 @@ def frame_number(text: str) -> float | None:
 
 
 def read_grid(path: str | Path) -> Grid:
-    """Read the cells of a text file; commas, semicolons or tabs separate them."""
+    """Read the cells of a text file; commas, semicolons, tabs, bars or spaces separate them."""
     file = str(path)
-    content, comment = [], ""
+    content: list[tuple[int, str]] = []
+    comments: list[tuple[int, str]] = []
     for number, line in enumerate(read_lines(path), 1):
         if line.lstrip().startswith("#"):
-            comment = comment or line.strip()
+            comments += [(number, line.strip())] * (len(comments) < MAX_COMMENTS)
         elif line.strip():
             if len(line) > LONGEST:
                 rule, fix = f"must have at most {LONGEST} characters", "give one sample a line"
@@ -218,13 +247,40 @@ def read_grid(path: str | Path) -> Grid:
         raise InputError("must be a table", file=file, value="empty", fix=fix)
     excel_mark = re.fullmatch(r'"?sep=(.)"?', content[0][1].strip(), re.IGNORECASE)  # first line in files of Excel
     content = content[1:] if excel_mark else content
-    first = next((line for _, line in content[:FIRST_LINES] if any(mark in line for mark in MARKS)), content[0][1])
-    counts: Callable[[str], int] = first.count
-    mark = excel_mark[1] if excel_mark else max(MARKS, key=counts)
-    if not counts(mark) and len(content[0][1].split()) > 2:
-        fix = "save it with commas, semicolons or tabs between the cells"
-        raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)
-    rows = [(n, split_line(line, file, n, mark)) for n, line in content]
+    mark = excel_mark[1] if excel_mark else _mark(file, [line for _, line in content])
+    rows = [(n, _split(line, file, n, mark)) for n, line in content]
+    above = next(((n, text) for n, text in reversed(comments) if n < rows[0][0]), None)
+    if above and is_number(*rows[0][1]):
+        names = _split(above[1].lstrip("# "), file, above[0], mark)
+        if len(names) == len(rows[0][1]) and not any(map(is_number, names)):
+            rows.insert(0, (above[0], names))
     while len(rows) > 2 and not any(rows[-1][1]):  # as Excel leaves them
         rows.pop()
-    return Grid(file, rows, comment)
+    return Grid(file, rows, tuple(comments))
+
+
+def _mark(file: str, lines: Sequence[str]) -> str:
+    """Return the mark between the cells of lines; `SPACES` where all lines have as many words."""
+    first = next((line for line in lines[:FIRST_LINES] if any(mark in line for mark in MARKS)), lines[0])
+    counts: Callable[[str], int] = first.count
+    mark = max(MARKS, key=counts)
+    if counts(mark) and mark != ",":
+        return mark
+    words = [word for line in lines[:FIRST_LINES] for word in line.split()]
+    if all(DECIMAL_COMMA.fullmatch(word) or "," not in word for word in words) and len(lines[0].split()) > 2:
+        if len({len(line.split()) for line in lines}) == 1:
+            return SPACES
+        if not counts(mark):
+            fix = "write as many cells in each line, with commas, semicolons or tabs between them"
+            raise InputError("must be a table of cells", file=file, value="separated by spaces", fix=fix)
+    return mark
+
+
+def _split(line: str, file: str, number: int, mark: str) -> list[str]:
+    """Split a line of a table."""
+    return line.split() if mark == SPACES else split_line(line, file, number, mark)
+
+
+def is_number(*texts: str) -> bool:
+    """Return whether all texts are numbers."""
+    return all(not math.isnan(parse_float(text.replace(",", "."))) for text in texts)

@@ -15,10 +15,14 @@ Frames = NDArray[np.intp]
 
 FLIP = math.pi / 2  # rad: half of a flip. What turns by more in a frame has no known sense of turn, either
 FASTEST = 20.0  # lengths a second: beyond the bursts of fish
+LONGEST_STRIDE = 3.0  # lengths a beat: the fastest fish go about one
 OFTEN = 0.1  # of the steps: more jumps leave no stretch of frames that would do
 BACKWARD = 0.05  # body lengths that a run must go to tell forward from backward
 FEWEST, MANY = 3, 0.25  # markers and frames in a row, or part of all frames, that make straight lines no chance
+CENTERED = 1e-3  # of the body: markers whose mean moves less are given from it
+STILL = 0.05  # of the next smallest way: a marker that goes less stands still
 ABEAM = 1.2  # way to the side over way ahead: beyond 50 deg
+FILLED = (2, 4)  # orders of differences that vanish on straight lines and on cubics
 FLOAT32 = 1.2e-7  # resolution of single precision
 RESOLVED = 3.0  # finest steps of a coordinate: slower motion repeats frames by its rounding
 
@@ -52,18 +56,20 @@ def jump_sentences(time: Array, flips: Frames, leaps: Frames) -> list[str]:
     return sentences
 
 
-def repeats_of(place: Array) -> int:
+def repeats_of(place: Array, within: float = 0.0) -> int:
     """Return how many frames of markers (frames, markers, 2) repeat the one before while the body moves.
 
-    A body at rest may repeat frames. It does not stop from its usual speed within a frame, and start so, too.
+    within: part of the usual step up to which a frame repeats. A body at rest may repeat frames. It does not stop from
+    its usual speed within a frame, and start so, too.
     """
     step = np.asarray(np.abs(np.diff(place, axis=0)))
     moved = step[np.isfinite(step) & (step > 0)]
-    seen, same = np.asarray(np.isfinite(place).all(axis=2)), np.isnan(step) | (step == 0)
+    size = np.max(np.nan_to_num(step), axis=(1, 2))
+    least = within * float(np.median(size)) if len(size) else 0.0
+    seen, same = np.asarray(np.isfinite(place).all(axis=2)), np.isnan(step) | (step <= least)
     still = np.asarray(same.all(axis=(1, 2)) & (seen[1:] == seen[:-1]).all(axis=1) & seen[1:].any(axis=1))
     if not still.any() or not len(moved):
         return 0
-    size = np.max(np.nan_to_num(step), axis=(1, 2))
     usual = float(np.median(size[~still]))
     if usual <= RESOLVED * float(moved.min()):
         return 0
@@ -76,25 +82,47 @@ def repeats_of(place: Array) -> int:
 
 
 def filled_of(place: Array) -> int:
-    """Return how many frames of markers (frames, markers, 2) lie on straight lines between others, at equal steps.
+    """Return how many frames of markers (frames, markers, 2) lie on straight lines or on cubics between others.
 
     Noise and the beat bend the path of a marker in every frame, unless lost frames were filled in.
     """
+    return max(_filled(place, order) for order in FILLED)
+
+
+def _filled(place: Array, order: int) -> int:
+    """Return how many frames of markers lie where the differences of an order vanish, within rounding."""
     step = np.asarray(np.abs(np.diff(place, axis=0)))
-    bend = np.asarray(np.abs(np.diff(place, n=2, axis=0)).max(axis=2))
+    bend = np.asarray(np.abs(np.diff(place, n=order, axis=0)).max(axis=2))
     seen = np.isfinite(bend)
     if not seen.any() or not (step > 0).any():
         return 0
-    finest = max(float(step[step > 0].min()), float(np.nanmax(np.abs(place))) * FLOAT32)
-    if float(np.quantile(bend[seen], 0.9)) <= 2 * RESOLVED * finest:
+    # rounding changes a difference by up to half of the finest step times the sum of its binomial coefficients
+    finest = max(float(step[step > 0].min()), float(np.nanmax(np.abs(place))) * FLOAT32) * 2.0 ** (order - 1)
+    if float(np.quantile(bend[seen], 0.9)) <= RESOLVED * finest:
         return 0
-    flat = (bend <= 2.01 * finest) & (step[1:].max(axis=2) > 0)
-    straight = (flat | ~seen).all(axis=1) & (flat.sum(axis=1) >= FEWEST)
-    if straight.mean() >= MANY:
-        return int(straight.sum())
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], straight.astype(int), [0]])))
+    flat = (bend <= 1.005 * finest) & (step[order - 1 :].max(axis=2) > 0)
+    smooth = (flat | ~seen).all(axis=1) & (flat.sum(axis=1) >= FEWEST)
+    if smooth.mean() >= MANY:
+        return int(smooth.sum())
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], smooth.astype(int), [0]])))
     runs = np.asarray(ends[1::2] - ends[::2])
-    return int(runs[runs >= FEWEST].sum())
+    return int((runs[runs >= FEWEST] + order - 2).sum())
+
+
+def still_of(place: Array) -> int | None:
+    """Return the index of a marker of (frames, markers, 2) that hardly moves while all others do; None without one."""
+    shown = np.asarray(np.isfinite(place).all(axis=2).any(axis=0))
+    size = np.full(len(shown), np.inf)
+    low, high = (np.nanquantile(place[:, shown], part, axis=0) for part in (0.05, 0.95))
+    size[shown] = np.linalg.norm(high - low, axis=1)
+    order = np.argsort(size)
+    return int(order[0]) if len(size) > 2 and size[order[0]] < STILL * size[order[1]] else None
+
+
+def follows(place: Array) -> bool:
+    """Whether the mean of all markers (frames, markers, 2) stands still, as no body does: their places are from it."""
+    mean = place[np.isfinite(place).all(axis=(1, 2))].mean(axis=1)
+    return len(mean) > FEWEST and bool(np.ptp(mean, axis=0).max() < CENTERED * np.nanmax(np.ptp(place, axis=1)))
 
 
 def _off_course(pose: Array, stretches: Sequence[Frames], length: float) -> list[Array]:

@@ -15,6 +15,7 @@ from hypertuna.errors import InputError
 from hypertuna.swimming.beat import DEFAULT_STEPS
 from hypertuna.swimming.model import core_model, parameter_names
 from hypertuna.trials.comparison import repeatability
+from hypertuna.trials.head_motion import LONGEST_STRIDE, speed_of
 from hypertuna.trials.kind import FAILED, Kind, Point, Prediction, Quantity, Rows, Sample
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.plausibility import implausible_recording
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+TURN = math.radians(20)  # of a run, measured and computed, whose sides are compared
 AGAINST = -0.8  # correlation of measured and computed yaw below which they are of opposite signs
 MIN_RUNS = 4  # least number of runs whose scatter gives a recording's noise; otherwise the fit estimates it
 
@@ -212,22 +214,33 @@ class Tracked(Kind[Recording]):
 
 
 def _against(recording: Recording, robot: Robot) -> list[str]:
-    """Return a warning if the head of the first run yaws against the model's with the same joint angles."""
+    """Return warnings if the head of the first run goes too far a beat, or yaws or turns against the model's."""
     try:
         rows = _rows(robot, recording, None)
     except InputError:  # another part says what is wrong
         return []
+    track, where = recording.tracks[0], {"file": recording.file, "key": f"run {recording.runs[0]}"}
+    stride = speed_of(track.time, track.pose) / (beat_of(rows.curve)[0] * robot.body.length)
+    if stride > LONGEST_STRIDE:
+        rule, fix = (
+            f"goes {stride:.3g} of the robot's lengths a beat, more than any swimmer",
+            "check length_unit and time",
+        )
+        return [str(InputError(rule, **where, fix=fix))]
     point = Point(robot, core_model(robot), {}, None, 0, {}, {}, DEFAULT_STEPS, DEFAULT_STEPS, 1)
     computed = rows.predict(point).computed
     frames = slice(2 * len(rows.frames), 2 * len(rows.frames) + int((rows.sample == rows.sample[0]).sum()))
     clock = np.polynomial.polynomial.polyvander(np.linspace(-1, 1, frames.stop - frames.start), 2)
-    beats = [yaw[frames] - clock @ np.linalg.lstsq(clock, yaw[frames])[0] for yaw in (rows.measured, computed)]
-    sizes = [float(np.linalg.norm(one)) for one in beats]
-    if not min(sizes) > 0 or not beats[0] @ beats[1] < AGAINST * math.prod(sizes):
+    courses = [np.linalg.lstsq(clock, yaw[frames])[0] for yaw in (rows.measured, computed)]
+    pairs = zip((rows.measured, computed), courses, strict=True)
+    beats = [yaw[frames] - clock @ course for yaw, course in pairs]
+    sizes, turns = [float(np.linalg.norm(one)) for one in beats], [2 * float(course[1]) for course in courses]
+    against = min(sizes) > 0 and beats[0] @ beats[1] < AGAINST * math.prod(sizes)
+    if not against and not (min(map(abs, turns)) > TURN and turns[0] * turns[1] < 0):
         return []
-    rule = "yaws against the model, with the joint angles that it has"
+    rule = f"{'yaws' if against else 'turns'} against the model, with the joint angles that it has"
     fix = "is yaw counted clockwise, do the joints count the other way, or is their clock half a beat off?"
-    return [str(InputError(rule, file=recording.file, key=f"run {recording.runs[0]}", fix=fix))]
+    return [str(InputError(rule, **where, fix=fix))]
 
 
 def _rows(robot: Robot, recording: Recording, lowest: float | None) -> TrackedRows:

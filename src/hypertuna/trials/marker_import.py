@@ -19,7 +19,7 @@ from hypertuna.io.files import write_atomically
 from hypertuna.trials.chain import Chain, ChainFit, chain_of, check_rank, fit_chain, merge, unmerged
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.marker_places import Places, equal_spacing, moved, read_places, straight
-from hypertuna.trials.marker_run import Frames, MarkerRun
+from hypertuna.trials.marker_run import Frames, MarkerRun, still_marker
 from hypertuna.trials.markers import Markers, read_markers
 from hypertuna.trials.plausibility import bend_limits
 from hypertuna.trials.tracks import MAX_GAP, MIN_SAMPLES
@@ -71,9 +71,9 @@ def fit_markers(robot: Robot, markers: Markers, chain_options: ChainOptions) -> 
         names=where.names,
         notes=(*markers.notes, *notes),
     )
-    if not (used.weight > 0).any():
-        fix = "check the scale and --min-likelihood"
-        raise InputError("must hold markers that were seen", file=markers.file, fix=fix)
+    if not ((used.weight > 0).sum(axis=1) > 1).any():
+        fix = "check --min-likelihood, and whether the column of likelihoods counts the other way round"
+        raise InputError("must hold frames in which two markers were seen", file=markers.file, fix=fix)
     groups = [group.name for group in robot.joints]
     for name in (name for joint in chain_options.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
@@ -182,6 +182,8 @@ def _check_order(markers: Markers, order: Sequence[int]) -> None:
     spacing = float(np.ptp(positions)) / (len(positions) - 1)
     if (np.diff(positions) >= -INVERTED * spacing).all():
         return
+    if still := still_marker(markers):
+        raise still
     by_distance = [markers.names[order[m]] for m in np.argsort(positions)]
     if by_distance.index(markers.names[order[0]]) > len(by_distance) / 2:
         by_distance.reverse()

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
-from hypertuna.trials.head_motion import OFTEN, filled_of, jump_sentences, jumps_of, repeats_of, tail_first
+from hypertuna.trials.head_motion import (
+    OFTEN,
+    filled_of,
+    follows,
+    jump_sentences,
+    jumps_of,
+    repeats_of,
+    still_of,
+    tail_first,
+)
 from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
 from hypertuna.trials.plausibility import BEYOND
@@ -174,8 +183,11 @@ class MarkerRun:
             frames = "1 frame repeats" if repeated == 1 else f"{repeated} frames repeat"
             sentences.append(f"{frames} the one before: are lost ones filled in? Leave them empty")
         if filled := filled_of(self.markers.place):
-            text = "frames lie on straight lines between others: are lost ones filled in? Leave them empty"
+            text = "frames lie on straight lines or cubics between others: are lost ones filled in? Leave them empty"
             sentences.append(f"{filled} {text}")
+        if (still := still_of(self.markers.place)) is not None or follows(self.markers.place):
+            what = "the mean of the markers" if still is None else f"marker {self.places.names[still]}"
+            sentences.append(f"{what} stands still while others move: are the places from it, or is the fish held?")
         if tail_first(self.head, self.stretches, float(self.chain.length.sum())):
             text = "the robot moves tail first all the time: if it does not, the markers are given from tail to nose"
             sentences.append(f"{text}; give them from nose to tail, or --tail-first")
@@ -216,6 +228,8 @@ class MarkerRun:
             return None
         fit, names, file = self.fit, self.places.names, self.markers.file
         rule = f"must determine every angle in {MIN_SAMPLES} consecutive frames"
+        if still := still_marker(self.markers):
+            return still
         seen = self.markers.weight > 0
         needed = 1 + fit.covariance.shape[1] // 2
         full, settled = seen.sum(axis=1) >= needed, int(fit.determined.sum())
@@ -249,6 +263,15 @@ class MarkerRun:
         """Return the largest number of determined frames in a row."""
         ends = np.flatnonzero(np.diff(np.concatenate([[0], self.fit.determined.astype(int), [0]])))
         return int((ends[1::2] - ends[::2]).max()) if len(ends) else 0
+
+
+def still_marker(markers: Markers) -> InputError | None:
+    """Return the error of a marker that stands still while the others move, such as a corner of the tank."""
+    if (still := still_of(markers.place)) is None:
+        return None
+    rule, name = "must move with the others, or be left out", markers.names[still]
+    fix = f"if it is none of the body, give --leave-out {name}"
+    return InputError(rule, file=markers.file, key=f"marker {name}", value="still while the others move", fix=fix)
 
 
 def _longer(ratio: float) -> str:

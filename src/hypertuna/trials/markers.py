@@ -20,6 +20,7 @@ PARTS = 1.5  # px: places within it are parts of a picture
 SAME_UNIT = 0.01  # relative difference of two scales that are the same
 AXES = "xyz"  # names of the axes
 AXIS_COSINE = np.cos(np.radians(20))  # a normal within this angle of an axis is taken as that axis
+ACROSS = 0.5  # cosine of a plane's normal to the axis that should point up: the plane stands upright
 MAX_THICKNESS = 0.5  # largest spread off the plane, over that across the fish, for which the plane is clear
 MAX_POINTS = 20_000  # from which the plane is found
 # By axis that points up: index and sign of the plane's two axes, the second counter-clockwise from the first.
@@ -193,16 +194,22 @@ def on_plane(points: Points, vertical: str | None = None) -> tuple[Array, tuple[
     if points.place.shape[2] == 2:
         return points.place, ()
     up = points.vertical if vertical is None else AXES.index(vertical)
-    if up is not None:
-        return _seen(points.place, up), (f"points in space are seen from above, along {AXES[up]}",)
     complete = points.place[np.isfinite(points.place).all(axis=2)]
-    if len(complete) < 3:
-        return points.place[..., :2], ()
     complete = complete[:: len(complete) // MAX_POINTS + 1]
+    above = () if up is None else (f"points in space are seen from above, along {AXES[up]}",)
+    if len(complete) < 3 or vertical is not None:
+        return _seen(points.place, 2 if up is None else up), above
     _, spread, axes = np.linalg.svd(complete - complete.mean(axis=0), full_matrices=False)
-    normal = axes[2]
-    up = int(np.argmax(np.abs(normal)))
-    if spread[2] > MAX_THICKNESS * spread[1]:
+    normal, clear = axes[2], bool(spread[2] <= MAX_THICKNESS * spread[1])
+    flat_axis = int(np.argmax(np.abs(normal)))
+    if up is not None and clear and abs(normal[up]) < ACROSS:
+        rule = f"must point up, as the form of {points.form} says, but the fish moves along {AXES[up]}"
+        fix = f"give --vertical {AXES[flat_axis]}, across the plane of the points, or --vertical {AXES[up]} if it does"
+        raise InputError(rule, file=points.file, key=f"axis {AXES[up]}", fix=fix)
+    if up is not None:
+        return _seen(points.place, up), above
+    up = flat_axis
+    if not clear:
         rule = "must say which axis points up: the points do not lie in one plane"
         raise InputError(rule, file=points.file, key="--vertical", fix="give --vertical x, y or z")
     rms = spread[2] / np.sqrt(len(complete))

@@ -18,12 +18,11 @@ from hypertuna.io.files import write_atomically
 from hypertuna.ranges import CELL
 from hypertuna.trials.head_motion import FASTEST, repeats_of, sideways, speed_of, tail_first
 from hypertuna.trials.importers import manifest_text
-from hypertuna.trials.pose_table import HALF_TURN, MOST, pose_samples, pose_table
+from hypertuna.trials.pose_table import HALF_TURN, MOST, UNIT_TOLERANCE, pose_samples, pose_table
 from hypertuna.trials.tracks import LENGTHS, MIN_SAMPLES
 
 DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")  # names of axes
 MIN_HORIZONTAL = 0.5  # horizontal length of the head's unit vector, below which it points up or down
-UNIT_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1
 
 
 @dataclass(frozen=True)
@@ -224,9 +223,9 @@ def _turned(turn: Array, axis: Array) -> Array:
 
 def _of_table(robot: Robot, path: str | Path, view: View, wanted: Sequence[str], frame_rate: float | None) -> PoseRun:
     """Read a table of time, place and quaternion, and optionally joint angles, as other simulators write it."""
-    samples = pose_samples(path)
+    samples, comments = pose_samples(path)
     joints = _chosen_joints(robot, samples.file, samples.head, wanted) if wanted else ()
-    table = pose_table(samples, joints, frame_rate)
+    table = pose_table(samples, joints, frame_rate, comments)
     pose = _seen_from_above(samples.file, "the table", table.place, table.turn, view)
     run = PoseRun(_stem(path), samples.file, "the table", table.time, pose, notes=table.notes)
     return _checked(

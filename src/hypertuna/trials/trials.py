@@ -20,6 +20,7 @@ from hypertuna.trials.importers import import_folder
 from hypertuna.trials.kind import Kind
 from hypertuna.trials.kinds import KINDS, kind_of
 from hypertuna.trials.manifest import Recording, parse_manifest, read_manifest
+from hypertuna.trials.plausible_numbers import contradictions
 from hypertuna.trials.radio_log import steady_runs
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tables import Run, read_runs
@@ -151,7 +152,10 @@ def _check_unique(names: Sequence[tuple[str, str]], what: str) -> None:
 def implausible(trials: Trials, robot: Robot) -> tuple[list[InputError], list[str]]:
     """Return errors on files that must be in wrong units, and warnings about files with unlikely values."""
     results = [kind.implausible(members, robot) for kind, members in trials.kinds.items()]
-    return [error for errors, _ in results for error in errors], [text for _, texts in results for text in texts]
+    errors = [error for own, _ in results for error in own]
+    warnings = [text for _, texts in results for text in texts]
+    runs = (run for members in trials.kinds.values() for run in members)
+    return errors, warnings if errors else [*warnings, *contradictions(runs, robot)]
 
 
 def split(trials: Trials, validate: float, seed: int) -> tuple[Trials, Trials]:
