@@ -178,6 +178,10 @@ class Kind(ABC, Generic[T]):
         """Return whether a trial's results depend on a coefficient of the trials, such as `cost_factor`."""
         return nuisance == self.nuisance
 
+    def leaves_rigid(self, trial: T) -> bool:
+        """Return whether the motion of a trial leaves hinges rigid."""
+        return not self.hinges_bend
+
     @abstractmethod
     def motion(self, trial: T) -> dict[str, float]:
         """Return a trial's "frequency" [Hz], largest "amplitude" [rad] and "speed" [m/s], as far as it has them."""
