@@ -350,15 +350,17 @@ class TwinRun(Run, Plotted):
     @cached_property
     def _swings(self) -> Array:
         """Half of the peak-to-peak bend of each joint group in each of the last beats (beats, joints) [rad]."""
-        paths = self._paths("angle", "rate")
         if not self.beat_count:
-            return np.full((1, paths.shape[1]), math.nan)
+            return np.full((1, self.data["angle"].shape[1]), math.nan)
+        paths = self._paths("angle", "rate")
         samples = (len(paths) - 1) // self.beat_count
         beats = np.arange(self.beat_count)[:, np.newaxis] * samples + np.arange(samples + 1)
         return np.asarray(np.ptp(paths[beats], axis=1) / 2)
 
     def _paths(self, angle: str, rate: str) -> Array:
         """Return angles (instants, n) [rad] over the last beats, `SUBSTEPS` instants a tick; names of their columns."""
+        if not self.beat_count:
+            return self.data[angle]
         samples = round(SUBSTEPS / (self.gait.frequency * self.tick))  # points per beat
         instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
         columns = zip(self.data[angle].T, self.data[rate].T, strict=True)
