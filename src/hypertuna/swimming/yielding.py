@@ -104,9 +104,9 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     d = int(np.maximum(swing, decay).argmax())
     parts, key = (dampers if decay[d] > 2 * swing[d] else steepest)(robot.hinges[d]), robot.hinge_keys[d]
     name = max(parts, key=lambda part: parts[part])
-    word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
+    word, value = {"cubic": "cubic term"}.get(name, name.replace("_", " ")), getattr(robot.hinges[d], name)
     rule = f"must let {max(steps, _core.MOST_SPRING_STEPS)} steps of a beat at {np.min(frequency):g} Hz follow it"
-    fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
+    fix = f"give a lower {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
     raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
 
 
