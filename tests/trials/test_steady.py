@@ -154,6 +154,13 @@ def test_measured_bends_of_hinges(tmp_path, tuna):
     [
         ((), "bend_amplitude_deg", "18", "bend_amplitude_deg is not a known column: hypertuna has no hinge: leave it"),
         ((6,), "amplitude_hinge_deg", "18", "amplitude_hinge_deg is not a known column: measured bends of the hinges"),
+        (
+            (6,),
+            "bend_lag_rad",
+            "1",
+            "bend_lag_rad is not a known column: did you mean bend_lag_deg? Then multiply the num",
+        ),
+        ((6,), "amplitude_3_deg", "1", "(I, II); bends of hinges are columns bend_amplitude_deg and bend_lag_deg of"),
         ((6,), "bend_deg", "18", "bend_deg is not a known column: measured bends of the hinges are bend_amplitude_deg"),
         ((6, 7), "bend_lag_2_deg", "400", "bend_lag_2_deg must be from -360 to 360 deg, but is 400"),
         ((6, 7), "bend_amplitude_2_deg", "-3", "bend_amplitude_2_deg must be greater than 0 and at most 180 deg, but"),

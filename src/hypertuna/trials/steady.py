@@ -11,7 +11,7 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.door import RUNS
-from hypertuna.io.tables import Table, table_of
+from hypertuna.io.tables import Table, conversion, table_of
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
 from hypertuna.swimming.yielding import bend_name
@@ -164,6 +164,7 @@ def gait_keys(
     """
     names = [group.name for group in robot.joints]
     rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(names)})"
+    rule += "; bends of hinges are columns bend_amplitude_deg and bend_lag_deg of steady runs" * bool(robot.hinges)
     groups = {str(g + 1): g for g in range(len(names))} | {name: g for g, name in enumerate(names)}
     angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in KINDS for name, g in groups.items()}
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in NEEDED for g, name in enumerate(names)}
@@ -186,7 +187,8 @@ def _bend_hint(column: str, robot: Robot, own: Mapping[str, str]) -> str:
         return ""
     bends = [name for name in own.values() if name.startswith("bend_")]
     if bends:
-        return f"measured bends of the hinges are {', '.join(bends)}"
+        of_unit = next((name for name in bends if conversion(column, name)), "")
+        return f"did you mean {of_unit}?" if of_unit else f"measured bends of the hinges are {', '.join(bends)}"
     why = "only steady runs have bends of hinges" if robot.hinges else f"{robot.name} has no hinge"
     return f"{why}: leave it out{'' if robot.hinges else ', or choose the robot that swam with --robot'}"
 
