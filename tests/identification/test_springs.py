@@ -118,7 +118,7 @@ def test_errors(robot: ht.Robot, names: list[str], options: dict[str, Any], sent
 
 def test_trials_that_leave_the_hinge_rigid_cannot_know_its_spring() -> None:
     held = Trials((HeldThrust("a", 0.2, 0.01, gait=gait(1, 10)), Tow("b", 0.1, 0.01, u=0.3)))
-    sentence = "free hinge.stiffness needs trials whose computed motion bends the hinge"
+    sentence = "free hinge.stiffness needs trials in which the spring bends the hinge"
     for given in (["hinge.stiffness"], free(fish(), ["hinge.stiffness"])):
         with pytest.raises(ht.InputError, match=sentence) as error:
             identify(fish(), held, given)
