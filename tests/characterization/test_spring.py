@@ -119,7 +119,36 @@ def test_the_command_tells_draws_and_writes_what_the_function_finds(run: Run, tm
     assert source.startswith(f"bench test, 10 weights of {bench}: 95 % from ")
     code, _, errors = run("joint", "spring", str(bench), "--robot", "hypertuna", "-o", str(output))
     assert code == 2
-    assert "must have one hinge, but is none" in errors
+    assert "must have a hinge, but is without" in errors
+
+
+def test_one_of_several_hinges_is_chosen_by_its_link_or_number(run: Run, tmp_path: Path) -> None:
+    robot, output = tmp_path / "fish.toml", tmp_path / "stiff.toml"
+    robot.write_text(first_robot("fish", tail="flexible"))
+    fish = ht.load(robot)
+    names = [fish.links.name[hinge.link] for hinge in fish.hinges]
+    assert len(names) == 3
+    test = drawn(np.random.default_rng(5), 1.5, math.radians(0.2), 10)
+    bench = hang((test.load / (G * 0.1)).tolist(), test.angle.tolist(), tmp_path / "bench.csv")
+    stiffness = fit_spring(read_spring(bench)).stiffness
+    arguments = ("joint", "spring", str(bench), "--robot", str(robot), "-o", str(output))
+    for chosen in (names[1], "2"):
+        code, _, errors = run(*arguments, "--hinge", chosen)
+        assert (code, errors) == (0, "")
+        written = [hinge.stiffness for hinge in ht.load(output).hinges]
+        assert written == [fish.hinges[0].stiffness, pytest.approx(stiffness, rel=1e-12), fish.hinges[2].stiffness]
+        source = ht.load(output).source("hinges[1].stiffness_n_m_per_rad") or ""
+        assert source.startswith(f"of the hinge of {names[1]}: bench test, 10 weights")
+        assert "; others as before. Before: estimate" in source
+    code, _, errors = run(*arguments)
+    assert code == 2
+    assert (
+        f"--hinge must be given for a robot with several, but is missing: name the link behind it, {names[0]},"
+        in errors
+    )
+    code, _, errors = run(*arguments, "--hinge", "fni")
+    assert code == 2
+    assert f"--hinge must be a known hinge, but is 'fni': hinges are in front of {', '.join(names)}" in errors
 
 
 BAD = {  # content and the sentence that it gets

@@ -14,6 +14,7 @@ from hypertuna.cli.robot import robot_app
 from hypertuna.description.plots import midline, plot_robot
 from hypertuna.description.reference import json_schema
 from hypertuna.description.robot import load, parse, robots
+from hypertuna.description.writer import write_robot
 from hypertuna.errors import InputError
 from hypertuna.figures import save
 
@@ -139,3 +140,28 @@ def test_keys_are_listed_by_parts_of_their_names() -> None:
     assert len(told) == 3
     assert next(key["key"] for key in json.loads(run("keys", "pump.", "--json").stdout)["keys"]) == "pump.bore_m"
     assert str(run("keys", "bors").exception).startswith("PART is in no key, but is 'bors': ")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "key"),
+    [
+        ({"stiffness_n_m_per_rad": 1e6}, "stiffness_n_m_per_rad"),
+        ({"damping_n_m_s_per_rad": 9.0}, "damping_n_m_s_per_rad"),
+        ({"cubic_n_m_per_rad3": 1e5}, "cubic_n_m_per_rad3"),
+        ({"stop_deg": 5.0, "stop_stiffness_n_m_per_rad": 1e5}, "stop_stiffness_n_m_per_rad"),
+        ({}, ""),
+    ],
+)
+def test_check_says_which_spring_no_settled_beat_follows(numbers, key, run, tmp_path) -> None:
+    hinge = {"link": 7, "stiffness_n_m_per_rad": 0.5, "damping_n_m_s_per_rad": 1e-3} | numbers
+    document = load("hypertuna").document()
+    write_robot(parse(document | {"hinge": hinge, "sources": {}}), file := tmp_path / "fish.toml")
+    code, _, errors = run("robot", "check", str(file))
+    assert code == 0
+    if key:
+        assert f"note: settled beats refuse hypertuna: hinge.{key} must let 1024 steps of a beat at " in errors
+        code, _, refused = run("swim", "--robot", str(file), "--gait", "unoptimised-0.3")
+        assert code == 2
+        assert f"hinge.{key} must let 1024 steps" in refused
+    else:
+        assert errors == ""

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+import hypertuna as ht
 from film.rendered import Scene, frames
 from film.small import DEPTH, EYE, body, camera, fish
+from hypertuna.description.robot import parse
+from hypertuna.film.sections import body_of
 
 POSE, ANGLE = np.array([-0.13, -0.02, 0.2]), np.array([0.1, -0.2, 0.25])
 GROUPS = 3
@@ -23,6 +26,15 @@ def test_derivatives_agree_with_differences() -> None:
         difference = (high - low) / 2e-6
         off = np.abs(difference - by[:, k]) / np.abs(difference).max()
         assert np.quantile(off, 0.98) < 0.005  # the others lie where the nearest link changes
+
+
+def test_a_hinge_is_an_angle_like_that_of_a_joint() -> None:
+    document = ht.load("hypertuna").document()
+    springs = {"stiffness_n_m_per_rad": 0.1, "damping_n_m_s_per_rad": 1e-3}
+    document |= {"hinge": {"link": 7, **springs}, "sources": document["sources"] | {"hinge": "bench"}}
+    own = body_of(parse(document))
+    assert own.groups == ("I", "II", "hinge")
+    assert own.share[:, 2].tolist() == [0.0] * 7 + [1.0]  # the last of eight links turns with it
 
 
 def pixels_of(drawn, pose=POSE):

@@ -73,6 +73,16 @@ def test_losses_add_up_to_the_power(kind: str) -> None:
         assert run.mechanical_power == pytest.approx(instants, rel=0.05)
 
 
+def test_springs_of_hinges_store_no_power_in_oil() -> None:
+    """A robot without oil loses none there, whether or not its fin hangs on a spring."""
+    run = ht.twin(parse(KINDS["servos on all axles"].document() | {"hinge": HINGE}), GAIT, duration=3)
+    assert run.losses.at("oil") == 0
+    assert not run.data["loss_elastic"].any()
+    assert "oil" not in repr(run)
+    stored = (run.data["loss_hinge"] < 0).mean()
+    assert 0 < stored < 0.5  # the spring gives back within a beat
+
+
 def test_at_sea_and_side_by_side_they_are_the_same() -> None:
     alone = ht.twin(FISH, GAIT, duration=3)
     [first, _] = ht.twins([{"robot": FISH, "gait": GAIT, "duration": 3, "seed": k} for k in (0, 1)], measure=dict_of)

@@ -14,6 +14,7 @@ import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import parse
+from hypertuna.simulation.cards import hinge_rows
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin, twins
 
@@ -253,7 +254,21 @@ def test_a_hinge_rests_at_its_angle_and_hits_its_stops() -> None:
     free, stopped = (twin(changed("hinge", **keys), SMALL, duration=3) for keys in (soft, soft | stops))
     assert np.degrees(abs(stopped.data["hinge_angle"]).max()) < 3.5
     assert np.degrees(abs(free.data["hinge_angle"]).max()) > 10
-    assert stopped.data["loss_hinge"].max() > 0 == free.data["loss_hinge"].max()
+    damped = twin(changed("hinge", **soft, damping_n_m_s_per_rad=2e-3), SMALL, duration=3)
+    lost = [{loss.name: loss.power for loss in run.losses.losses}["hinge"] for run in (free, damped)]
+    assert abs(lost[0]) < 1e-2 * lost[1]  # a spring gives back what it takes
+    assert lost[1] == pytest.approx((2e-3 * damped.data["hinge_rate"][damped.beats] ** 2).mean(), rel=0.05)
+    (still,), (swung,), (held,) = run.bends, free.bends, stopped.bends
+    assert (still["bend_peak"], still["in_stops"]) == (pytest.approx(math.radians(1.0), abs=1e-4), 0)
+    assert swung["in_stops"] == 0 < held["in_stops"] < 1
+    assert swung["bend_peak"] == pytest.approx(abs(free.data["hinge_angle"][free.beats]).max(), rel=1e-2)
+    settled = ht.swim(changed("hinge", **soft), SMALL).bends[0]
+    assert swung["bend_amplitude"] == pytest.approx(settled.bend_amplitude, rel=0.2)  # swings err
+    assert swung["bend_lag"] == pytest.approx(settled.bend_lag, abs=0.2)
+    assert f"{100 * held['in_stops']:.0f} %" in stopped._repr_html_()
+    (row,) = hinge_rows(free)
+    assert row["name"] == "L7"
+    assert row["bend_peak_deg"] == math.degrees(swung["bend_peak"])
 
 
 def test_hinge_softens_the_fin() -> None:

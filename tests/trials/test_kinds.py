@@ -98,7 +98,8 @@ def test_a_kind_meets_its_own_prediction(kind: Kind[Any], tuna: Robot) -> None:
     assert not found.unstable.any()
     assert np.abs(weighted(data, found, dict.fromkeys(NAMES, 1.0))[0]).max() < 1e-3
     shown = errors(data, found)
-    assert set(shown.rms) == {quantity.key for quantity in kind.quantities}
+    bends = {"bend_amplitude_relative", "bend_lag_deg"}  # of hinges, which the robot lacks
+    assert set(shown.rms) == {quantity.key for quantity in kind.quantities} - bends
     assert [run["run"] for run in shown.runs] == list(trials.runs)
 
 

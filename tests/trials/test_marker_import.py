@@ -11,7 +11,12 @@ from typer.testing import CliRunner
 
 import hypertuna as ht
 from hypertuna.cli.main import app
+from hypertuna.description.new import new_robot
+from hypertuna.description.pose import coordinate_names
+from hypertuna.description.robot import parse
+from hypertuna.description.writer import write_robot
 from hypertuna.trials.chain import chain_of
+from hypertuna.trials.comparison import compare_recording, replay_recording
 from hypertuna.trials.marker_import import ChainOptions, fit_marker_run, read_marker_run
 from hypertuna.trials.marker_places import equal_spacing, read_places
 from hypertuna.trials.trials import read_trials
@@ -56,6 +61,61 @@ def error_deg(run, z):
 def refusal(run) -> str:
     assert run.refusal() is not None
     return str(run.refusal())
+
+
+def hinged():
+    """A fish of two driven joints whose fin hangs on a spring."""
+    document = new_robot("fish", links=4, length=0.4, mass=1.5)
+    document["joints"] = document["joints"][:2]
+    for name in ("gaits", "gait_bounds"):
+        del document[name], document["sources"][name]
+    document["hinge"] = {"link": 3, "stiffness_n_m_per_rad": 0.1, "damping_n_m_s_per_rad": 1e-3}
+    document["sources"]["hinge"] = "bench"
+    return parse(document, file="fish.toml")
+
+
+def film_of(robot, gait, path) -> ht.Swim:
+    """Write the markers of eight settled beats of a robot, at 100 frames a second."""
+    swum = ht.swim(robot, gait)
+    motion = swum.continued(8)
+    clock = np.arange(0, 8 / gait.frequency, 0.01)
+    names = coordinate_names(robot)
+    lead = [robot.joints[g].links[0] for g in range(len(robot.joints))] + [hinge.link for hinge in robot.hinges]
+    angles = motion["joint_angle"].to_numpy()[:, lead]
+    columns = [motion[name].to_numpy() for name in ("x", "y", "heading")]
+    z = np.column_stack([np.interp(clock, motion["time"], column) for column in (*columns, *angles.T)])
+    places = equal_spacing(robot, [f"m{k + 1}" for k in range(COUNT)])
+    place = chain_of(robot, places.link, places.along, places.across)(z)[0]
+    place += 3e-4 * np.random.default_rng(2).standard_normal(place.shape)
+    head = ["time_s", *(f"m{k + 1}_{axis}" for k in range(COUNT) for axis in "xy")]
+    rows = [",".join([f"{t:.5f}", *(f"{v:.6f}" for v in row.ravel())]) for t, row in zip(clock, place, strict=True)]
+    path.write_text("\n".join([",".join(head), *rows]) + "\n")
+    assert names == ("J1", "J2", "hinge")
+    return swum
+
+
+def test_a_film_of_a_fin_on_a_spring_gives_its_bend_and_replays_it(tmp_path) -> None:
+    """The hinge is fitted like a joint: amplitude and lag as a table of steady runs has them, and replays bend it."""
+    robot = hinged()
+    write_robot(robot, tmp_path / "fish.toml")
+    gait = ht.Gait.from_degrees(frequency=2, amplitude=(10, 15), phase=(0, 60))
+    (bend,) = film_of(robot, gait, tmp_path / "a.csv").bends
+    assert bend.bend_amplitude > 0.05
+    arguments = ["--robot", str(tmp_path / "fish.toml"), "--output", str(tmp_path / "a.toml"), "--json"]
+    out = CliRunner().invoke(app, ["trials", "import", "markers", str(tmp_path / "a.csv"), *arguments])
+    assert out.exit_code == 0, out.output
+    found = json.loads(out.stdout)["runs"][0]
+    assert found["rejected"] == 0
+    assert found["frequency_hz"] == pytest.approx(2, rel=5e-3)
+    assert found["bend_amplitude_deg"] == pytest.approx(math.degrees(bend.bend_amplitude), rel=0.02)
+    assert found["bend_lag_deg"] == pytest.approx(math.degrees(bend.bend_lag), abs=2)
+    (recording,) = read_trials(tmp_path / "a.toml", robot).recordings
+    assert recording.hinges == 1
+    measured = compare_recording(robot, recording, replay_recording(robot, recording))
+    rigid = replace(recording, hinges=0, joints=replace(recording.joints, angle=recording.joints.angle[:, :2]))
+    stiff = compare_recording(robot, rigid, replay_recording(robot, rigid))
+    errors = [float(one["rmse"].sel(axis="x")) for one in (measured, stiff)]
+    assert errors[0] < 0.2 * errors[1]
 
 
 def test_markers_whose_names_are_sorted_as_text_follow_their_numbers(eel, tmp_path) -> None:

@@ -10,7 +10,8 @@ import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.errors import did_you_mean
 from hypertuna.io.tables import conversion
-from hypertuna.trials.steady import read_steady
+from hypertuna.trials.kind_steady import Steady
+from hypertuna.trials.steady import MeasuredBend, read_steady
 from hypertuna.trials.trials import read_trials
 from told import told, tried, write
 
@@ -73,7 +74,10 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
             "line 3, phase_II_deg must be a finite number, but is inf: give one angle per joint group.",
         ),
         ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is unknown."),
-        ("6,16,25,40,", "line 3, speed_m_s must be given, or cost_of_transport: give at least one of the two."),
+        (
+            "6,16,25,40,",
+            "line 3, speed_m_s must be given, or cost_of_transport, or the bend of a hinge: give at least one of them.",
+        ),
         (
             "6,16,25,40",
             "line 3 must have 5 cells, like the line of names, but is 4 long: complete the line or remove",
@@ -112,6 +116,71 @@ def test_bad_optional_cells_are_reported(tmp_path, tuna, columns, cells, sentenc
     first = "one" if columns == "run" else "1" if columns == "repeats" else ""
     path = write(tmp_path / "tank.csv", f"{HEAD},{columns}", f"6,16,25,40,0.58,{first}", f"6,16,25,40,0.58,{cells}")
     assert told(read_steady, path, tuna).startswith(f"{path}: {sentence}")
+
+
+def with_hinges(robot, *links):
+    """The robot with passive hinges at the front ends of links."""
+    tables = [{"link": link, "stiffness_n_m_per_rad": 0.1, "damping_n_m_s_per_rad": 1e-3} for link in links]
+    document = robot.document()
+    document["sources"] |= {"hinges": "bench"}
+    return parse(document | {"hinges": tables})
+
+
+BENDS = "bend_amplitude_1_deg,bend_amplitude_1_sd_deg,bend_lag_2_deg,bend_lag_2_sd_deg"
+
+
+def test_measured_bends_of_hinges(tmp_path, tuna):
+    """In degrees, as results of `swim` have them; a run may have these alone, and its summary has their ranges."""
+    robot = with_hinges(tuna, 6, 7)
+    first, second = read_steady(
+        write(tmp_path / "tank.csv", f"{HEAD},{BENDS}", "6,16,25,40,,18,1.8,,", "6,16,25,40,0.5,,,-90,9"), robot
+    )
+    assert [bend.bend_amplitude for bend in first.bends] == [pytest.approx(math.pi / 10), None]
+    assert (first.speed, first.bends[0].bend_amplitude_sd) == (None, pytest.approx(math.pi / 100))
+    assert {name: value for name, (_, value, _) in second.measured().items()} == {
+        "speed": 0.5,
+        "bend_lag_2": pytest.approx(-math.pi / 2),
+    }
+    summary = Steady().summaries([first, second], robot)[0]
+    assert summary["bend_amplitude_1_deg"] == [pytest.approx(18)] * 2
+    assert summary["bend_amplitude_2_deg"] is None
+    assert second.to_pandas()["bend_lag_2_deg"].tolist() == [pytest.approx(-90)]
+    plot = Steady().plot([first, second], width=6)
+    assert [axes.get_ylabel() for axes in plot.axes] == ["speed [m/s]", "bend amplitude 1 [deg]", "bend lag 2 [deg]"]
+
+
+@pytest.mark.parametrize(
+    ("hinges", "column", "cell", "sentence"),
+    [
+        ((), "bend_amplitude_deg", "18", "bend_amplitude_deg is not a known column: hypertuna has no hinge: leave it"),
+        ((6,), "amplitude_hinge_deg", "18", "amplitude_hinge_deg is not a known column: measured bends of the hinges"),
+        (
+            (6,),
+            "bend_lag_rad",
+            "1",
+            "bend_lag_rad is not a known column: did you mean bend_lag_deg? Then multiply the num",
+        ),
+        ((6,), "amplitude_3_deg", "1", "(I, II); bends of hinges are columns bend_amplitude_deg and bend_lag_deg of"),
+        ((6,), "bend_deg", "18", "bend_deg is not a known column: measured bends of the hinges are bend_amplitude_deg"),
+        ((6, 7), "bend_lag_2_deg", "400", "bend_lag_2_deg must be from -360 to 360 deg, but is 400"),
+        ((6, 7), "bend_amplitude_2_deg", "-3", "bend_amplitude_2_deg must be greater than 0 and at most 180 deg, but"),
+        ((6,), "bend_amplitude_sd_deg", "3", "bend_amplitude_sd_deg needs bend_amplitude, too"),
+        ((6,), "bend_amplitude_deg", "nan", "bend_amplitude_deg must be a finite number, but is nan"),
+    ],
+)
+def test_bad_bends_of_hinges(tmp_path, tuna, hinges, column, cell, sentence):
+    robot = with_hinges(tuna, *hinges) if hinges else tuna
+    path = write(tmp_path / "tank.csv", f"{HEAD},{column}", f"6,16,25,40,0.5,{cell}")
+    assert sentence in told(read_steady, path, robot)
+
+
+def test_bends_in_radians_are_doubted(tmp_path, tuna):
+    robot = with_hinges(tuna, 7)
+    swing = ht.swim(robot, gait := ht.Gait.from_degrees(frequency=3, amplitude=(16, 25), phase=(0, 40))).bends[0]
+    run = ht.SteadyRun("a", gait, bends=(MeasuredBend(math.radians(swing.bend_amplitude)),))
+    faults, (warning,) = Steady().implausible([run], robot)
+    assert not faults
+    assert "the measured amplitudes of hinges (bend_amplitude_deg) are 1/57 of those of the model: likely" in warning
 
 
 def test_many_bad_rows_are_reported_together(tmp_path, tuna):

@@ -6,6 +6,7 @@ the horizontal without a load. The fin's own weight shifts the zero and nothing 
 """
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,7 @@ from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import RUNS
 from hypertuna.io.tables import parse_float, read_table
-from hypertuna.ranges import Range
+from hypertuna.ranges import Range, check_name
 
 ARM, ANGLE = "arm_m", "angle_deg"
 LOADS = {  # ranges of the columns of loads: larger numbers are in another unit
@@ -202,14 +203,28 @@ def _search(test: SpringTest, tilt: float, largest: float, count: int) -> tuple[
     return fit.x, covariance, fit.fun
 
 
-def with_spring(robot: Robot, fit: SpringFit) -> Robot:
-    """Return a robot of one hinge with the fitted spring, and the bench test as its source."""
-    if len(robot.hinges) != 1:
-        value, fix = f"{len(robot.hinges) or 'none'}", "name a robot with [hinge]: robot new --tail passive writes one"
-        raise InputError("must have one hinge", file=robot.file or None, value=value, fix=fix)
-    place, cubic = robot.hinge_keys[0], robot.hinges[0].cubic
+def with_spring(robot: Robot, fit: SpringFit, hinge: str | None = None) -> Robot:
+    """Return a robot with the fitted spring at a hinge, and the bench test as its source; hinge: see `hinge_of`."""
+    d = hinge_of(robot, hinge)
+    place, cubic = robot.hinge_keys[d], robot.hinges[d].cubic
     values = {f"{place}.stiffness_n_m_per_rad": fit.stiffness}
     values |= {f"{place}.cubic_n_m_per_rad3": fit.cubic} if fit.cubic or cubic else {}
     low, high = fit.stiffness_interval
     text = f"bench test, {len(fit.test.angle)} weights of {fit.test.file}: 95 % from {low:.3g} to {high:.3g} N m/rad"
-    return sourced(changed(robot, values), robot, dict.fromkeys(values, text))
+    if len(robot.hinges) > 1:  # a source is of the tables of all hinges
+        text = f"of the hinge of {robot.links.name[robot.hinges[d].link]}: {text}; others as before"
+    return sourced(changed(robot, values), robot, {re.sub(r"\[\d+\]", "", key): text for key in values})
+
+
+def hinge_of(robot: Robot, name: str | None) -> int:
+    """Return the index of a hinge by the link behind it, or its number from the head; None: the only one."""
+    links = [robot.links.name[hinge.link] for hinge in robot.hinges]
+    if not links:
+        fix = "name a robot with [hinge]: robot new --tail passive writes one"
+        raise InputError("must have a hinge", file=robot.file or None, value="without", fix=fix)
+    if name is None and len(links) > 1:
+        fix = f"name the link behind it, {', '.join(links)}, or its number from the head"
+        raise InputError("must be given for a robot with several", key="--hinge", value="missing", fix=fix)
+    numbers = {f"{d + 1}": d for d in range(len(links))} | {link: d for d, link in enumerate(links)}
+    check_name(name or "1", numbers, "--hinge", "hinge", f"hinges are in front of {', '.join(links)}")
+    return numbers[name or "1"]

@@ -169,7 +169,7 @@ def identify_command(
         raise InputError("is used only with --posterior", key="--cluster", fix="add --posterior N")
     fish = robot.load(output).using(water=laws[0] if laws else None, joints=joints, areas=areas)
     runs = read_trials(trials, fish)
-    if rigid := rigid_in(runs.kinds):
+    if rigid := rigid_in(kind for kind, own in runs.kinds.items() if any(map(kind.leaves_rigid, own))):
         opt.with_rigid_hinge(fish, f"in {rigid}")
     with progress_bar("fitting", parts="stage", checkpoint=search.checkpoint) as progress:
         options = search.arguments() | {"progress": progress}

@@ -148,7 +148,7 @@ def show_marker_runs(
         with refused(as_json):
             raise InputError(error.rule, file=error.file, key=error.key, value=error.value, fix=fix)
     written = write_marker_runs(runs, fish, output, comment, noises)
-    records = [run.record() for run in runs]
+    records = [run.record() | run.bends(fish) for run in runs]
     emit(
         runs,
         record=lambda _: provenance(fish) | {"runs": records, "written": [*written, plot]},
@@ -190,5 +190,8 @@ def _marker_lines(runs: Sequence[MarkerRun], records: Sequence[dict[str, Any]]) 
             [[m, f"{lost}", f"{bad}", *(f"{round(x, 2) + 0.0:.2f}" for x in sizes)] for m, lost, bad, *sizes in own],
         )
     for record in records:
+        bends = [f"{name.removesuffix('_deg')} {record[name]:.3g} deg" for name in record if name.startswith("bend_")]
+        if bends:
+            yield f"hinges of {record['name']} at {record['frequency_hz']:.3g} Hz: {', '.join(bends)}"
         for warning in record["warnings"]:
             yield warning, "yellow"

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hypertuna.characterization.spring import COLUMNS, SpringFit, fit_spring, read_spring, with_spring
+from hypertuna.characterization.spring import COLUMNS, SpringFit, fit_spring, hinge_of, read_spring, with_spring
 from hypertuna.cli import options as opt
 from hypertuna.cli.emit import emit
 from hypertuna.description.robot import Robot
@@ -25,18 +25,24 @@ def spring_command(
     tilt: Annotated[
         float, opt.number("--tilt", "degrees", "Angle of the fin below the horizontal without a load.")
     ] = 0,
+    hinge: Annotated[
+        str | None,
+        opt.text("--hinge", "Link behind the hinge, or its number from the head, where there are several.", "HINGE"),
+    ] = None,
     plot: opt.Plot = None,
     output: opt.RobotOutput = None,
     as_json: opt.AsJson = False,
 ) -> None:
     """Fit the stiffness of a hinge to weights and angles, with its 95 % interval.
 
-    A cubic term is added where it improves the fit significantly. -o needs a robot with one hinge.
+    A cubic term is added where it improves the fit significantly. -o writes the spring of one hinge to the robot.
     """
     fish = robot.load(output)
+    if hinge is not None:
+        hinge_of(fish, hinge)
     fit = fit_spring(read_spring(file, arm=arm), tilt=math.radians(tilt))
     if output is not None:
-        write_robot(with_spring(fish, fit), output, note="bench test, see [sources]")
+        write_robot(with_spring(fish, fit, hinge), output, note="bench test, see [sources]")
     emit(
         fit,
         record=lambda fit: _record(fish, fit) | {"output": output},

@@ -150,7 +150,7 @@ def replay_command(
     A manifest holds columns, units, axes, clocks and start; only --step, --water, --plot, --output and --json go with
     it. A time offset in the robot's [fit] replaces that of the recording. Exit code 1 means that a replay diverged.
     """
-    fish = opt.with_rigid_hinge(robot.load().using(water=water))
+    fish = robot.load().using(water=water)
     if angles.lower().endswith(".toml") or os.path.isdir(angles):
         for parameter in context.command.params:
             source = str(context.get_parameter_source(parameter.name or ""))
@@ -161,6 +161,8 @@ def replay_command(
         return
     measured, tracks = series.read(angles), poses.read()
     check_replay(fish, measured, step)
+    if measured.angle.shape[1] == len(fish.joints):
+        opt.with_rigid_hinge(fish)
     x, y, heading = start
     options: dict[str, Any] = {"step": step, "current": tuple(current), "time_offset": time_offset}
     options["start"] = Pose(x, y, np.radians(heading))
@@ -259,6 +261,8 @@ def _replay_recordings(
     if not trials.recordings:
         fix = "only tracked runs are replayed: add [[recordings]]"
         raise InputError("must hold at least one recording", file=path, fix=fix)
+    if not all(recording.hinges for recording in trials.recordings):
+        opt.with_rigid_hinge(robot)
     cases = []
     with progress_bar("replaying") as progress:
         for given in trials.recordings:

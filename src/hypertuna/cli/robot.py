@@ -110,6 +110,22 @@ def _print_twin_note(robot: Robot) -> None:
         note(sentence)
 
 
+def _print_spring_note(robot: Robot) -> None:
+    """Print a note if hinges have springs that settled beats of the robot's slowest gait, or of 1 Hz, cannot follow."""
+    if not robot.hinges:
+        return
+    import numpy as np  # imported here, since few robots have hinges
+
+    from hypertuna.swimming.beat import DEFAULT_STEPS
+    from hypertuna.swimming.yielding import steps_for
+
+    slowest = min((gait.frequency for gait in robot.gaits.values()), default=1.0)
+    try:
+        steps_for(robot, np.array([slowest]), DEFAULT_STEPS)
+    except InputError as error:
+        note(f"settled beats refuse {robot.name}: {InputError(error.rule, key=error.key, value=error.value)}")
+
+
 def _next_lines(robot: Robot) -> Iterator[Any]:
     """Yield the lines that the terminal prints for a written robot, with the next commands."""
     parts = (len(robot.links.name), "link"), (len(robot.joints), "joint group")
@@ -164,6 +180,7 @@ def check(robot: RobotFile, as_json: opt.AsJson = False) -> None:
     with refused(as_json):
         fish = load(robot)
     _print_twin_note(fish)
+    _print_spring_note(fish)
     emit(fish, record=_check_record, lines=_check_lines, as_json=as_json)
 
 

@@ -10,7 +10,7 @@ from hypertuna.cli.emit import emit, made_by, save
 from hypertuna.cli.gait import GaitOptions, check_duration
 from hypertuna.description.robot import Robot
 from hypertuna.io.quantity import ZERO_CELSIUS, values_of
-from hypertuna.simulation.cards import circuit_rows, joint_rows, swims_forward, twin_sentences
+from hypertuna.simulation.cards import circuit_rows, hinge_rows, joint_rows, swims_forward, twin_sentences
 from hypertuna.simulation.run import TwinRun
 from hypertuna.simulation.twin import twin
 from hypertuna.swimming.gait import gait_degrees
@@ -97,6 +97,7 @@ def _record(run: TwinRun) -> dict[str, Any]:
         | {"battery_power_w": run.battery_power, "losses": run.losses.rows}
         | {
             "joints": joint_rows(run),
+            "hinges": hinge_rows(run),
             "circuits": circuit_rows(run),
             "limits": list(run.limits),
             "faults": list(run.faults),

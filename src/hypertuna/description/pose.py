@@ -28,6 +28,13 @@ def group_shares(robot: Robot) -> Array:
     return share
 
 
+def coordinate_names(robot: Robot) -> tuple[str, ...]:
+    """Return the names of the joint groups, then those of the hinges: ``hinge``, or ``hinge_1`` of several."""
+    several = len(robot.hinges) > 1
+    hinges = (f"hinge_{d + 1}" if several else "hinge" for d in range(len(robot.hinges)))
+    return (*(group.name for group in robot.joints), *hinges)
+
+
 def coordinate_shares(robot: Robot) -> Array:
     """Return the share of each of D coordinates (joint groups, then hinges) at every link's joint (links, D) [1]."""
     hinges = np.zeros((len(robot.links.name), len(robot.hinges)))

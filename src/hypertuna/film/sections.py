@@ -10,7 +10,7 @@ import numpy as np
 
 from hypertuna import _core
 from hypertuna.arrays import Array
-from hypertuna.description.pose import group_shares
+from hypertuna.description.pose import coordinate_names, coordinate_shares
 from hypertuna.description.robot import Robot
 from hypertuna.description.shape import Shape
 from hypertuna.errors import InputError
@@ -102,10 +102,10 @@ ITERATIONS = 15  # Levenberg-Marquardt iterations per stage of a fit
 def body_of(robot: Robot, file: str | Path | None = None) -> Body:
     """Return the silhouette of a robot: sections from a CSV file, or else estimated from lengths, areas and mass."""
     length = np.array(robot.links.length)
-    share = np.cumsum(group_shares(robot), axis=0)
+    share = np.cumsum(coordinate_shares(robot), axis=0)
     stations = np.linspace(0.0, float(length.sum()), STATIONS)
     half_sizes = _estimated(robot, stations) if file is None else _read(file, stations)
-    return Body(length, share, half_sizes**2, tuple(group.name for group in robot.joints), file is not None)
+    return Body(length, share, half_sizes**2, coordinate_names(robot), file is not None)
 
 
 def _estimated(robot: Robot, stations: Array) -> Array:

@@ -334,7 +334,7 @@ def _check_springs(robot: Robot, trials: Trials, frees: Sequence[Free], steps: i
     key = f"free {springs[0].name}"
     if not beats:
         kinds = ", ".join(f"{kind.label}s" for kind in KINDS if kind.hinges_bend)
-        rule = "needs trials whose computed motion bends the hinge, and these leave it rigid"
+        rule = "needs trials in which the spring bends the hinge; in these it is rigid or bends as measured"
         raise InputError(rule, key=key, fix=f"give trials of other kinds ({kinds}), or leave it out")
     stiffest = with_values(robot, springs, [f.upper for f in springs])
     try:

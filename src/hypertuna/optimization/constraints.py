@@ -104,7 +104,7 @@ def gait_limits(
         if not robot.hinges:
             rule, fix = "is of a passive hinge, which the robot lacks", "leave it out, or add the table [hinge]"
             raise InputError(rule, key="bend", file=robot.file or None, fix=fix)
-        names = [bend_name(robot, "bend_peak", d) for d in range(len(robot.hinges))]
+        names = [bend_name(robot.hinges, "bend_peak", d) for d in range(len(robot.hinges))]
         limits += [Limit(name, bend, unit="deg", scale=np.pi / 180) for name in names]
     return tuple(limits)
 

@@ -24,6 +24,7 @@ from hypertuna.swimming.outline import bodies, film_svg, followed, water_step
 BEATS, FRAMES = 3, 20  # beats that the animation shows, and frames per beat
 MIN_ROWS = 8  # rows of the record per beat that are needed to draw the body
 CAVITATED = "the oil cavitated in a cylinder"  # meaning of the limit "cavitation"
+SWINGS = ("bend_amplitude", "bend_lag", "bend_peak")  # of a hinge, as in a settled beat
 MIN_SPEED = 0.01  # body lengths per second: a slower robot stands still, and has no cost of transport
 BACKWARD = "The robot does not swim head first, or hardly moves: there is no cost of transport and no range."
 
@@ -46,6 +47,13 @@ def joint_rows(run: TwinRun) -> list[dict[str, Any]]:
         phase_set_deg=np.degrees(run.gait.phase),
         phase_deg=np.degrees(run.phase),
     )
+
+
+def hinge_rows(run: TwinRun) -> list[dict[str, Any]]:
+    """Return a row for each hinge: amplitude, lag and largest angle of its swing, and the part of time in its stops."""
+    angles = {name: [math.degrees(bend[name]) for bend in run.bends] for name in SWINGS}
+    in_stops = [bend["in_stops"] for bend in run.bends]
+    return _rows(run.hinges, **{f"{name}_deg": column for name, column in angles.items()}, in_stops=in_stops)
 
 
 def circuit_rows(run: TwinRun) -> list[dict[str, Any]]:
@@ -74,6 +82,8 @@ def twin_card(run: TwinRun) -> Card:
         summary["cost_of_transport_j_per_kg_m"] = quantity("cost_of_transport", "–")
     parts: list[Part] = [(f"{run.duration:g} s in {run.medium} from {run.start}, {loop}{oil}", "dim")]
     parts += [Facts(summary, digits=3), "", _joint_table(run)]
+    if run.hinges:
+        parts += ["", _hinge_table(run)]
     servos = [group.name for group in run.robot.joints if not group.drive.oil]
     if servos and run.closed_loop:
         lag = "the swing error and the lag of the phase are the servo's own"
@@ -124,6 +134,16 @@ def _joint_table(run: TwinRun) -> Table:
     columns += [("phase", "phase_deg", "z.0f"), ("set", "phase_set_deg", ".0f")]
     rows = [(row["name"], *(f"{row[key]:{form}}" for _, key, form in columns)) for row in joint_rows(run)]
     return Table(["\njoint", *(f"{head}\n[deg]" for head, *_ in columns)], rows)
+
+
+def _hinge_table(run: TwinRun) -> Table:
+    """Return the table of the hinges' swings [deg], with the part of time that they spend in their stops."""
+    rows = [
+        (row["name"], *(f"{row[f'{name}_deg']:.1f}" for name in SWINGS), stops)
+        for row, hinge in zip(hinge_rows(run), run.robot.hinges, strict=True)
+        for stops in ["none" if hinge.stop is None else f"{100 * row['in_stops']:.0f} %"]
+    ]
+    return Table(["\nhinge of", "amplitude\n[deg]", "lag\n[deg]", "largest\n[deg]", "in its\nstops"], rows)
 
 
 @cards.of(SeaRun)

@@ -206,11 +206,19 @@ class TwinRun(Run, Plotted):
     @cached_property
     def phase(self) -> Array:
         """Phase lag of each joint group's first harmonic behind the gait's clock (joints,) [rad]."""
-        target, bend = self._harmonic("angle_set"), self._harmonic("angle")
-        g = int(abs(target).argmax())
-        clock = np.angle(target[g]) + self.gait.phase[g]
-        result: Array = (clock - np.angle(bend) + math.pi / 2) % (2 * math.pi) - math.pi / 2
-        return result
+        return self._lag("angle")
+
+    @cached_property
+    def bends(self) -> tuple[dict[str, float], ...]:
+        """Swing of each hinge over the last beats [rad], as in a settled beat, and the part of time in its stops."""
+        if not self.hinges:
+            return ()
+        swing, lag = np.abs(self._harmonic("hinge_angle")), self._lag("hinge_angle") % (2 * math.pi)
+        paths = np.abs(self._paths("hinge_angle", "hinge_rate"))
+        stops = [math.inf if hinge.stop is None else hinge.stop for hinge in self.robot.hinges]
+        held = (paths >= stops).mean(axis=0)
+        columns = {"bend_amplitude": swing, "bend_lag": lag, "bend_peak": paths.max(axis=0), "in_stops": held}
+        return tuple({name: float(column[d]) for name, column in columns.items()} for d in range(len(stops)))
 
     @cached_property
     def bias(self) -> Array:
@@ -342,15 +350,29 @@ class TwinRun(Run, Plotted):
     @cached_property
     def _swings(self) -> Array:
         """Half of the peak-to-peak bend of each joint group in each of the last beats (beats, joints) [rad]."""
-        angle, rate = self.data["angle"], self.data["rate"]
         if not self.beat_count:
-            return np.full((1, angle.shape[1]), math.nan)
-        samples = round(SUBSTEPS / (self.gait.frequency * self.tick))  # points per beat
-        instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
-        columns = zip(angle.T, rate.T, strict=True)
-        paths = np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
+            return np.full((1, self.data["angle"].shape[1]), math.nan)
+        paths = self._paths("angle", "rate")
+        samples = (len(paths) - 1) // self.beat_count
         beats = np.arange(self.beat_count)[:, np.newaxis] * samples + np.arange(samples + 1)
         return np.asarray(np.ptp(paths[beats], axis=1) / 2)
+
+    def _paths(self, angle: str, rate: str) -> Array:
+        """Return angles (instants, n) [rad] over the last beats, `SUBSTEPS` instants a tick; names of their columns."""
+        if not self.beat_count:
+            return self.data[angle]
+        samples = round(SUBSTEPS / (self.gait.frequency * self.tick))  # points per beat
+        instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
+        columns = zip(self.data[angle].T, self.data[rate].T, strict=True)
+        return np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
+
+    def _lag(self, name: str) -> Array:
+        """Return how far the first harmonics of angles lag behind the gait's clock [rad], from -pi/2 on."""
+        target, bend = self._harmonic("angle_set"), self._harmonic(name)
+        g = int(abs(target).argmax())
+        clock = np.angle(target[g]) + self.gait.phase[g]
+        result: Array = (clock - np.angle(bend) + math.pi / 2) % (2 * math.pi) - math.pi / 2
+        return result
 
     def _harmonic(self, name: str) -> NDArray[np.complex128]:
         """Return the first harmonic of a column over the last beats: a (joints,) in Re(a exp(i (2 pi f t - pi/2)))."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -49,26 +49,29 @@ def spring_of(hinge: Hinge) -> dict[str, float]:
     return {name: getattr(hinge, name) or 0.0 for name in SPRING}
 
 
-def bend_name(robot: Robot, name: str, d: int) -> str:
-    """Return the name of a quantity of hinge d in results: numbered from 1 if the robot has several hinges."""
-    return name if len(robot.hinges) == 1 else f"{name}_{d + 1}"
+def bend_name(hinges: Sized, name: str, d: int) -> str:
+    """Return the name of a quantity of hinge d in results: numbered from 1 if there are several hinges."""
+    return name if len(hinges) == 1 else f"{name}_{d + 1}"
 
 
 def bend_table(robot: Robot) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of all quantities of the hinges in results, by name."""
-    return {bend_name(robot, name, d): row for d in range(len(robot.hinges)) for name, row in BEND.items()}
+    return {bend_name(robot.hinges, name, d): row for d in range(len(robot.hinges)) for name, row in BEND.items()}
 
 
 def bends_of(robot: Robot, result: Mapping[str, Array]) -> tuple[Bend, ...]:
     """Return the swing of each hinge in the first beat of a result of `settle`."""
     return tuple(
-        Bend(**{name: float(result[bend_name(robot, name, d)][0]) for name in BEND}) for d in range(len(robot.hinges))
+        Bend(**{name: float(result[bend_name(robot.hinges, name, d)][0]) for name in BEND})
+        for d in range(len(robot.hinges))
     )
 
 
 def bend_summary(robot: Robot, bends: tuple[Bend, ...]) -> dict[str, Quantity]:
     """Return the swings of all hinges as quantities for summaries, by name."""
-    values = {bend_name(robot, name, d): value for d, bend in enumerate(bends) for name, value in vars(bend).items()}
+    values = {
+        bend_name(robot.hinges, name, d): value for d, bend in enumerate(bends) for name, value in vars(bend).items()
+    }
     units = {"1": "", "rad": "deg"}
     formats = {name: Format(units.get(unit, unit)) for name, (unit, _) in bend_table(robot).items()}
     return summarized(SimpleNamespace(**values), formats)
@@ -101,9 +104,9 @@ def steps_for(robot: Robot, frequency: Array, steps: int, model: _core.Model | N
     d = int(np.maximum(swing, decay).argmax())
     parts, key = (dampers if decay[d] > 2 * swing[d] else steepest)(robot.hinges[d]), robot.hinge_keys[d]
     name = max(parts, key=lambda part: parts[part])
-    word, value = name.replace("_", " "), getattr(robot.hinges[d], name)
+    word, value = {"cubic": "cubic term"}.get(name, name.replace("_", " ")), getattr(robot.hinges[d], name)
     rule = f"must let {max(steps, _core.MOST_SPRING_STEPS)} steps of a beat at {np.min(frequency):g} Hz follow it"
-    fix = f"give less {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
+    fix = f"give a lower {word}, more --steps where the command has them, or leave [{key}] out for a rigid joint"
     raise InputError(rule, key=f"{key}.{key_of(name)}", value=f"{value:g}", fix=fix, file=robot.file)
 
 
@@ -152,7 +155,7 @@ def swing_of(robot: Robot, gaits: Gaits, swings: Array, model: _core.Model) -> d
         amplitude, lag = np.hypot(sine, cosine), np.arctan2(-cosine, sine) % (2 * np.pi)
         peak = np.where(np.isfinite(amplitude), peak, np.nan)  # a beat that diverged has none
         results = hinge.stiffness / (inertia[d] * omega_squared), amplitude, lag, peak, damping
-        result |= {bend_name(robot, name, d): value for name, value in zip(BEND, results, strict=True)}
+        result |= {bend_name(robot.hinges, name, d): value for name, value in zip(BEND, results, strict=True)}
     return result
 
 

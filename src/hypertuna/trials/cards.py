@@ -8,11 +8,11 @@ from hypertuna.display import Card, Facts, Part, Table, cards, number, tables
 from hypertuna.pictures import curve_svg
 from hypertuna.swimming.cards import beat_svg
 from hypertuna.swimming.gait import gait_table, gait_text
-from hypertuna.trials.kind_steady import Steady
-from hypertuna.trials.kinds import kind_of
+from hypertuna.trials.kind_steady import border, words
+from hypertuna.trials.kinds import QUANTITIES, kind_of
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.smoothing import SmoothSeries
-from hypertuna.trials.steady import COLUMNS, MEASURED, SteadyRun
+from hypertuna.trials.steady import SteadyRun, measured_columns
 from hypertuna.trials.tracks import JointSeries, Track
 from hypertuna.trials.trials import Trials
 
@@ -44,21 +44,17 @@ def trial_columns(trials: Trials) -> dict[str, Any]:
 def steady_columns(run: SteadyRun) -> dict[str, Any]:
     """Return a steady run as columns of one row: its gait and measurements, units in the names."""
     columns: dict[str, Any] = {"run": [run.name]} | gait_table([run.gait])
-    for key in (name for measured in MEASURED for name in (measured, f"{measured}_sd")):
-        value = getattr(run, key)
-        columns[COLUMNS[key]] = [np.nan if value is None else value]
+    columns |= {name: [np.nan if value is None else value] for name, value in measured_columns(run).items()}
     return columns | {"repeats": [run.repeats]}
 
 
 @cards.of(SteadyRun)
 def steady_card(run: SteadyRun) -> Card:
     """Return the card of a steady run: its gait, and each measured quantity with its standard deviation."""
-    facts = {
-        one.label: number(value, one.unit) + ("" if sd is None else f" ± {number(sd)}")
-        for one in Steady.quantities
-        if (value := getattr(run, one.name)) is not None
-        for sd in [getattr(run, f"{one.name}_sd")]
-    }
+    facts = {}
+    for name, (key, value, sd) in run.measured().items():
+        unit, size = border(QUANTITIES[key])
+        facts[words(name)] = number(size * value, unit) + ("" if sd is None else f" ± {number(size * sd)}")
     title = f"Steady run {run.name}: {gait_text(run.gait)}"
     return Card(title, [Facts(facts | {"repeats": f"{run.repeats}"})], lambda: beat_svg(run.gait))
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import coordinate_names, coordinate_shares
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 
@@ -30,7 +31,7 @@ MIN_RANK = 1e-6  # smallest over largest singular value of the scaled marker Jac
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot's links with markers on them. Unknowns of a frame: x, y and heading of the nose, then joint angles."""
+    """A robot's links with markers on them. Unknowns of a frame: the nose's pose, all angles."""
 
     length: Array  # (links,) [m]
     share: Array  # (links, groups): heading of a link = that of the head + share @ joint angles
@@ -75,14 +76,12 @@ class ChainFit:
 def chain_of(robot: Robot, link: Sequence[int], along: Sequence[float], across: Sequence[float]) -> Chain:
     """Return a robot's chain with markers on its links [m]: `along` from a link's front end, `across` to starboard."""
     length = np.array(robot.links.length)
-    turn = np.zeros((len(length), len(robot.joints)))
-    for g, group in enumerate(robot.joints):
-        turn[list(group.links), g] = group.share
+    turn = coordinate_shares(robot)
     each = np.arange(len(length))
     own = np.asarray(link)[:, np.newaxis]
     ahead = np.where(each < own, length, np.where(each == own, np.asarray(along, dtype=float)[:, np.newaxis], 0.0))
     side = np.where(each == own, np.asarray(across, dtype=float)[:, np.newaxis], 0.0)
-    return Chain(length, np.cumsum(turn, axis=0), ahead, side, tuple(group.name for group in robot.joints))
+    return Chain(length, np.cumsum(turn, axis=0), ahead, side, coordinate_names(robot))
 
 
 def merge(chain: Chain, joints: Sequence[Sequence[str]], sizes: Sequence[int]) -> tuple[Chain, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
@@ -80,6 +80,8 @@ class Point:
     steps: int  # Runge-Kutta steps per beat
     gradient_steps: int  # Runge-Kutta steps per beat for derivatives
     threads: int
+    # Points on both sides along the k-th scaled free coefficient, and their distance; None without `along`
+    beside: Callable[[int], tuple[Point, Point, float]] | None = None
 
     @property
     def model_along(self) -> Array:
@@ -175,6 +177,10 @@ class Kind(ABC, Generic[T]):
     def depends_on(self, trial: T, nuisance: str) -> bool:
         """Return whether a trial's results depend on a coefficient of the trials, such as `cost_factor`."""
         return nuisance == self.nuisance
+
+    def leaves_rigid(self, trial: T) -> bool:
+        """Return whether the motion of a trial leaves hinges rigid."""
+        return not self.hinges_bend
 
     @abstractmethod
     def motion(self, trial: T) -> dict[str, float]:

@@ -137,9 +137,14 @@ class Tracked(Kind[Recording]):
         tracks = tuple(track for name, track in zip(trial.runs, trial.tracks, strict=True) if name in names)
         return replace(trial, tracks=tracks) if tracks else None
 
+    def leaves_rigid(self, trial: Recording) -> bool:
+        """Return whether the recording lacks the hinges' angles."""
+        return not trial.hinges
+
     def motion(self, trial: Recording) -> dict[str, float]:
         """Return frequency and largest amplitude of the joint angles, and the mean speed from first to last frame."""
         frequency, amplitude = beat_of(trial.smoothed())
+        amplitude = amplitude[: len(amplitude) - trial.hinges]
         ends = ((track.time, seen_from_start(track.pose, 0.0)[-1, :2]) for track in trial.tracks)
         speeds = [float(np.linalg.norm(end) / (time[-1] - time[0])) for time, end in ends]
         return {"frequency": frequency, "amplitude": float(amplitude.max()), "speed": float(np.mean(speeds))}

@@ -18,7 +18,7 @@ from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import read_toml
 from hypertuna.ranges import CELL, Range
-from hypertuna.trials.replay import Pose
+from hypertuna.trials.replay import Pose, check_angles
 from hypertuna.trials.smoothing import SmoothSeries, smooth
 from hypertuna.trials.start import Velocity, beat_of, begin_together, begins_in_motion
 from hypertuna.trials.tables import TABLES, Run
@@ -48,7 +48,9 @@ class Joints(Part):
 
     file: Text = entry("path of the CSV file, from the manifest")
     time: Text = entry("column of time in s (default: time_s)", default="time_s")
-    columns: tuple[Text, ...] = entry("columns of angles, one per joint group from head to tail")
+    columns: tuple[Text, ...] = entry(
+        "columns of angles, one per joint group from head to tail, then one per hinge if measured"
+    )
     unit: Literal["deg", "rad"] = entry("unit of the angles in the file")
     noise: Annotated[Any, AfterValidator(_noise), WithJsonSchema(NUMBERS)] = entry(
         "standard deviation of the angles: a number for all joint groups, or a list (default: estimated)",
@@ -188,6 +190,7 @@ class Recording(
     ended: tuple[str, ...] = ()  # names of the runs that were cut near a wall of the tank
     align: bool = False  # whether first poses are as inexact as all frames, as they are in runs in motion
     noise_tau: float | None = None  # correlation time of the joint angles' noise [s]
+    hinges: int = 0  # number of the last angles that are of hinges, which bend as measured
 
     def begin(self, robot: Robot) -> tuple[Array | None, bool]:
         """Return the initial twist (3,) [m/s, rad/s] of the runs, and whether their first poses have errors.
@@ -266,17 +269,14 @@ def _check(manifest: Manifest, robot: Robot) -> None:
     for check in unique(tuple(table.name for table in manifest.recordings), "recordings[{}].name"):
         if not check.holds:
             raise InputError(check.text, key=check.where, value=check.value, fix=check.fix)
-    groups = [group.name for group in robot.joints]
     for i, table in enumerate(manifest.recordings):
         if table.begin == "rest" and table.velocity is not None:
             fix = "leave out one of the two"
             raise InputError('cannot be given with begin = "rest"', key=f"recordings[{i}].velocity", fix=fix)
-        if (count := len(table.joints.columns)) != len(groups):
-            rule = f"must be {len(groups)} long, one column per joint group of {robot.name} ({', '.join(groups)})"
-            key, fix = f"recordings[{i}].joints.columns", "name the columns from head to tail"
-            raise InputError(rule, key=key, value=f"{count} long", fix=fix)
-        if isinstance(table.joints.noise, tuple) and (count := len(table.joints.noise)) != len(groups):
-            rule, key = f"must be one number, or {len(groups)} like columns", f"recordings[{i}].joints.noise_deg"
+        columns = len(table.joints.columns)
+        check_angles(robot, columns, f"the length of recordings[{i}].joints.columns", "name the columns")
+        if isinstance(table.joints.noise, tuple) and (count := len(table.joints.noise)) != columns:
+            rule, key = f"must be one number, or {columns} like columns", f"recordings[{i}].joints.noise_deg"
             raise InputError(rule, key=key, value=f"{count} long", fix="give as many numbers")
 
 
@@ -315,8 +315,9 @@ def _recording(table: RecordingTable, key: str, robot: Robot, folder: Path, file
         first_pose = table.start.x, table.start.y, yaw
         tracks = [_from_start(track, np.array(first_pose)) for track in tracks]
         start = Pose.from_head_center(robot, *first_pose)
+    hinges = len(table.joints.columns) - len(robot.joints)
     rest = (table.time_offset, window, start, table.repeats, file, moving, velocity, lag, ended, table.align == "all")
-    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *rest, noise_tau=table.joints.noise_tau)
+    return Recording(table.name, joints, table.joints.noise, tuple(tracks), *rest, table.joints.noise_tau, hinges)
 
 
 def _joints(table: Joints, key: str, folder: Path, file: str) -> tuple[JointSeries, tuple[float, ...] | None]:

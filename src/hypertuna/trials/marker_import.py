@@ -81,7 +81,8 @@ def fit_markers(robot: Robot, markers: Markers, chain_options: ChainOptions) -> 
 
     def fitted(where: Places, markers: Markers) -> tuple[Chain, ChainFit]:
         chain = chain_of(robot, where.link, where.along, where.across)
-        merged, share = merge(chain, chain_options.merge, [len(group.links) for group in robot.joints])
+        sizes = [*(len(group.links) for group in robot.joints), *(1 for _ in robot.hinges)]
+        merged, share = merge(chain, chain_options.merge, sizes)
         check_rank(merged, where.names, markers.file)
         _check_size(robot, markers)
         return chain, unmerged(fit_chain(merged, markers.place, markers.weight), share)

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
+from hypertuna.swimming.yielding import bend_name
 from hypertuna.trials.chain import MAX_SD, Chain, ChainFit
 from hypertuna.trials.head_motion import (
     OFTEN,
@@ -26,6 +28,7 @@ from hypertuna.trials.head_motion import (
 from hypertuna.trials.marker_places import Places
 from hypertuna.trials.markers import Markers
 from hypertuna.trials.plausibility import BEYOND
+from hypertuna.trials.smoothing import strongest_frequency
 from hypertuna.trials.tracks import MIN_SAMPLES
 
 Frames = NDArray[np.intp]
@@ -143,6 +146,27 @@ class MarkerRun:
             "yaw_sd_deg": float(np.degrees(head[2])),
             "warnings": self.warnings,
         }
+
+    def bends(self, robot: Robot) -> dict[str, Any]:
+        """Return the beat of each hinge, as columns of steady runs have it, over the longest stretch: {} without any.
+
+        The lag is behind the first joint group, whose phase is 0.
+        """
+        if not (robot.hinges and self.stretches):
+            return {}
+        frames, groups = max(self.stretches, key=len), len(robot.joints)
+        time, angle = self.markers.time[frames], self.fit.angle[frames]
+        frequency = strongest_frequency(time, angle[:, :groups])
+        clock = 2 * math.pi * frequency * time
+        waves = np.column_stack([np.ones(len(time)), np.sin(clock), np.cos(clock)])
+        _, sine, cosine = np.linalg.lstsq(waves, angle)[0]
+        swing, lag = np.degrees(np.hypot(sine, cosine)), np.degrees(np.arctan2(-cosine, sine))
+        found: dict[str, Any] = {"frequency_hz": frequency}
+        for d in range(len(robot.hinges)):
+            behind = float((lag[groups + d] - lag[0]) % 360)
+            values = {"bend_amplitude": float(swing[groups + d]), "bend_lag": behind}
+            found |= {f"{bend_name(robot.hinges, name, d)}_deg": value for name, value in values.items()}
+        return found
 
     @property
     def warnings(self) -> list[str]:

@@ -9,6 +9,7 @@ from hypertuna.arrays import Array
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.swimming.sweep import sweep
+from hypertuna.swimming.yielding import bend_name
 from hypertuna.trials.head_motion import FASTEST, FLIP, OFTEN, sideways, speed_of, tail_first
 from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import SteadyRun
@@ -41,26 +42,35 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
             key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
             errors.append(InputError(rule, file=file, key=key, fix=fix))
             continue
-        ratio = _speed_ratio(file_runs, robot)
-        if 1 / FAR <= ratio <= FAR:
-            continue
-        size = float(f"{max(ratio, 1 / ratio):.2g}")
-        rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
-        if size > ANOTHER_UNIT:
-            errors.append(InputError(rule, file=file, key="the measured speeds", fix="check the unit, m/s"))
-        else:
-            warnings.append(str(InputError(rule, file=file, key="the measured speeds", fix=CAUSES)))
+        for name, noun, unit, causes in (("speed", "speeds", "m/s", CAUSES), *_bends(robot)):
+            ratio, key = _ratio(name, file_runs, robot), f"the measured {noun}"
+            if 1 / FAR <= ratio <= FAR:
+                continue
+            size = float(f"{max(ratio, 1 / ratio):.2g}")
+            rule = f"are {size:g} times those of the model" if ratio > 1 else f"are 1/{size:g} of those of the model"
+            if size > ANOTHER_UNIT and name == "speed":
+                errors.append(InputError(rule, file=file, key=key, fix=f"check the unit, {unit}"))
+            else:
+                warnings.append(str(InputError(rule, file=file, key=key, fix=causes)))
     return errors, warnings
 
 
-def _speed_ratio(runs: Sequence[SteadyRun], robot: Robot) -> float:
-    """Return the median ratio of measured speeds to those of the model; 1 where none was measured."""
-    measured = [run for run in runs if run.speed]
+def _bends(robot: Robot) -> list[tuple[str, str, str, str]]:
+    """Return name, noun, unit and likely causes of measured amplitudes of hinges far from the model's."""
+    names = [bend_name(robot.hinges, "bend_amplitude", d) for d in range(len(robot.hinges))]
+    causes = "likely causes are radians, values from peak to peak, or a wrong stiffness or link of the hinge"
+    return [(name, f"amplitudes of hinges ({name}_deg)", "deg", causes) for name in names]
+
+
+def _ratio(name: str, runs: Sequence[SteadyRun], robot: Robot) -> float:
+    """Return the median ratio of measured values of a quantity to those of the model; 1 where none was measured."""
+    values = [(run.gait, run.measured()[name][1]) for run in runs if name in run.measured()]
+    measured = [(gait, value) for gait, value in values if value]
     if not measured:
         return 1.0
-    computed = sweep(robot, [run.gait for run in measured]).speed.to_numpy()
+    computed = sweep(robot, [gait for gait, _ in measured])[name].to_numpy()
     usable = np.isfinite(computed) & (computed != 0)
-    ratios = np.array([run.speed for run in measured], dtype=float)[usable] / computed[usable]
+    ratios = np.array([value for _, value in measured], dtype=float)[usable] / computed[usable]
     return float(np.median(np.abs(ratios))) if len(ratios) else 1.0
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import coordinate_names
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.bags import IN_JSON, JOINTS, POSES, Joints, Stamped, Topic, decoded, read_bag
@@ -19,6 +20,7 @@ from hypertuna.ranges import CELL
 from hypertuna.trials.head_motion import FASTEST, repeats_of, sideways, speed_of, tail_first
 from hypertuna.trials.importers import manifest_text
 from hypertuna.trials.pose_table import HALF_TURN, MOST, UNIT_TOLERANCE, pose_samples, pose_table
+from hypertuna.trials.replay import check_angles
 from hypertuna.trials.tracks import LENGTHS, MIN_SAMPLES
 
 DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")  # names of axes
@@ -164,11 +166,9 @@ def _chosen_joints(robot: Robot, file: str, names: Sequence[str], wanted: Sequen
         if name not in names:
             fix = did_you_mean(name, names) if names else "the file has no joints"
             raise InputError("must be a joint of the file", file=file, key="--joints", value=shown(name), fix=fix)
-    count, chosen = len(robot.joints), tuple(wanted) or tuple(names)
-    if chosen and len(chosen) != count:
-        rule = f"must be {count} names, one per joint group of {robot.name}"
-        fix = f"name them from head to tail, of {', '.join(names)}"
-        raise InputError(rule, file=file, key="--joints", value=f"{len(chosen)}", fix=fix)
+    chosen = tuple(wanted) or tuple(names)
+    if chosen:
+        check_angles(robot, len(chosen), "the number of --joints", f"name them of {', '.join(names)}", file)
     return chosen
 
 
@@ -267,11 +267,12 @@ def _checked(robot: Robot, run: PoseRun) -> PoseRun:
 
 def write_pose_run(run: PoseRun, robot: Robot, output: str | Path, comment: str) -> list[str]:
     """Write the poses and joint angles of a run and a manifest of them; return the names of the files."""
-    folder, groups = Path(output).parent, [f"joint_{group.name}_deg" for group in robot.joints]
+    folder, groups = Path(output).parent, [f"joint_{name}_deg" for name in coordinate_names(robot)]
     pose_rows = np.column_stack([run.time, run.pose[:, :2], np.degrees(run.pose[:, 2])])
     files = [_write(folder / f"{run.name}-poses.csv", comment, ["time_s", "x_m", "y_m", "yaw_deg"], pose_rows)]
     entry: dict[str, Any] = {"name": run.name}
     if run.joint_time is not None and run.angle is not None:
+        groups = groups[: run.angle.shape[1]]
         rows = np.column_stack([run.joint_time, np.degrees(run.angle)])
         files.append(_write(folder / f"{run.name}-joints.csv", comment, ["time_s", *groups], rows))
         entry["joints"] = {"file": files[1].name, "columns": groups, "unit": "deg"}

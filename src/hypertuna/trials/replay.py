@@ -12,6 +12,7 @@ import numpy as np
 from hypertuna import _core
 from hypertuna.arguments import check_made_by, checked
 from hypertuna.arrays import Array
+from hypertuna.description.pose import coordinate_names, coordinate_shares
 from hypertuna.description.robot import Robot, robot_of
 from hypertuna.errors import InputError, shown
 from hypertuna.io.files import dataset
@@ -133,15 +134,15 @@ def replay(
 
 
 def joint_grid(robot: Robot, curve: SmoothSeries, *, step: float | None = None) -> tuple[Array, float]:
-    """Return the joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] at half steps, and the step [s]."""
+    """Return the joint motion (2 steps + 1, links, 3) [rad, rad/s, rad/s^2] at half steps, and the step [s].
+
+    Hinges bend as measured, if their angles follow those of the joint groups; otherwise they are rigid.
+    """
     time = curve.series.time
     steps = math.ceil((time[-1] - time[0]) / _longest(time, step) * (1 - 1e-12))
     step = float(time[-1] - time[0]) / steps
     motion = curve(np.linspace(time[0], time[-1], 2 * steps + 1))
-    joints = np.zeros((len(motion), len(robot.links.name), 3))
-    for g, group in enumerate(robot.joints):
-        joints[:, list(group.links)] = motion[:, g, np.newaxis] * np.array(group.share)[:, np.newaxis]
-    return joints, step
+    return np.einsum("lc,tcd->tld", coordinate_shares(robot)[:, : motion.shape[1]], motion), step
 
 
 def _longest(time: Array, step: float | None) -> float:
@@ -259,11 +260,9 @@ def rmse(robot: Robot | str | Path, result: xr.Dataset, tracks: Sequence[Track])
 
 def check_replay(robot: Robot, series: JointSeries, step: float | None) -> None:
     """Check, before smoothing, that a joint series has the robot's groups and that its replay is not too long."""
-    groups, columns = [group.name for group in robot.joints], series.angle.shape[1]
-    if columns != len(groups):
-        rule = f"must be {len(groups)}, one per joint group of {robot.name} ({', '.join(groups)})"
-        fix = "name one column of angles per joint group, from head to tail"
-        raise InputError(rule, file=series.file, key="the number of angles", value=str(columns), fix=fix)
+    check_angles(
+        robot, series.angle.shape[1], "the number of angles", "name one column of angles per joint group", series.file
+    )
     if step is not None:
         POSITIVE.check(step, "step", "give it in seconds")
     seconds, longest = float(np.ptp(series.time)), _longest(series.time, step)
@@ -272,6 +271,15 @@ def check_replay(robot: Robot, series: JointSeries, step: float | None) -> None:
         fix = f"take steps of at least {seconds / MAX_STEPS:.3g} s (--step), or replay the series in parts"
         rule = f"must take at most {MAX_STEPS} steps"
         raise InputError(rule, file=series.file, key="a replay", value=value, fix=fix)
+
+
+def check_angles(robot: Robot, count: int, key: str, fix: str, file: str | None = None) -> None:
+    """Check a number of angles: one per joint group, from head to tail, and maybe one per hinge after them."""
+    groups, names = len(robot.joints), coordinate_names(robot)
+    if count not in (groups, len(names)):
+        rule = f"must be {groups}, one per joint group of {robot.name} ({', '.join(names[:groups])})"
+        rule += f", or {len(names)}, with the hinges ({', '.join(names[groups:])})" * bool(robot.hinges)
+        raise InputError(rule, file=file, key=key, value=str(count), fix=f"{fix}, from head to tail")
 
 
 def together(tracks: Sequence[Track], begin: float = -math.inf, end: float = math.inf) -> tuple[Array, Array]:

@@ -1,6 +1,7 @@
-"""Steady runs: measured speed and cost of transport of gaits, read from CSV files."""
+"""Steady runs: measured speed, cost of transport and bends of hinges of gaits, read from CSV files."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -10,9 +11,10 @@ from hypertuna.description.robot import Robot
 from hypertuna.display import Displayed, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.door import RUNS
-from hypertuna.io.tables import Table, table_of
+from hypertuna.io.tables import Table, conversion, table_of
 from hypertuna.ranges import POSITIVE, POSITIVE_WHOLE, Range
 from hypertuna.swimming.gait import KINDS, NEEDED, Gait
+from hypertuna.swimming.yielding import bend_name
 
 R = TypeVar("R", bound=Any)  # a type of runs, which have a `name`
 
@@ -32,12 +34,31 @@ LENGTHS = {"speed_bl_s": "speed", "speed_sd_bl_s": "speed_sd"}
 POWERS = {"power_w": "cost_of_transport", "power_sd_w": "cost_of_transport_sd"}
 SPEED = Range(min=-100, max=100, unit="m/s")  # measured speeds
 SIZE = Range(min=1e-9, max=1e9)  # costs of transport and standard deviations [SI]
+BENDS = {  # measured quantities of a hinge, named as in the settled beat, and their ranges
+    "bend_amplitude": Range(above=0, max=180, unit="deg"),
+    "bend_lag": Range(min=-360, max=360, unit="deg"),
+}
 MAX_DIGITS = 9  # largest number of digits in a number of repeats
 
 
 @dataclass(frozen=True)
+class MeasuredBend:
+    """Measured swing of a hinge: amplitude and lag of its angle's part at the beat's frequency."""
+
+    bend_amplitude: float | None = None  # mean of the repeats [rad]
+    bend_amplitude_sd: float | None = None  # standard deviation of a single repeat [rad]
+    bend_lag: float | None = None  # behind the clock of the first joint group [rad]
+    bend_lag_sd: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, limits in BENDS.items():
+            value, sd = (x if x is None else math.degrees(x) for x in (getattr(self, key), getattr(self, f"{key}_sd")))
+            _check(key, value, sd, (limits,))
+
+
+@dataclass(frozen=True)
 class SteadyRun(Displayed, Tabular):
-    """Measured speed or cost of transport of a settled gait, or both."""
+    """Measured speed, cost of transport or bends of hinges of a settled gait, at least one of them."""
 
     name: str
     gait: Gait  # as commanded
@@ -48,20 +69,54 @@ class SteadyRun(Displayed, Tabular):
     repeats: int = 1  # number of swims that the values are means of
     file: str = ""  # file and line of the run
     line: int = 0
+    bends: tuple[MeasuredBend, ...] = ()  # of each hinge, head to tail; empty if none was measured
 
     def __post_init__(self) -> None:
-        if self.speed is None and self.cost_of_transport is None:
-            fix = "give at least one of the two"
-            raise InputError("must be given, or cost_of_transport", key="speed", fix=fix)
+        bent = [value for bend in self.bends for value in (bend.bend_amplitude, bend.bend_lag)]
+        if all(value is None for value in (self.speed, self.cost_of_transport, *bent)):
+            fix = "give at least one of them"
+            raise InputError("must be given, or cost_of_transport, or the bend of a hinge", key="speed", fix=fix)
         for key in MEASURED:
-            value, sd = getattr(self, key), getattr(self, f"{key}_sd")
-            for name, number in ((key, value), (f"{key}_sd", sd)):
-                for limits in (SPEED,) if name == "speed" else (POSITIVE, SIZE):
-                    if number is not None:
-                        limits.check(number, name, "leave it out if it is unknown")
-            if sd is not None and value is None:
-                raise InputError(f"needs {key}, too", key=f"{key}_sd", fix=f"give {key}, or leave this out")
+            limits = (SPEED,) if key == "speed" else (POSITIVE, SIZE)
+            _check(key, getattr(self, key), getattr(self, f"{key}_sd"), limits)
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
+
+    def measured(self) -> dict[str, tuple[str, float, float | None]]:
+        """Return what was measured [SI]: quantity, mean and standard deviation, by name in a settled beat.
+
+        Returns
+        -------
+        dict of tuple
+        """
+        sources: list[tuple[Any, str, str]] = [(self, name, name) for name in MEASURED]
+        sources += [(b, name, bend_name(self.bends, name, d)) for d, b in enumerate(self.bends) for name in BENDS]
+        found = ((name, key, getattr(of, key), getattr(of, f"{key}_sd")) for of, key, name in sources)
+        return {name: (key, value, sd) for name, key, value, sd in found if value is not None}
+
+
+def _check(key: str, value: float | None, sd: float | None, ranges: tuple[Range, ...]) -> None:
+    """Check a measured value and its standard deviation, each of which may be missing."""
+    for name, number, limits in ((key, value, ranges), (f"{key}_sd", sd, (POSITIVE, SIZE))):
+        for one in limits if number is not None else ():
+            one.check(number, name, "leave it out if it is unknown")
+    if sd is not None and value is None:
+        raise InputError(f"needs {key}, too", key=f"{key}_sd", fix=f"give {key}, or leave this out")
+
+
+def bend_columns(hinges: Sized) -> dict[str, str]:
+    """Return the columns of measured bends of hinges by key: ``bend_lag_sd[1]`` of the second hinge."""
+    keys = [(d, key, sd) for d in range(len(hinges)) for key in BENDS for sd in ("", "_sd")]
+    return {f"{key}{sd}[{d}]": f"{bend_name(hinges, key, d)}{sd}_deg" for d, key, sd in keys}
+
+
+def measured_columns(run: SteadyRun) -> dict[str, float | None]:
+    """Return what was measured of a run by column of its file, in the unit of the column; None if it is missing."""
+    numbers = {COLUMNS[key]: getattr(run, key) for name in MEASURED for key in (name, f"{name}_sd")}
+    for key, column in bend_columns(run.bends).items():
+        name, _, d = key.removesuffix("]").partition("[")
+        value = getattr(run.bends[int(d)], name)
+        numbers[column] = None if value is None else math.degrees(value)
+    return numbers
 
 
 def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]:
@@ -73,12 +128,14 @@ def read_steady(path: str | Path | Table, robot: Robot) -> tuple[SteadyRun, ...]
             "one). One tracked point gives only a speed: measure it, and write a row of a table of steady runs"
         )
         raise InputError("has a column of time, so it is not a table of steady runs", file=table.file, fix=fix)
-    keys = gait_keys(table, robot, COLUMNS, LENGTHS | POWERS)
-    if not set(MEASURED) & set(keys):
-        either = " or ".join(COLUMNS[key] for key in MEASURED)
+    bends = bend_columns(robot.hinges)
+    known = COLUMNS | bends
+    keys = gait_keys(table, robot, known, LENGTHS | POWERS)
+    if not {*MEASURED, *bends} & set(keys):
+        either = " or ".join([*(COLUMNS[key] for key in MEASURED), *list(bends.values())[::2]])
         raise InputError("must be a column", file=table.file, key=either, value="missing", fix="add what was measured")
     return tuple(
-        table.parse(unique(lambda line, cells: _run(cells, robot, table.file, line, set(table.head))), keys, COLUMNS)
+        table.parse(unique(lambda line, cells: _run(cells, robot, table.file, line, set(table.head))), keys, known)
     )
 
 
@@ -107,6 +164,7 @@ def gait_keys(
     """
     names = [group.name for group in robot.joints]
     rule = f"in KIND_GROUP_deg, GROUP is a joint group of {robot.name} by name or number ({', '.join(names)})"
+    rule += "; bends of hinges are columns bend_amplitude_deg and bend_lag_deg of steady runs" * bool(robot.hinges)
     groups = {str(g + 1): g for g in range(len(names))} | {name: g for g, name in enumerate(names)}
     angles = {f"{kind}_{name}_deg": f"{kind}[{g}]" for kind in KINDS for name, g in groups.items()}
     required = {f"{kind}[{g}]": f"{kind}_{name}_deg" for kind in NEEDED for g, name in enumerate(names)}
@@ -116,8 +174,23 @@ def gait_keys(
         {column: key for key, column in own.items()} | dict(others) | angles,
         {"frequency": own["frequency"]} | required,
         fix=f"add it; {rule}",
-        hint=lambda column: _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, explained),
+        hint=lambda column: (
+            _bend_hint(column, robot, own)
+            or _hint(column, f"{rule}; choose the robot that swam with --robot: ", angles, explained)
+        ),
     )
+
+
+def _bend_hint(column: str, robot: Robot, own: Mapping[str, str]) -> str:
+    """Return advice on an unknown column of the measured bend of a hinge; "" for other columns."""
+    if not (column.startswith("bend_") or "hinge" in column):
+        return ""
+    bends = [name for name in own.values() if name.startswith("bend_")]
+    if bends:
+        of_unit = next((name for name in bends if conversion(column, name)), "")
+        return f"did you mean {of_unit}?" if of_unit else f"measured bends of the hinges are {', '.join(bends)}"
+    why = "only steady runs have bends of hinges" if robot.hinges else f"{robot.name} has no hinge"
+    return f"{why}: leave it out{'' if robot.hinges else ', or choose the robot that swam with --robot'}"
 
 
 def _hint(column: str, rule: str, angles: Mapping[str, str], explained: set[str]) -> str:
@@ -146,7 +219,26 @@ def _run(cells: dict[str, str], robot: Robot, file: str, line: int, columns: set
             if not measured.get("speed"):
                 raise InputError("needs a speed other than 0, too", key=key, fix="give the speed, or leave this out")
             measured[key] /= robot.body.mass * abs(measured["speed"])
+    measured["bends"] = _bends(cells, robot)
     return SteadyRun(name_of(cells, file, line), gait, **(measured | origin(cells, file, line)))
+
+
+def _bends(cells: Mapping[str, str], robot: Robot) -> tuple[MeasuredBend, ...]:
+    """Return the measured bends of the hinges in a row; () if it has none."""
+    given = {key: math.radians(number(cells[key], key)) for key in bend_columns(robot.hinges) if cells.get(key)}
+    if not given:
+        return ()
+    each: list[dict[str, float]] = [{} for _ in robot.hinges]
+    for key, value in given.items():
+        name, _, d = key.removesuffix("]").partition("[")
+        each[int(d)][name] = value
+    bends = []
+    for hinge, one in enumerate(each):
+        try:
+            bends.append(MeasuredBend(**one))
+        except InputError as error:
+            raise InputError(error.rule, key=f"{error.key}[{hinge}]", value=error.value, fix=error.fix) from None
+    return tuple(bends)
 
 
 def gait_of(cells: Mapping[str, str], robot: Robot) -> Gait:

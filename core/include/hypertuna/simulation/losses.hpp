@@ -1,7 +1,7 @@
 /// Losses: where the electrical power of the servos goes, share by share, from the motors to the water.
 ///
 /// At every instant the shares add up to the power of the servos. The means of `rotor` and `elastic` over a beat are
-/// nearly zero where the motion is periodic: springs give back what they take. The small remainder is heat of the air
+/// nearly zero where the motion is periodic, and so is the part of `hinge` that springs store. The small remainder is heat of the air
 /// that travels with the oil, which the line's flow does not count (docs/hydraulics.md).
 #pragma once
 
@@ -19,7 +19,7 @@
     X(elastic, "oil", "into compressed oil, hoses and bent silicone, less what comes back") \
     X(braid, "joints", "friction of the drive units' braids")                               \
     X(silicone, "joints", "viscosity of the joints' silicone")                              \
-    X(hinge, "joints", "damping of the hinge")                                              \
+    X(hinge, "joints", "damping of hinges, and into their springs, less what comes back")   \
     X(water, "water", "work of the joints on the tail in the water")
 
 namespace hypertuna::inline HYPERTUNA_ARCH {

@@ -212,10 +212,9 @@ HYPERTUNA_NOINLINE PlantStateOf<Body> plant_rate(const Plant<Body>& plant, const
         }
         rate.strain[d] = S(0);
         const Spring<S>& spring = plant.spring[d - plant.joints];
-        const S angle = at.bend.angle[d] - spring.rest, elastic = spring.elastic(angle),
-                damper = spring.drag(angle) * at.bend.rate[d];
-        moment[d] = elastic - damper;
-        seen->losses.elastic -= elastic * at.bend.rate[d], seen->losses.hinge += damper * at.bend.rate[d];
+        const S angle = at.bend.angle[d] - spring.rest;
+        moment[d] = spring.elastic(angle) - spring.drag(angle) * at.bend.rate[d];
+        seen->losses.hinge -= moment[d] * at.bend.rate[d];
     }
     const auto body = body_acceleration(plant.body, at.bend, at.xi, at.pose, moment);
     rate.xi = body.twist;
