@@ -37,6 +37,8 @@ def cases() -> dict[str, tuple[Callable[[], float], int]]:
     ours, found = hypertuna.load("hypertuna").using(joints="ideal"), {}
     robots = {f"HyperTuna, {law}": ours.using(water=law) for law in ("strip", "elongated")}
     robots["`robot new`, strip"] = parse(new_robot("new"), file="new.toml")
+    hinge = {"link": 7, "stiffness_n_m_per_rad": 0.2, "damping_n_m_s_per_rad": 0.001}  # the fin's root
+    robots["HyperTuna with a hinge, strip"] = parse(robots["HyperTuna, strip"].document() | {"hinge": hinge})
 
     def gaits(part: fish.Gaits) -> hypertuna.Gaits:
         columns = part.frequency, part.amplitude, part.phase

@@ -104,9 +104,9 @@ struct VelocityChanges {
 /// How the rate of the momenta changes with twist, rates and angles.
 template <class S, int D>
 struct ForceChanges {
-    Slope<S> twist;               // of the body's
-    Wrench<S> rate[D], angle[D];  // of the body's
-    Planar<S> joint_twist[D];     // of each joint's, and so on
+    Slope<S> twist;               // the body's momentum with the twist,
+    Wrench<S> rate[D], angle[D];  // with each rate and each angle;
+    Planar<S> joint_twist[D];     // each joint's momentum with the twist, with each rate and each angle
     S joint_rate[D][D], joint_angle[D][D];
 
     /// From forces on links behind each joint and on all, and the momentum P.
@@ -124,6 +124,7 @@ struct ForceChanges {
             const Symmetric<S>& K = joint.inertia;
             const Momentum<S>& pi = at[d].momentum;
             const S &v_x = at[d].v_x, &v_y = at[d].v_y;
+            // v x pi with the twist: by the joint's velocity v, and by the momentum pi
             const Planar<S> held{pi.y, -pi.x, -(joint.y * pi.y + joint.x * pi.x)},
                 pushed{v_x * K.xy - v_y * K.xx, v_x * K.yy - v_y * K.xy, v_x * K.yz - v_y * K.xz};
             joint_twist[d] = dotted(joint.screw(), water[d].twist) - held - pushed;
