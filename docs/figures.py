@@ -24,13 +24,13 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from figures_reference import reference
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from hypertuna.cli.main import main
 from hypertuna.description.plots import plot_robot
-from hypertuna.description.reference import reference
 from hypertuna.description.robot import load
 from hypertuna.figures import save
 from hypertuna.paper.chapters.budget import interval_table

@@ -8,14 +8,16 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from figures_reference import sections
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import load
-from hypertuna.mission.file import missions, read_mission, reference
+from hypertuna.mission.file import missions, read_mission
 from hypertuna.mission.flight import Flight, fly
 from hypertuna.mission.log_fields import BORDER, DERIVED
 from hypertuna.mission.plots import plot_mission
 from hypertuna.mission.record import TOPICS
+from hypertuna.mission.schema import Document
 from hypertuna.paper.chapters.lake import read_lake
 from hypertuna.paper.ledger import published
 from hypertuna.paper.seeds import read_seeds
@@ -148,7 +150,7 @@ OVER_SEEDS = {
 
 TABLES: dict[str, Callable[[], str]] = {
     "mission example": example,
-    "mission keys": reference,
+    "mission keys": lambda: sections(Document),
     "log topics": topic_table,
     "lake": lake_table,
     "lake straight": straight_table,

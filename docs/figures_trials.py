@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 from figures_common import rows
+from figures_reference import sections
 from matplotlib.figure import Figure
 
 from hypertuna.description.robot import load
 from hypertuna.identification.identify import identify
 from hypertuna.trials.comparison import compare_recording, replay_recording
-from hypertuna.trials.manifest import reference as manifest_keys
+from hypertuna.trials.manifest import Manifest
 from hypertuna.trials.marker_import import read_marker_run, write_marker_runs
 from hypertuna.trials.plots_markers import plot_markers
 from hypertuna.trials.steady import COLUMNS
@@ -133,7 +134,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "steady columns": steady_columns,
     "steady example": lambda: quoted("tank/tank.csv", "text", 5),
     "manifest example": lambda: quoted("tank/tank.toml", "toml"),
-    "manifest keys": manifest_keys,
+    "manifest keys": lambda: sections(Manifest),
     "markers predicted": markers_predicted,
     "strangers held out": held_out,
     "strangers coverage": lambda: coverage("coverage"),

@@ -7,11 +7,12 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from figures_reference import reference
 
 from eel_file import EEL, edited
 from hypertuna.description import plausibility, robot
 from hypertuna.description import reference as page
-from hypertuna.description.reference import json_schema, keys, reference
+from hypertuna.description.reference import json_schema, keys
 from hypertuna.description.robot import Robot, cached, load, parse
 from hypertuna.description.schema.base import Part, entry
 from hypertuna.errors import InputError

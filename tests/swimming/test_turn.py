@@ -162,10 +162,8 @@ def test_gaits_that_do_not_turn_have_no_circle(tuna: ht.Robot) -> None:
         plot_turn(straight)
 
 
-def test_scaled_multiplies_numbers_of_the_file(tuna: ht.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    docs = Path(__file__).parents[2] / "docs"
-    monkeypatch.syspath_prepend(docs)
-    scaled = runpy.run_path(str(docs / "figures_turn.py"))["scaled"]
+def test_scaled_multiplies_numbers_of_the_file(tuna: ht.Robot) -> None:
+    scaled = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "figures_turn.py"))["scaled"]
     other = scaled(tuna, {"water.lumped.drag[0]": 2.0, "links.lateral_area_m2[7]": 0.5})
     assert other.water.lumped is not None
     assert tuna.water.lumped is not None

@@ -13,7 +13,6 @@ from hypertuna.io.quantity import Format
 from hypertuna.metrics import cost_of_transport
 from hypertuna.ranges import POSITIVE, Range
 
-HOUR = 3600.0  # s
 POINTS = 32  # Gauss-Legendre points over the charge; voltage and current are smooth
 
 

@@ -58,14 +58,13 @@ class PumpMap:
         return _bend_powers(np.asarray(bend, dtype=np.float64), self.low, self.high) @ self.terms
 
 
-def controller_columns(robot: Robot, temperature: float | None = None) -> dict[str, list[float]]:
+def controller_columns(robot: Robot) -> dict[str, list[float]]:
     """Return the constants of a robot's controller, by their names in core controller_model.hpp.
 
-    A column has one value, or one per joint, or one per circuit (index 2 joint + side). temperature: of the oil [K], by
-    default the robot's own.
+    A column has one value, or one per joint, or one per circuit (index 2 joint + side).
     """
     control = require_controller(robot)
-    hydraulics = circuits(robot, temperature)
+    hydraulics = circuits(robot)
     columns = _constants(robot, control) | _oil(robot, control, hydraulics)
     at_pour_point = circuits(robot, robot.oil.pour_point) if robot.oil else hydraulics
     for j, group in enumerate(robot.joints):

@@ -28,7 +28,6 @@ SEGMENTS = 3  # of a flexible fin
 SWING, LAG = 40.0, 80.0  # deg, of all joints together, and from the first to beyond the last
 AMPLITUDE = 30.0  # deg, of a single joint
 CRUISE = 2.0, 0.3  # Hz of a robot of 0.3 m; slower with the root of the length
-BANDWIDTH = 5.0  # Hz, of joints that servos drive
 
 OWN = ("height", "width", "fin_span", "fin_chord")  # sizes that [sources] mentions if they are given
 SOURCES = {

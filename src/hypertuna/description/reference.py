@@ -1,8 +1,8 @@
-"""Documentation pages made from the schema of a TOML file."""
+"""The schema of a TOML file in words: its tables and keys, with units, allowed values, defaults and meanings."""
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from hypertuna.description.robot import Robot, load
@@ -35,10 +35,10 @@ def keys() -> list[Key]:
     """Return all keys of a robot's file; typical values are HyperTuna's, or usual ranges."""
     schema, result = json_schema(), []
     typical = _typical()
-    for heading, table in _tables(schema, schema["$defs"], ""):
+    for heading, table in tables(schema, schema["$defs"], ""):
         path = heading.strip("[]`")
         for name, rule in table["properties"].items():
-            value = _value_in_words(rule)
+            value = value_in_words(rule)
             if not value.endswith(("table", "tables", "tables by name")):
                 key = f"{path}.{name}".lstrip(".")
                 plain_key = key.replace(".NAME", "")
@@ -83,49 +83,7 @@ def json_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
 
 
-def reference() -> str:
-    """Return docs/description.md: every key of a robot file with unit, rule and meaning."""
-    introduction = (
-        "Every key of `robots/NAME.toml`, generated from the schema that `hypertuna robot schema` prints.\n"
-        "Numbers must be finite; a list has one value per link, or per joint group in a gait. Keys without a default\n"
-        "are required. Typical values are HyperTuna's, or the usual range of what HyperTuna does not have.\n"
-        "`hypertuna robot keys PART` prints the keys whose names contain PART."
-    )
-    columns = {"default": 3, "typical": 4, "how to find it": 5}
-    rows = {key.key: key for key in keys()}
-
-    def extra_cells(key: str) -> dict[str, str]:
-        return {title: rows[key][place] if key in rows else "" for title, place in columns.items()}
-
-    return markdown(json_schema(), title="Robot description", introduction=introduction, more=extra_cells)
-
-
-def markdown(
-    schema: Mapping[str, Any], *, title: str, introduction: str, more: Callable[[str], Mapping[str, str]] | None = None
-) -> str:
-    """Return a JSON Schema of a TOML file as a Markdown page: one section per table, one row per key.
-
-    `more` returns further columns of a key, one of which may be its default.
-    """
-    titles = ["key", "unit", "value", *(more("") if more else ()), "meaning"]
-    lines = [f"# {title}", "", introduction]
-    for heading, table in _tables(schema, schema["$defs"], ""):
-        lines += ["", f"## {heading or 'Top level'}", "", table["description"].split("\n", 1)[0], ""]
-        lines += [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
-        required = table.get("required", [])
-        for name, rule in table["properties"].items():
-            value, meaning = _value_in_words(rule), rule["description"]
-            extra = more(f"{heading.strip('[]`')}.{name}".lstrip(".")) if more else {}
-            if extra.get("default"):
-                meaning = re.sub(r" \(default: .*\)$", "", meaning)
-            elif name not in required:
-                value += ", optional"
-            cells = [f"`{name}`", rule.get("unit", ""), value, *extra.values(), meaning]
-            lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
-    return "\n".join(lines) + "\n"
-
-
-def _tables(
+def tables(
     table: Mapping[str, Any], shared: Mapping[str, Any], heading: str
 ) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield a table of the schema and its subtables, each with its heading as in a TOML file."""
@@ -141,7 +99,7 @@ def _tables(
         )
         for form, title in forms:
             if isinstance(form, Mapping) and "$ref" in form:
-                yield from _tables(shared[form["$ref"].rsplit("/", 1)[-1]], shared, title)
+                yield from tables(shared[form["$ref"].rsplit("/", 1)[-1]], shared, title)
 
 
 def _unless_null(rule: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -150,17 +108,17 @@ def _unless_null(rule: Mapping[str, Any]) -> Mapping[str, Any]:
     return next(option for option in options if option.get("type") != "null")
 
 
-def _value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
+def value_in_words(rule: Mapping[str, Any], number: int = 0) -> str:
     """Return the allowed values of a key in words, such as "number > 0"; number: 0 for singular, 1 for plural."""
     rule = _unless_null(rule)
     if choices := rule.get("enum", [rule["const"]] if "const" in rule else None):
         return " or ".join(f"`{json.dumps(choice)}`" for choice in choices)
     if pair := rule.get("prefixItems"):
-        return f"{('pair', 'pairs')[number]} of {_value_in_words(pair[0], 1)}"
+        return f"{('pair', 'pairs')[number]} of {value_in_words(pair[0], 1)}"
     if rule.get("type") == "array":
-        return f"list of {_value_in_words(rule['items'], 1)}"
+        return f"list of {value_in_words(rule['items'], 1)}"
     if entries := rule.get("additionalProperties"):
-        return f"{_value_in_words(entries, 1)} by name"
+        return f"{value_in_words(entries, 1)} by name"
     noun = _NOUNS.get(rule.get("type", ""), ("table", "tables"))[number]
     # limits of BEYOND only keep slips out, and are not mentioned
     present = {name: rule[name] for name in _LIMITS if name in rule and abs(rule[name]) < BEYOND}

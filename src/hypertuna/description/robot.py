@@ -26,7 +26,7 @@ from hypertuna.description.schema.body import (
     Links,
     NamedGait,
     Spatial,
-    size_checks,
+    fits,
 )
 from hypertuna.description.schema.control import Controller, Guidance, Sensor
 from hypertuna.description.schema.firmware import Firmware
@@ -271,7 +271,7 @@ class Robot(Part, Plotted, Tabular):
             yield from self.firmware.pin_checks([group.drive for group in self.joints], quantities)
         if self.drive_unit is not None:
             yield from self.drive_unit.check_materials(self.materials)
-        yield from size_checks(self.body.length, self.joints, self.drive_unit, self.pump)
+        yield from fits(self.body.length, self.joints, self.drive_unit, self.pump)
         yield from self._source_checks()
 
     def _joint_checks(self) -> Iterator[Check]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hypertuna import _core
 from hypertuna.actuation.hydraulics import drive_names
 from hypertuna.control.controller import controller_columns, given_constants, sensor_range
-from hypertuna.control.guidance import GaitTable, gait_table, pilot_columns
+from hypertuna.control.guidance import gait_table, pilot_columns
 from hypertuna.control.sensors import sensor_absent
 from hypertuna.description.at_sea import require_at_sea
 from hypertuna.description.channels import ANALOG, COUNTED
@@ -92,11 +92,10 @@ EXTRA = {  # part -> column -> range of parameters that are no keys of a robot's
 }
 
 
-def firmware_table(robot: Robot, table: GaitTable | None = None) -> FirmwareTable:
+def firmware_table(robot: Robot) -> FirmwareTable:
     """Return the numbers of a robot's firmware; needs the tables of controller, pilot, sensors and [firmware]."""
     require_at_sea(robot, "battery", "controller", "guidance", "firmware")
-    firmware = require(robot.firmware, "firmware", robot)
-    table = gait_table(robot) if table is None else table
+    firmware, table = require(robot.firmware, "firmware", robot), gait_table(robot)
     columns = {
         "controller": controller_columns(robot),
         "pilot": pilot_columns(robot, table),

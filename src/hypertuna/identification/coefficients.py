@@ -142,11 +142,6 @@ def free(
     return tuple(_with_prior(robot, f, place, priors.get(place)) for f, place in zip(frees, places, strict=True))
 
 
-def position(frees: Sequence[Free], column: str, index: str = "") -> int | None:
-    """Return the index in `frees` of a recording's `time_offset` or of `cost_factor`; None if it is not free."""
-    return next((k for k, f in enumerate(frees) if f.column == column and f.index == index), None)
-
-
 def to_scale(frees: Sequence[Free], values: Sequence[float] | Array) -> Array:
     """Scale values (n,) [SI] of coefficients: natural logarithm for those in log scale, unchanged for others."""
     return np.array([math.log(v) if f.scale == "log" else v for f, v in zip(frees, values, strict=True)], dtype=float)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hypertuna.arrays import Array
 from hypertuna.identification.coefficients import ABSOLUTE_UNITS, Free
@@ -15,8 +14,6 @@ from hypertuna.identification.names import NUISANCES
 from hypertuna.identification.prediction import Prediction
 from hypertuna.trials.kinds import QUANTITIES
 from hypertuna.trials.trials import Trials
-
-Flags = NDArray[np.bool_]  # truth values
 
 MIN_WEIGHT = 0.35  # fraction of a direction's largest entry, below which a coefficient is not named
 MIN_WEIGHT_UNIDENTIFIABLE = 0.05  # such a fraction for an unidentifiable direction

@@ -16,7 +16,6 @@ from hypertuna.errors import InputError
 from hypertuna.io.door import opened
 
 WAIT = 120.0  # s of wall-clock time for reading a file
-SIGNATURE = b"\x89HDF\r\n\x1a\n"  # first bytes of a file
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,11 @@ class Hdf5:
         return np.asarray(array)
 
 
-def read_hdf5(path: str | Path, kind: str = "points") -> Hdf5:
+def read_hdf5(path: str | Path) -> Hdf5:
     """Read the numbers, texts and attributes of an HDF5 file, within limits; links to other files are not followed."""
     child = Path(__file__).with_name("hdf5_child.py")
     environment = dict(os.environ) | {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PATH": "::"}
-    with opened(path, kind) as stream:
+    with opened(path, "points") as stream:
         try:
             result = subprocess.run(
                 [sys.executable, "-P", str(child)], stdin=stream, capture_output=True, timeout=WAIT, env=environment

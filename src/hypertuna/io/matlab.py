@@ -15,7 +15,6 @@ from hypertuna.arrays import Array
 from hypertuna.errors import InputError
 from hypertuna.io.door import MB, NUMBERS, check_numbers, read_bytes
 
-SIGNATURE = b"MATLAB 5.0 MAT-file"  # first bytes of a file
 LARGEST, ARRAYS, DEPTH = 256 * MB, 5000, 8  # limits: bytes unpacked; arrays; nested cells and structures
 # Types of elements: of numbers -> type in NumPy; others.
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8", 16: "u1", 17: "u2"}

@@ -90,14 +90,6 @@ class Table:
             raise InputErrors(errors) if len(errors) > 1 and not foreign else errors[0]
         return keys
 
-    def checked(self, rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-        """Return rows, after a check that each has a cell for each column."""
-        for line, row in rows:
-            if len(row) != len(self.head):
-                error = self._wrong_length(row)
-                raise InputError(error.rule, file=self.file, key=f"line {line}", value=error.value, fix=error.fix)
-        return rows
-
     def _wrong_length(self, row: list[str]) -> InputError:
         """Return the error of a row with more or fewer cells than columns."""
         rule, fix = f"must have {len(self.head)} cells, like the line of names", "complete the line or remove it"

@@ -16,7 +16,6 @@ from pydantic import ValidationError
 from hypertuna.arguments import checked
 from hypertuna.control.mission import Mission, Waypoint, cross, fence_distance, sides
 from hypertuna.description.mistakes import translate
-from hypertuna.description.reference import markdown
 from hypertuna.display import Plotted, Tabular
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.frames import pose_from
@@ -144,12 +143,6 @@ def scatter_seed(file: MissionFile) -> int:
 def scatter_span(mission: Mission) -> float:
     """Return the time [s] after the start within which drawn GPS gaps begin."""
     return mission.duration or GAP_SPAN
-
-
-def reference() -> str:
-    """Return a reference of all keys of a mission file, with unit, rule and meaning, in Markdown."""
-    page = markdown(Document.model_json_schema(by_alias=True), title="", introduction="")
-    return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
 
 def _facts(mission: Mission) -> dict[str, Any]:

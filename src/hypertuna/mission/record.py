@@ -21,7 +21,6 @@ from hypertuna.errors import InputError, did_you_mean
 from hypertuna.frames import angles_of
 from hypertuna.io.quantity import Quantity, key_of, quantity
 
-HOUR = 3600.0  # s
 WINDOW = 1.0  # s: distances are along the nose's path averaged over this time, without the swing of the beat
 
 

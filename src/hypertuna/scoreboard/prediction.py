@@ -126,7 +126,7 @@ def held_excursion(robot: Robot, gaits: list[Gait]) -> Array:
     return result
 
 
-def _joint_motion(robot: Robot, gait: Gait, steps: int = DEFAULT_STEPS) -> Array:
+def _joint_motion(robot: Robot, gait: Gait) -> Array:
     """Return angle, rate and acceleration of every joint over a beat (steps, links, 3)."""
-    clock: Array = 2 * np.pi / steps * np.arange(steps, dtype=np.float64)
+    clock: Array = 2 * np.pi / DEFAULT_STEPS * np.arange(DEFAULT_STEPS, dtype=np.float64)
     return _core.joint_motion(core_model(robot), **vars(gait), clock=clock)

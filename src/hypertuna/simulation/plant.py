@@ -70,9 +70,9 @@ def _make_parts(robot: Robot, medium: str, temperature: float | None) -> Parts:
     return Parts(plant, fastest, stiffest, sensor_columns(robot), oil.temperature)
 
 
-def plant_columns(robot: Robot, temperature: float | None = None) -> dict[str, Any]:
-    """Return the columns from which the core makes a robot's plant, at an oil temperature [K]."""
-    return _plant_columns(robot, circuits(robot, temperature), _viscous(robot))
+def plant_columns(robot: Robot) -> dict[str, Any]:
+    """Return the columns from which the core makes a robot's plant, at the oil temperature of its file."""
+    return _plant_columns(robot, circuits(robot), _viscous(robot))
 
 
 def _plant_columns(robot: Robot, oil: Circuits, models: Sequence[JointModel]) -> dict[str, Any]:

@@ -51,14 +51,14 @@ def midlines(swim: Swim, count: int = MIDLINES) -> Points:
     return _frames(followed(body_of(swim.robot, motion), motion.heading.values), count)
 
 
-def outlines(swim: Swim, frames: int = FRAMES) -> tuple[Array, Array]:
+def outlines(swim: Swim) -> tuple[Array, Array]:
     """Return outlines of the body over the last beat, in a frame in which the mean path goes straight to the left.
 
     Returns the outlines (frames, points, 2), and the displacement of the water in a beat (2,) [body lengths].
     """
     motion = last_beat(swim)
     step = water_step(swim.robot, nose_points(motion), motion.heading.values)
-    return bodies(swim.robot, midlines(swim, frames)), step
+    return bodies(swim.robot, midlines(swim, FRAMES)), step
 
 
 def water_step(robot: Robot, nose: Points, heading: Array) -> Array:

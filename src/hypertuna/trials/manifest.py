@@ -11,7 +11,6 @@ from pydantic import AfterValidator, ValidationError, WithJsonSchema
 
 from hypertuna.arrays import Array
 from hypertuna.description.mistakes import translate
-from hypertuna.description.reference import markdown
 from hypertuna.description.robot import Robot
 from hypertuna.description.schema.base import Count, Degrees, Flag, NotNegative, Part, Text, entry, number, unique
 from hypertuna.display import Plotted, Tabular
@@ -250,12 +249,6 @@ def parse_manifest(
     tables = enumerate(manifest.recordings)
     recordings = (_recording(table, f"recordings[{i}]", robot, folder, file, manifest.tank) for i, table in tables)
     return (*runs, *recordings)
-
-
-def reference() -> str:
-    """Return the Markdown reference of the keys of a manifest."""
-    page = markdown(Manifest.model_json_schema(by_alias=True), title="", introduction="")
-    return page[page.index("## ") :].replace("## ", "### ").rstrip()
 
 
 def _check(manifest: Manifest, robot: Robot) -> None:

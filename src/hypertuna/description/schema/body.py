@@ -383,9 +383,7 @@ class GaitBounds(Part, table="gait_bounds", how="choose within what joints and s
             yield Check(low <= high, place, "must have the lower value first", "exchange the two")
 
 
-def size_checks(
-    length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None
-) -> Iterator[Check]:
+def fits(length: float, joints: Sequence[JointGroup], unit: DriveUnit | None, pump: Pump | None) -> Iterator[Check]:
     """Check that muscles and lines fit into their sections, and sections and pump into the body."""
     across_body = [(f"pump.{name}_m", getattr(pump, name)) for name in ("bore", "crank", "rod") if pump is not None]
     for g, group in enumerate(joints):
