@@ -230,6 +230,11 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ("a.csv", "time_s;x1;y1;x2;y2\n0;1'234'567;2;3;4\n", "write numbers without a separator of thousands"),
         ("a.csv", "time_s,x1,y1,x2,y2\n0,\u22121.5,2,3,4\n", "write numbers with a minus sign of ASCII, -"),
         ("a.csv", "time_s,x1,y1,x2,y2\n0,1.5D-03,2,3,4\n", "write numbers with e before the exponent"),
+        (
+            "a.csv",
+            "time_s,x1,y1,x2,y2\n0,1.5 mm,2,3,4\n",
+            "without their unit, which belongs in the name of the column",
+        ),
         ("a.csv", "time_s,x1,y1\n0,1,2\ntime_s,x1,y1\n", "the line of names comes again"),
         ("a.csv", "t\0i\0m\0e\0\n\0", "must be text, but is with zero bytes: in UTF-16 without its mark"),
         ("a.parquet", "PAR1", "is of the form of a table of Arrow or Parquet: save it as CSV"),

@@ -88,6 +88,7 @@ def resting(place):
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
         (lambda place: place - place[:, :1], "stands still while others move: are the places from it, or is the fish"),
         (lambda place: place - place.mean(axis=1, keepdims=True), "the mean of the markers stands still while others"),
+        (lambda place: place[[*range(40), *[39] * 8]], "8 frames repeat the one before: are lost ones filled in?"),
         (filled, "6 frames repeat the one before: are lost ones filled in?"),
         (lines, "20 frames lie on straight lines or cubics between others: are lost ones filled in?"),
         (doubled, "23 frames lie on straight lines or cubics between others: are lost ones filled in?"),

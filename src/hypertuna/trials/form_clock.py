@@ -94,10 +94,11 @@ def with_comments(points: Points, comments: Comments) -> Points:
 
 def _pair(samples: Samples, names: Sequence[str]) -> tuple[int, int, float] | None:
     """Return the columns of whole seconds and of their parts, and the unit of these [s]; None without them."""
-    for k, name in enumerate(names):
-        for j, other in enumerate(names):
-            whole, part = WHOLE.fullmatch(plain(name)), PART.fullmatch(plain(other))
-            if k != j and whole and part and whole["stem"] == part["stem"] and not PART.fullmatch(plain(name)):
+    parts_of = {k: match for k, name in enumerate(names) if name and (match := PART.fullmatch(plain(name)))}
+    wholes = {k: match for k, name in enumerate(names) if name and (match := WHOLE.fullmatch(plain(name)))}
+    for k, whole in wholes.items():
+        for j, part in parts_of.items():
+            if k not in parts_of and whole["stem"] == part["stem"]:
                 seconds, parts = samples.numbers(k, limit=False), samples.numbers(j, limit=False)
                 unit = PARTS[part["unit"]]
                 if (seconds == np.round(seconds)).all() and ((parts >= 0) & (unit * parts < 1)).all():

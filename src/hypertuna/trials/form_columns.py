@@ -139,7 +139,7 @@ def read_plain(grid: Grid, individual: str | None) -> Points:
         raise InputError(rule, file=grid.file, value=f"without: its columns are {listed}", fix=fix)
     anipose = ANIPOSE & set(grid.cells(0)) and any("z" in axes for axes in markers.values())
     clock, notes = clock_columns(samples, used)
-    taken = str(clock.get("time_name", "")).split(" and ")
+    taken = [*str(clock.get("time_name", "")).split(" and "), clock.get("frame_name")]
     return of_columns(
         "Anipose" if anipose else "plain columns",
         samples,

@@ -11,6 +11,7 @@ from hypertuna.trials.pose_table import POSE_WIDTHS, QUATERNION, pose_width
 
 SPACE = re.compile("axis|space|coords?|coordinates?|dim(ension)?|direction")  # names of a column that holds x or y
 PAIR = re.compile(r"[(\[]\s*[-+.\de]+[,;\s]+[-+.\de]+\s*[)\]]", re.IGNORECASE)
+FEW, MAX_NAMES = 8, 1200  # columns of a table of single coordinates, and names of these
 COLUMNS = "frame, marker, x, y in a row for each frame and marker"
 
 
@@ -50,12 +51,13 @@ def _transposed(grid: Grid, individual: str | None) -> Points:
 
 def _is_single(grid: Grid) -> bool:
     """Return whether each row has one coordinate of one marker."""
-    for k in range(min(5, len(grid.rows[0][1]))):
+    if len(grid.rows[0][1]) > FEW:
+        return False
+    for k in range(len(grid.rows[0][1])):
         cells = {cell.lower() for cell in _below(grid, k)}
         if {"x", "y"} <= cells <= {"x", "y", "z", "likelihood", "score", "confidence"}:
             return bool(SPACE.fullmatch(plain(grid.rows[0][1][k])))
-        names = [match["name"] for cell in cells if (match := NAMED.fullmatch(cell))]
-        if len(grid.rows[0][1]) <= 6 and len(names) == len(cells) > 3:
+        if 3 < len(cells) <= MAX_NAMES and all(NAMED.fullmatch(cell) for cell in cells):
             return True
     return False
 

@@ -48,6 +48,8 @@ OTHER_NUMBERS = {
     re.compile(r"[\u2212\u2013][\d.,]+(?:e\S+)?", re.IGNORECASE): "with a minus sign of ASCII, -",
     re.compile(r"[+-]?[\d.,]+d[+-]?\d+", re.IGNORECASE): "with e before the exponent, as 1.5e-3",
 }
+WITH_UNIT = re.compile(r"[+-]?[\d.,]+(?:e[+-]?\d+)? ?(?:[mcµu]?m|in|px|pixels?|[mµun]?s|deg|°|%)", re.IGNORECASE)
+OTHER_NUMBERS[WITH_UNIT] = "without their unit, which belongs in the name of the column: nose_x_mm"
 DAY, LATE = 86400.0, 82800.0  # s: a clock of the day that falls by more than the latter passes midnight
 CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
 TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second

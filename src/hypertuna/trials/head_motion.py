@@ -60,7 +60,7 @@ def repeats_of(place: Array, within: float = 0.0) -> int:
     """Return how many frames of markers (frames, markers, 2) repeat the one before while the body moves.
 
     within: part of the usual step up to which a frame repeats. A body at rest may repeat frames. It does not stop from
-    its usual speed within a frame, and start so, too.
+    its usual speed within a frame and start so, too, nor stop so for the last frames of a run.
     """
     step = np.asarray(np.abs(np.diff(place, axis=0)))
     moved = step[np.isfinite(step) & (step > 0)]
@@ -77,7 +77,8 @@ def repeats_of(place: Array, within: float = 0.0) -> int:
     return sum(
         int(end - begin)
         for begin, end in zip(ends[::2], ends[1::2], strict=True)
-        if begin > 0 and end < len(size) and min(size[begin - 1], size[end]) > usual / 2
+        if begin > 0 and size[begin - 1] > usual / 2
+        if (size[end] > usual / 2 if end < len(size) else end - begin >= FEWEST)
     )
 
 
