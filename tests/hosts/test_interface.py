@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
-from host_library import ROBOTS, TOP, Host, Robot, Start, Twin
+from host_library import ROBOTS, TOP, Host, Native, Robot, Start, Twin
 from hypertuna import _core
 from hypertuna.arrays import Array
 from hypertuna.description.robot import parse
@@ -238,6 +238,18 @@ def test_every_number_has_a_range(host: Host) -> None:
         at += len(numbers)
     assert isinstance(Robot.read(with_number(image, 0, 0.05), host), Robot)
     assert len(tried) > 300
+
+
+@pytest.mark.parametrize("name", ["plant.joint.axial_viscosity", "plant.circuit.stall_torque"])
+def test_numbers_that_divide_are_not_zero(name: str) -> None:
+    """A joint with an axis that yields at once, and a servo without torque, would lose a power that is no number."""
+    image = robot_image(ht.load("hypertuna"))
+    columns, host = columns_of(image), Native()
+    at = sum(len(columns[other]) for other in list(columns)[: list(columns).index(name)])
+    for zero in (0.0, -0.0):
+        read = Robot.read(with_number(image, at + 1, zero), host)
+        assert isinstance(read, str)
+        assert read.startswith(f"{name.removeprefix('plant.')}: must be above 0"), read
 
 
 def test_sizes_without_numbers_take_no_memory(host: Host) -> None:

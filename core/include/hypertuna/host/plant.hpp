@@ -52,6 +52,14 @@ inline Loaded<PlantData> load_plant(const Model& model, const NamedColumns& colu
         plant.circuit.push_back(read_circuit<double>(in.row("circuit", circuit_columns, c).data()));
         plant.unit_rest.push_back(plant.direct[c / 2] ? 0.0 : taut_load(plant.joint[c / 2], 0.0, 0.0).volume[c % 2]);
     }
+    // These divide; a joint that a servo moves has zeros for its oil and for the second circuit.
+    for (int c = 0; c < 2 * plant.joints && in.fault().empty(); ++c) {
+        const bool direct = plant.direct[c / 2];
+        if (!direct && plant.joint[c / 2].axial_viscosity == 0)
+            in.refuse("joint.axial_viscosity: must be above 0 where oil bends the joint");
+        if (!(direct && c % 2) && plant.circuit[c].servo.stall_torque == 0)
+            in.refuse("circuit.stall_torque: must be above 0");
+    }
     for (int k = 0; k < plant.own - plant.joints && in.fault().empty(); ++k) {
         plant.spring[k] = read_row<Spring<double>, double>(spring_columns, in.row("spring", spring_columns, k).data());
         if (plant.spring[k].moment != 0) in.refuse("spring.moment: must be 0 in a twin, which has no motor there");
