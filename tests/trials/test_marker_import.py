@@ -109,6 +109,8 @@ def test_a_film_of_a_fin_on_a_spring_gives_its_bend_and_replays_it(tmp_path) -> 
     assert found["frequency_hz"] == pytest.approx(2, rel=5e-3)
     assert found["bend_amplitude_deg"] == pytest.approx(math.degrees(bend.bend_amplitude), rel=0.02)
     assert found["bend_lag_deg"] == pytest.approx(math.degrees(bend.bend_lag), abs=2)
+    merged = fit_marker_run(robot, tmp_path / "a.csv", ChainOptions(merge=[("J2", "hinge")]))
+    assert merged.fit.angle[:, 2] == pytest.approx(merged.fit.angle[:, 1])  # one bend, where markers are few
     (recording,) = read_trials(tmp_path / "a.toml", robot).recordings
     assert recording.hinges == 1
     measured = compare_recording(robot, recording, replay_recording(robot, recording))
