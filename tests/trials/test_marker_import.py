@@ -75,10 +75,10 @@ def hinged():
 
 
 def film_of(robot, gait, path) -> ht.Swim:
-    """Write the markers of eight settled beats of a robot, at 100 frames a second."""
+    """Write the markers of eight settled beats of a robot, at 50 frames a second."""
     swum = ht.swim(robot, gait)
     motion = swum.continued(8)
-    clock = np.arange(0, 8 / gait.frequency, 0.01)
+    clock = np.arange(0, 8 / gait.frequency, 0.02)
     names = coordinate_names(robot)
     lead = [robot.joints[g].links[0] for g in range(len(robot.joints))] + [hinge.link for hinge in robot.hinges]
     angles = motion["joint_angle"].to_numpy()[:, lead]
