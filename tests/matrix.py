@@ -26,6 +26,7 @@ LINKS = tuple(range(2, 21))
 DRIVES = ("none", "servo", "tendons", "hydraulic", "mixed")
 MADE_OF = {"mixed": "hydraulic"}  # of `robot new`
 SEA = (False, True)
+TAILS = {"driven": LINKS, "passive": LINKS[1:], "flexible": LINKS[1:8]}  # tails of `robot new`, and their links
 MOTORS = 3  # of tails on tendons
 FIT = 5  # joint groups with muscles that are long enough for hoses
 NEW = "robot new"
@@ -48,6 +49,7 @@ COMMANDS = {
         "robot show ROBOT",
         "robot image ROBOT -o OUT.robot",
         "studio ROBOT -o OUT.html",
+        "joint spring bench.csv --robot ROBOT --hinge 1 -o OUT.toml",
         "joint bend --robot ROBOT --joint LAST --pressure 0,100",
         "fe geometry --robot ROBOT --joint LAST",
         "pump --robot ROBOT --frequency 2 --amplitude BIAS",
@@ -55,6 +57,7 @@ COMMANDS = {
         "twin --robot ROBOT --gait cruise --duration 1",
         "posture-test --robot ROBOT --frequency 2 --angle ANGLES --duration 1 --no-limits",
         "dive --robot ROBOT --gait cruise --duration 8",
+        "mission new --robot ROBOT -o OUT-mission.toml --force",
         "mission box --robot ROBOT --duration 1",
         "export mjcf --robot ROBOT -o OUT.xml",
         "export sdf --robot ROBOT -o OUT.sdf",
@@ -80,20 +83,25 @@ class Case(NamedTuple):
     links: int
     drive: str
     sea: bool
+    tail: str
     command: str
 
 
 def all_cases() -> list[Case]:
     """Return the full product."""
-    cases = [Case(*case) for case in itertools.product(LINKS, DRIVES, SEA, COMMANDS)]
+    cases = [Case(*case) for case in itertools.product(LINKS, DRIVES, SEA, TAILS, COMMANDS)]
     return [case for case in cases if _possible(case)]
 
 
 def _possible(case: Case) -> bool:
     """Whether `robot new` may write the robot: one at sea needs a drive, and a mixed one two joint groups."""
-    return case.command == NEW or not (
-        (case.drive == "none" and case.sea) or (case.drive == "mixed" and case.links < 3)
-    )
+    few = case.links not in TAILS[case.tail] or (case.drive == "mixed" and _driven(case.links, case.tail) < 2)
+    return case.command == NEW or not (few or (case.drive == "none" and case.sea))
+
+
+def _driven(links: int, tail: str) -> int:
+    """Return the number of driven joints of a robot of `robot new --links`, whose fin may hang on hinges."""
+    return links - 1 - (tail != "driven")
 
 
 def covering_pairs(seed: int = 0) -> list[Case]:
@@ -106,7 +114,7 @@ def covering_pairs(seed: int = 0) -> list[Case]:
         tries = 20
         while tries > 0 or not offered:
             tries -= 1
-            drawn = [chance.choice(LINKS), chance.choice(DRIVES), chance.choice(SEA), chance.choice(list(COMMANDS))]
+            drawn = [chance.choice(list(axis)) for axis in (LINKS, DRIVES, SEA, TAILS, COMMANDS)]
             for place, value in zip(places, values, strict=True):
                 drawn[place] = value
             offered += [case for case in [Case(*drawn)] if _possible(case)]
@@ -125,26 +133,27 @@ def expected(case: Case) -> bool | None:
     """Whether a command has a result, and not a sentence; None where either may be."""
     oil = case.drive in ("hydraulic", "mixed")
     few = oil or case.drive == "tendons"
-    twin = case.drive != "none" and (case.sea or few or case.links - 1 <= _core.MAX_JOINTS)
-    board = case.sea and (few or case.links - 1 <= AXLE.on_board)
+    twin = case.drive != "none" and (case.sea or few or _driven(case.links, case.tail) <= _core.MAX_JOINTS)
+    board = case.sea and (few or _driven(case.links, case.tail) <= AXLE.on_board)
     needs = ((True, GAIT), (twin, TWIN), (case.sea, AT_SEA_ALONE), (board, BOARD))
     return next((there for there, commands in needs if case.command in commands), None)
 
 
-def write_case(folder: Path, links: int, drive: str, sea: bool) -> Path:
+def write_case(folder: Path, links: int, drive: str, sea: bool, tail: str = "driven") -> Path:
     """Write the robot of a case and trials of it, once.
 
     At sea, joints share as many groups as a robot there may have, muscles as many as fit, and tendons those of a few
     motors; others are groups alone.
     """
-    home = folder / f"{drive}-{links}{'-sea' * sea}"
+    home = folder / f"{drive}-{links}-{tail}{'-sea' * sea}"
     file = home / "fish.toml"
     if file.exists():
         return file
     oil = drive in ("hydraulic", "mixed")
     most = (MUSCLES.on_board if oil else _core.MAX_JOINTS) if sea else FIT if oil else links
     most = MOTORS if drive == "tendons" else most
-    options: dict[str, Any] = {"links": links, "sea": sea, "joints": [f"J{j}" for j in range(min(links - 1, most))]}
+    names = [f"J{j}" for j in range(min(_driven(links, tail), most))]
+    options: dict[str, Any] = {"links": links, "sea": sea, "tail": tail, "joints": names}
     text = first_robot("fish", actuation=MADE_OF.get(drive, drive), **options)
     home.mkdir()
     file.write_text(text)
@@ -174,6 +183,7 @@ def _write_trials(home: Path, robot: Robot) -> None:
         angles = [*np.degrees(gait.amplitude), *np.degrees(gait.phase)]
         rows.append([gait.frequency, *angles, 1.1 * swim(robot, gait).speed])
     _write_csv(home / "runs.csv", ["frequency_hz", *names, "speed_m_s"], rows)
+    _write_csv(home / "bench.csv", ["moment_n_m", "angle_deg"], [[0.01 * k, 5 * k + k % 2] for k in range(1, 6)])
     _write_csv(home / "angles.csv", ["time_s", *groups], [[0.05 * k, *[k % 4] * len(groups)] for k in range(12)])
 
 
@@ -190,17 +200,17 @@ def typed(command: str, file: Path) -> list[str]:
     names |= {"LAST": f"{len(groups)}", "ANGLES": ",".join(["0.1"] * len(groups))}
     names["PHASES"] = ",".join(f"{20 * j}" for j in range(len(groups)))
     words = shlex.split(COMMANDS[command].replace("OUT", str(file.with_name("out"))).replace("FRESH.state", str(state)))
-    here = {name: str(file.with_name(name)) for name in ("angles.csv", "runs.csv")}
+    here = {name: str(file.with_name(name)) for name in ("angles.csv", "runs.csv", "bench.csv")}
     return [(names | here).get(word, word) for word in words]
 
 
 def outcome(case: Case, folder: Path, run: Run) -> str:
     """Run a case, check that it has a result or is refused in a sentence, and return which."""
     if case.command == NEW:
-        size = ("--links", f"{case.links}", "--actuation", MADE_OF.get(case.drive, case.drive))
+        size = ("--links", f"{case.links}", "--actuation", MADE_OF.get(case.drive, case.drive), "--tail", case.tail)
         words = ["robot", "new", str(folder / "new.toml"), "--force", *size, *["--sea"] * case.sea]
     else:
-        words = typed(case.command, write_case(folder, case.links, case.drive, case.sea))
+        words = typed(case.command, write_case(folder, *case[:-1]))
     told = answer(words, run)
     assert expected(case) in (None, told == "result"), f"{case}: {told}"
     return told

@@ -69,6 +69,7 @@ from .trials.replay import residuals as residuals
 from .trials.replay import rmse as rmse
 from .trials.smoothing import SmoothSeries as SmoothSeries
 from .trials.smoothing import smooth as smooth
+from .trials.steady import MeasuredBend as MeasuredBend
 from .trials.steady import SteadyRun as SteadyRun
 from .trials.tracks import JointSeries as JointSeries
 from .trials.tracks import Track as Track

@@ -67,6 +67,18 @@ def test_a_tail_that_yields_needs_a_joint_ahead() -> None:
         first_robot("x", tail="passive", links=2)
 
 
+@pytest.mark.parametrize("tail", ["passive", "flexible"])
+@pytest.mark.parametrize("names", [["A"], ["A", "B"], ["A", "B", "C"]])
+def test_named_joints_share_the_links_ahead_of_the_tail(tail: str, names: list[str]) -> None:
+    """None is dropped without a word; four names are one too many for three driven joints."""
+    document = tomllib.loads(first_robot("x", tail=tail, links=5, joints=names))
+    assert [group["name"] for group in document["joints"]] == names
+    assert [link for group in document["joints"] for link in group["links"]] == [1, 2, 3]
+    assert len(document["gaits"]["cruise"]["amplitude_deg"]) == len(names)
+    with pytest.raises(ht.InputError, match="--joints must be at most 3 different names, a driven joint for each link"):
+        first_robot("x", tail=tail, links=5, joints=["A", "B", "C", "D"])
+
+
 @pytest.mark.parametrize("sizes", [{"links": 11, "length": 0.9}, {"links": 19}, {"lengths": [0.1, 0.1, 0.01]}])
 def test_a_fin_that_has_no_room_for_segments_is_refused_by_the_option_that_was_given(sizes: dict[str, Any]) -> None:
     """Each third would be shorter than 2 % of the length, or the links more than 20."""

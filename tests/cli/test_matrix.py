@@ -1,4 +1,4 @@
-"""Own robots of 2 to 20 links, of every drive, with and without --sea, in every command: a result or one sentence."""
+"""Own robots of all sizes, drives and tails, with and without --sea, in every command: a result or one sentence."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_cases_have_every_pair_that_there_is() -> None:
-    places = list(combinations(range(4), 2))
+    places = list(combinations(range(5), 2))
     of_all, of_some = (
         {(a, case[a], b, case[b]) for case in cases for a, b in places} for cases in (all_cases(), CASES)
     )

@@ -44,6 +44,7 @@ PLAIN = {
     "InputError": "an error",
     "Leg": "a leg of a dive, which shows it",
     "Limit": "an argument: three values",
+    "MeasuredBend": "numbers that their run shows",
     "Measurement": "a number that its design shows",
     "Glide": "rows that its trials show",
     "HeldThrust": "a number that its trials show",

@@ -32,12 +32,12 @@ def plate_springs(length: Sequence[float], height: Sequence[float], thickness: f
 
 def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
     """Return a document like `new_robot`'s; its last link is "driven", "passive", or "flexible" in `SEGMENTS` parts."""
-    document = new_robot(name, joints=joints, **sizes)
     if tail == "driven":
-        return document
-    if len(document["links"]["name"]) < LEAST_LINKS:
+        return new_robot(name, joints=joints, **sizes)
+    if (links := len(shape_of(**sizes)[1])) < LEAST_LINKS:
         rule, fix = f"must be at least {LEAST_LINKS} with --tail {tail}", "a driven joint goes ahead of the tail"
-        raise InputError(rule, key="--links", value=f"{len(document['links']['name'])}", fix=fix)
+        raise InputError(rule, key="--links", value=f"{links}", fix=fix)
+    document = new_robot(name, joints=joints, last_alone=True, **sizes)
     _undrive_last(document)
     last = len(document["links"]["name"]) - 1
     count = 1
@@ -48,14 +48,11 @@ def with_tail(name: str, tail: str, *, joints: Sequence[str] = (), **sizes: Unpa
 
 
 def _undrive_last(document: dict[str, Any]) -> None:
-    """Remove the last link from its joint group, and the group if it has no other link."""
-    group = document["joints"][-1]
-    group["links"] = group["links"][:-1]
-    if not group["links"]:
-        del document["joints"][-1]
-        for table in (*document["gaits"].values(), document["gait_bounds"]):
-            for key in ("amplitude_deg", "phase_deg"):
-                del table[key][-1]
+    """Remove the joint group of the last link, which it has alone."""
+    del document["joints"][-1]
+    for table in (*document["gaits"].values(), document["gait_bounds"]):
+        for key in ("amplitude_deg", "phase_deg"):
+            del table[key][-1]
 
 
 def _in_segments(document: dict[str, Any], sizes: Sizes) -> dict[str, Any]:

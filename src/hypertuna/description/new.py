@@ -134,13 +134,17 @@ class Sizes(TypedDict, total=False):
     fin_chord: float | None  # area of the tail fin over its span
 
 
-def new_robot(name: str, *, joints: Sequence[str] = (), **sizes: Unpack[Sizes]) -> dict[str, Any]:
+def new_robot(
+    name: str, *, joints: Sequence[str] = (), last_alone: bool = False, **sizes: Unpack[Sizes]
+) -> dict[str, Any]:
     """Return a robot's document for `parse`: a fish of given sizes, with joints and a gait.
 
     `joints` names the joint groups, head to tail; they share the links behind the head (default: one for each link).
+    With `last_alone` they share those ahead of the last link, which has a group of its own without a name.
     """
     shape, lengths = shape_of(**sizes)
-    links, groups = len(lengths), _groups(len(lengths), joints)
+    links, groups = len(lengths), _groups(len(lengths) - last_alone, joints)
+    groups |= {"": [links - 1]} if last_alone else {}
     frequency = float(f"{CRUISE[0] * math.sqrt(CRUISE[1] / shape.length):.2g}")
     wave, nose = _wave(len(groups)), sizes.get("nose", "robot")
     beats = [
@@ -261,7 +265,7 @@ def _groups(links: int, names: Sequence[str]) -> dict[str, list[int]]:
         fix = "name them, such as front,rear; their number follows from --links"
         raise InputError("must be names of joint groups", key="--joints", value=names[0], fix=fix)
     if len(names) > count or len(set(names)) < len(names) or not all(names):
-        rule, value = f"must be at most {count} different names, a joint for each link behind the head", ",".join(names)
+        rule, value = f"must be at most {count} different names, a driven joint for each link", ",".join(names)
         raise InputError(rule, key="--joints", value=value, fix="give fewer names, or more links")
     bounds = [round(count * g / len(names)) for g in range(len(names) + 1)]
     return {name: list(range(bounds[g] + 1, bounds[g + 1] + 1)) for g, name in enumerate(names)}

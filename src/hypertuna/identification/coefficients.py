@@ -39,7 +39,6 @@ from hypertuna.trials.kind import Point
 OFFSETS = ("time_offset", *(f"{table}.{value}" for table in ("joints", *SPRINGS) for value in SIGNED))
 ABSOLUTE_UNITS = dict.fromkeys(OFFSETS, 0.1)  # s, rad: units of errors that are not relative
 MAX_BOUND = 1e12  # largest magnitude of a bound [SI]
-BESIDE = 1e-5  # part of a coefficient's bounds by which points for differences lie beside it
 ABOVE_ONE = Range(above=1)  # factors of priors
 LOG_DECADES = 4  # decades below the upper bound, for the lower bound in log scale if the default is 0
 
@@ -181,17 +180,6 @@ def point_at(
     robot: Robot, frees: Sequence[Free], values: Sequence[float] | Array, *, slopes: bool, **options: Any
 ) -> Point:
     """Return the model with values (n,) [SI] of coefficients, with derivatives if `slopes`; options: of `Point`."""
-
-    def beside(k: int) -> tuple[Point, Point, float]:
-        """Return the points on both sides along a scaled coefficient, and their distance."""
-        low, high = bounds_of(frees)
-        step = BESIDE * (high - low) * (np.arange(len(frees)) == k)
-        x = to_scale(frees, values)
-        low_side, high_side = (
-            point_at(robot, frees, from_scale(frees, x + side * step), slopes=False, **options) for side in (-1, 1)
-        )
-        return low_side, high_side, float(step[k])
-
     changed = columns(robot, frees, values)
     springs = {name: changed.pop(name) for name in [*changed] if is_spring(name)}
     return Point(
@@ -200,7 +188,6 @@ def point_at(
         columns=changed,
         along=parameter_jacobian(robot, frees, values) if slopes else None,
         count=len(frees),
-        beside=beside if slopes else None,
         **options,
     )
 

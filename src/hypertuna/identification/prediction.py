@@ -1,15 +1,19 @@
 """Predict all runs of the trials with the model, with exact derivatives with respect to the free coefficients."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from hypertuna.arrays import Array
-from hypertuna.identification.coefficients import point_at
+from hypertuna.identification.coefficients import bounds_of, from_scale, point_at, to_scale
 from hypertuna.identification.experiment import Experiment
 from hypertuna.identification.names import NUISANCES
 from hypertuna.swimming.beat import DEFAULT_STEPS
+from hypertuna.trials.kind import Point
 from hypertuna.trials.kind import Prediction as Prediction
+
+BESIDE = 1e-5  # part of a coefficient's bounds by which points for differences lie beside it
 
 
 def predict(
@@ -25,21 +29,30 @@ def predict(
     gradient_steps: Runge-Kutta steps per beat for derivatives of steady runs; None: all Jacobians are zero. levels:
     noise of frames by quantity, for runs whose initial motion is not known.
     """
-    point = point_at(
-        data.robot,
-        data.free,
-        values,
-        slopes=gradient_steps is not None,
-        nuisances={
+    options: dict[str, Any] = {
+        "nuisances": {
             f.name: (k, float(value), float(value) if f.scale == "log" else 1.0)
             for k, (f, value) in enumerate(zip(data.free, values, strict=True))
             if f.column in NUISANCES
         },
-        levels=levels or {},
-        steps=data.steps,
-        gradient_steps=gradient_steps or data.steps,
-        threads=data.threads,
-    )
+        "levels": levels or {},
+        "steps": data.steps,
+        "gradient_steps": gradient_steps or data.steps,
+        "threads": data.threads,
+    }
+
+    def beside(k: int) -> tuple[Point, Point, float]:
+        """Return the points on both sides along a scaled coefficient, and their distance."""
+        low, high = bounds_of(data.free)
+        step, x = BESIDE * (high - low) * (np.arange(len(data.free)) == k), to_scale(data.free, values)
+        left, right = (
+            point_at(data.robot, data.free, from_scale(data.free, x + side * step), slopes=False, **options)
+            for side in (-1, 1)
+        )
+        return left, right, float(step[k])
+
+    slopes = gradient_steps is not None
+    point = point_at(data.robot, data.free, values, slopes=slopes, beside=beside if slopes else None, **options)
     groups = [rows.predict(point) for rows in data.groups]
     return Prediction(
         np.concatenate([group.computed for group in groups]),

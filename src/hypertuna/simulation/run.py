@@ -21,6 +21,7 @@ from hypertuna.io.files import dataset
 from hypertuna.io.quantity import Format, Quantity, summarized
 from hypertuna.simulation.losses import Losses, losses_of
 from hypertuna.simulation.recorded import CONDITIONS, NAMES, VARIABLES, Variables
+from hypertuna.simulation.series import between, trend
 from hypertuna.swimming.gait import Gait, gait_text
 
 if TYPE_CHECKING:
@@ -146,9 +147,9 @@ class TwinRun(Run, Plotted):
         instants = self.time[-1] - np.arange(self.beat_count, -1, -1) / self.gait.frequency
         cosine, sine = np.cos(self.data["heading"]), np.sin(self.data["heading"])
         surge, sway = -self.data["speed"], self.data["sway"]
-        x = _between(self.time, self.data["x"], cosine * surge - sine * sway, instants)
-        y = _between(self.time, self.data["y"], sine * surge + cosine * sway, instants)
-        heading = _between(self.time, self.data["heading"], self.data["yaw"], instants)
+        x = between(self.time, self.data["x"], cosine * surge - sine * sway, instants)
+        y = between(self.time, self.data["y"], sine * surge + cosine * sway, instants)
+        heading = between(self.time, self.data["heading"], self.data["yaw"], instants)
         dx, dy = np.diff(x), np.diff(y)
         ahead = -(dx * np.cos(heading[:-1]) + dy * np.sin(heading[:-1]))
         result: Array = np.copysign(np.hypot(dx, dy), ahead) * self.gait.frequency
@@ -167,9 +168,9 @@ class TwinRun(Run, Plotted):
     @cached_property
     def change_per_beat(self) -> float:
         """Largest relative change per beat of the speed or a joint's swing, less the trend's uncertainty [1]."""
-        trends = [_trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
+        trends = [trend(swing) for swing in self._swings.T if swing.size > 1 and swing.mean() > 1e-3]
         if self.medium == "water":
-            trends.append(_trend(self.speeds))
+            trends.append(trend(self.speeds))
         return max(trends, key=abs, default=math.nan)
 
     def summary(self) -> dict[str, Quantity]:
@@ -364,7 +365,7 @@ class TwinRun(Run, Plotted):
         samples = round(SUBSTEPS / (self.gait.frequency * self.tick))  # points per beat
         instants = self.time[-1] - np.arange(self.beat_count * samples, -1, -1) / (samples * self.gait.frequency)
         columns = zip(self.data[angle].T, self.data[rate].T, strict=True)
-        return np.stack([_between(self.time, *column, instants) for column in columns], axis=1)
+        return np.stack([between(self.time, *column, instants) for column in columns], axis=1)
 
     def _lag(self, name: str) -> Array:
         """Return how far the first harmonics of angles lag behind the gait's clock [rad], from -pi/2 on."""
@@ -388,28 +389,3 @@ def _percent(part: float) -> str:
     """Return a fraction as a percentage with two digits and no exponent."""
     percent = 100 * float(part)
     return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
-
-
-def _between(time: Array, value: Array, rate: Array, at: Array) -> Array:
-    """Return values at times `at`, from cubics through the values and rates at the ticks."""
-    step = time[1] - time[0]
-    k = np.clip(((at - time[0]) / step).astype(int), 0, len(time) - 2)
-    t = (at - time[k]) / step
-    rise = value[k + 1] - value[k]
-    square = (rate[k] + rate[k + 1]) * step - 2 * rise
-    result: Array = value[k] + t * (rate[k] * step + t * (rise - rate[k] * step - square + t * square))
-    return result
-
-
-def _trend(series: Array) -> float:
-    """Return the relative slope per item of a fitted line, its magnitude reduced by twice its standard error."""
-    n = len(series)
-    mean = float(series.mean())
-    if n < 2 or not math.isfinite(mean) or mean == 0:
-        return math.nan
-    position = np.arange(n) - (n - 1) / 2
-    sum_of_squares = float(position @ position)
-    slope = float(position @ series) / sum_of_squares
-    scatter = series - mean - slope * position
-    error = math.sqrt(float(scatter @ scatter) / (max(1, n - 2) * sum_of_squares))
-    return math.copysign(max(0.0, abs(slope) - 2 * error), slope) / abs(mean)

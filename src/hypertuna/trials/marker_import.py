@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hypertuna.arrays import Array
+from hypertuna.description.pose import coordinate_names
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError, did_you_mean, shown
 from hypertuna.io.files import write_atomically
@@ -74,7 +75,7 @@ def fit_markers(robot: Robot, markers: Markers, chain_options: ChainOptions) -> 
     if not ((used.weight > 0).sum(axis=1) > 1).any():
         fix = "check --min-likelihood, and whether the column of likelihoods counts the other way round"
         raise InputError("must hold frames in which two markers were seen", file=markers.file, fix=fix)
-    groups = [group.name for group in robot.joints]
+    groups = coordinate_names(robot)
     for name in (name for joint in chain_options.merge for name in joint if name not in groups):
         fix = did_you_mean(name, groups)
         raise InputError("must be a joint group", key="--merge", value=shown(name), fix=fix)

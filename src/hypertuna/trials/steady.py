@@ -43,11 +43,23 @@ MAX_DIGITS = 9  # largest number of digits in a number of repeats
 
 @dataclass(frozen=True)
 class MeasuredBend:
-    """Measured swing of a hinge: amplitude and lag of its angle's part at the beat's frequency."""
+    """Measured swing of a hinge: amplitude and lag of its angle's part at the beat's frequency.
 
-    bend_amplitude: float | None = None  # mean of the repeats [rad]
-    bend_amplitude_sd: float | None = None  # standard deviation of a single repeat [rad]
-    bend_lag: float | None = None  # behind the clock of the first joint group [rad]
+    Parameters
+    ----------
+    bend_amplitude : float, optional
+        Mean of the repeats [rad], greater than 0.
+    bend_amplitude_sd : float, optional
+        Standard deviation of a single repeat [rad].
+    bend_lag : float, optional
+        Lag behind the clock of the first joint group, mean of the repeats [rad].
+    bend_lag_sd : float, optional
+        Standard deviation of a single repeat [rad].
+    """
+
+    bend_amplitude: float | None = None
+    bend_amplitude_sd: float | None = None
+    bend_lag: float | None = None
     bend_lag_sd: float | None = None
 
     def __post_init__(self) -> None:
@@ -82,11 +94,12 @@ class SteadyRun(Displayed, Tabular):
         POSITIVE_WHOLE.check(self.repeats, "repeats", "give the number of swims that the run is the mean of")
 
     def measured(self) -> dict[str, tuple[str, float, float | None]]:
-        """Return what was measured [SI]: quantity, mean and standard deviation, by name in a settled beat.
+        """Return what was measured, by name in a settled beat.
 
         Returns
         -------
         dict of tuple
+            Quantity, mean and standard deviation [SI].
         """
         sources: list[tuple[Any, str, str]] = [(self, name, name) for name in MEASURED]
         sources += [(b, name, bend_name(self.bends, name, d)) for d, b in enumerate(self.bends) for name in BENDS]

@@ -1,8 +1,8 @@
 /// Losses: where the electrical power of the servos goes, share by share, from the motors to the water.
 ///
 /// At every instant the shares add up to the power of the servos. The means of `rotor` and `elastic` over a beat are
-/// nearly zero where the motion is periodic, and so is the part of `hinge` that springs store. The small remainder is heat of the air
-/// that travels with the oil, which the line's flow does not count (docs/hydraulics.md).
+/// nearly zero where the motion is periodic, and so is the part of `hinge` that springs store. The small remainder is
+/// heat of the air that travels with the oil, which the line's flow does not count (docs/hydraulics.md).
 #pragma once
 
 #include "hypertuna/math/scalar.hpp"
