@@ -136,7 +136,7 @@ def with_recording(**changes):
         (with_recording(joints__noise_deg=-0.1), "recordings[0].joints.noise_deg must not be negative"),
         (
             with_recording(joints__columns=["joint_I"]),
-            "recordings[0].joints.columns must be 2 long, one column per joint",
+            "the number of recordings[0].joints.columns must be 2, one per joint group",
         ),
         (with_recording(start__y_m=1e300), "recordings[0].start.y_m must be at most 1e12, but is 1e+300"),
         (with_recording(joints__clock="t"), "recordings[0].joints.clock is not a known key"),

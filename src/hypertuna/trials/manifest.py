@@ -267,7 +267,7 @@ def _check(manifest: Manifest, robot: Robot) -> None:
             fix = "leave out one of the two"
             raise InputError('cannot be given with begin = "rest"', key=f"recordings[{i}].velocity", fix=fix)
         columns = len(table.joints.columns)
-        check_angles(robot, columns, f"the length of recordings[{i}].joints.columns", "name the columns")
+        check_angles(robot, columns, f"the number of recordings[{i}].joints.columns", "name the columns")
         if isinstance(table.joints.noise, tuple) and (count := len(table.joints.noise)) != columns:
             rule, key = f"must be one number, or {columns} like columns", f"recordings[{i}].joints.noise_deg"
             raise InputError(rule, key=key, value=f"{count} long", fix="give as many numbers")
