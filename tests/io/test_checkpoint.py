@@ -59,11 +59,11 @@ def test_a_whole_line_whose_end_an_editor_took_is_kept(tmp_path: Path) -> None:
     whole = path.read_bytes()
     path.write_bytes(whole[:-1])
     with Journal(path, HEADER) as journal:
-        assert journal.known == 3
+        assert journal.unread == 3
         assert path.read_bytes() == whole
         summed(journal, 4)
     with Journal(path, HEADER) as journal:
-        assert journal.known == 4
+        assert journal.unread == 4
 
 
 def test_every_number_comes_back_as_it_was(tmp_path: Path) -> None:

@@ -104,12 +104,10 @@ def new_command(robot: Robot, *, sea: bool = False, board: bool = False) -> str:
     tail, lengths = _tail(robot)
     count = min(most, len(robot.joints))
     names, others = [group.name for group in robot.joints], [f"J{j}" for j in range(1, count + 1)]
-    if tail != "driven" and round((len(lengths) - 1) * (1 - 1 / count)) == len(lengths) - 2:
-        names, others = [*names, "fin"], [*others, "fin"]  # of a group that the tail takes the only link from
     size: dict[str, Any] = {"lengths": lengths, "mass": robot.body.mass}
     with_names = [{**size, "joints": names}] if len(robot.joints) <= most else []
     candidates = [*with_names, {**size, "joints": others}, {"lengths": lengths, "joints": others}, {}]
-    options = next(one for one in candidates if _accepted(one))
+    options = next(one for one in candidates if _accepted(one, tail))
     command = ["hypertuna", "robot", "new", f"{robot.name}-{'sea' if sea else 'twin'}.toml"]
     for name, value in options.items():
         values = value if isinstance(value, Sequence) else [value]
@@ -129,10 +127,10 @@ def _tail(robot: Robot) -> tuple[str, list[float]]:
     return "passive" if undriven else "driven", lengths
 
 
-def _accepted(options: Mapping[str, Any]) -> bool:
-    """Return whether `robot new` accepts sizes and joints."""
+def _accepted(options: Mapping[str, Any], tail: str) -> bool:
+    """Return whether `robot new` accepts sizes and joints with a tail."""
     try:
-        new_robot("fish", **options)
+        new_robot("fish", **options, last_alone=tail != "driven")
     except InputError:
         return False
     return True
