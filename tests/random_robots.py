@@ -14,6 +14,7 @@ import numpy as np
 import hypertuna as ht
 from hypertuna.description.robot import parse
 from hypertuna.swimming.gait import Gaits
+from hypertuna.swimming.yielding import reduced_inertia
 
 LAWS = ("lumped", "strip", "elongated")
 
@@ -71,6 +72,37 @@ def random_robot(seed: int) -> ht.Robot:
     if seed % 2 == 0:  # a fin of its own
         document["water"]["strip"] |= {"edge_height_m": 1.3 * float(height[-1]), "edge_lift": 0.6}
     return parse(document)
+
+
+def with_random_springs(robot: ht.Robot, frequency: float, seed: int) -> ht.Robot:
+    """The robot with hinges at one to three of its last links, as many as leave it a driven joint.
+
+    Each is of 0.05 to 30 times the stiffness that is in resonance at a frequency [Hz], and has a damping ratio of 0.001
+    to 0.3; a third rest up to 10 deg off, a third harden, and a third have stops at 15 to 60 deg.
+    """
+    random, document, links = np.random.default_rng(seed), robot.document(), len(robot.links.name)
+    at = range(links - int(random.integers(1, min(3, links - 2) + 1)), links)
+    groups = [group | {"links": [link for link in group["links"] if link not in at]} for group in document["joints"]]
+    document["joints"] = [group for group in groups if group["links"]]
+    tables = [{"link": link, "stiffness_n_m_per_rad": 1.0} for link in at]
+    inertia = reduced_inertia(parse(document | {"hinges": tables})).diagonal()
+    ratio, zeta = np.exp(random.uniform(np.log([0.05, 0.001]), np.log([30.0, 0.3]), (len(at), 2))).T
+    for table, stiffness, damping in zip(
+        tables,
+        (ratio * inertia * (2 * math.pi * frequency) ** 2).tolist(),
+        (2 * zeta * np.sqrt(ratio) * inertia * 2 * math.pi * frequency).tolist(),
+        strict=True,
+    ):
+        table |= {"stiffness_n_m_per_rad": stiffness, "damping_n_m_s_per_rad": damping}
+        kind = random.integers(3, size=3)
+        if kind[0] == 0:
+            table["rest_deg"] = float(random.uniform(-10, 10))
+        if kind[1] == 0:
+            table["cubic_n_m_per_rad3"] = stiffness * float(random.uniform(0, 3))
+        if kind[2] == 0:
+            table["stop_deg"] = float(random.uniform(15, 60))
+            table["stop_stiffness_n_m_per_rad"] = stiffness * float(random.uniform(3, 30))
+    return parse(document | {"hinges": tables})
 
 
 def random_gaits(robot: ht.Robot, count: int, seed: int) -> Gaits:

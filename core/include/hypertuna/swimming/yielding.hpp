@@ -112,12 +112,12 @@ struct YieldingSwimmer {
     /// torques that springs and moments give.
     Composite<S> bend(int k, const State& y, const Moving<S, D>& now, S (&acceleration_of)[D]) const {
         Composite<S> body;
+        for (int d = 0; d < D; ++d) acceleration_of[d] = S(0);
         for (int pass = 0; pass < 2; ++pass) {
             for (int i = 0; i < fish.links; ++i) joint[i] = yields.joint[k * fish.links + i];
             for (int d = 0; d < D; ++d) {
                 JointMotion<S>& at = joint[yields.link[d]];
-                at.angle += y.angle[d], at.rate += now.rate[d];
-                if (pass) at.acceleration += acceleration_of[d];
+                at.angle += y.angle[d], at.rate += now.rate[d], at.acceleration += acceleration_of[d];
             }
             hypertuna::shape(fish.links, fish.link, joint, shape, acceleration);
             if (pass) break;
