@@ -189,8 +189,7 @@ template <class T>
 Mode mode_of(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>& at, const Mission<T>& mission) {
     if (has_ended(state.mode)) return state.mode;
     const Reasons& why = state.reasons;
-    const bool up =
-        at.depths ? at.depth < model.surface_depth : at.fix || model.fix_timeout <= seconds(model, state.blind.depth);
+    const bool up = at.depths ? at.depth < model.surface_depth : at.fix;
     if (why.has(Reason::stranded)) return Mode::hold;
     // Without an IMU the robot cannot steer: it comes up and waits there.
     if (why.has(Reason::imu_lost) && !at.attitude)
