@@ -1,4 +1,4 @@
-"""Numbers of runs that contradict each other are told: each file of the tank with one column in another unit."""
+"""Numbers of runs that contradict each other give a warning: each file of the tank with one column in another unit."""
 
 import csv
 import math

@@ -23,7 +23,7 @@ COLUMNS = ("u_px", "v_px", "x_m", "y_m")  # of a file of corners
 MAX_BOARDS = 20  # views of the board that are used; the search stops there
 MIN_BOARDS = 5  # views of the board that are needed
 MIN_CORNERS = 4  # points of the tank that are needed
-MISSED, DOUBTFUL = 0.01, 0.0015  # rms residuals over the picture's width that are refused, and that are told
+REFUSED, DOUBTFUL = 0.01, 0.0015  # rms residuals over the picture's width that are refused, or give a warning
 FOCAL = Range(min=0.2, max=10)  # picture widths: angles of view of 136 to 6 deg
 
 
@@ -70,7 +70,7 @@ def calibrate(
     fix = "are the places of the points in m, and the height over the water, too?"
     _check_focal(camera.focal, size[0], "the focal length", fix if focal is None else "give it in pixels, not in mm")
     rule, causes = "must meet a camera's rays", "is each pixel beside its own point, in m? Are size and depth right?"
-    if rms > MISSED * size[0]:
+    if rms > REFUSED * size[0]:
         value = f"{rms:.3g} px off in the mean"
         raise InputError(rule, file=str(corners), key="the points", value=value, fix=causes)
     report |= {"corners": len(pixels), "corner_rms_px": rms}

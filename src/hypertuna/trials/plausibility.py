@@ -1,7 +1,10 @@
-"""Errors and warnings on files of unlikely runs: angles in radians, speeds far from the model's or from any body's."""
+"""Errors and warnings on files of unlikely runs: angles in radians, values far from the model's or from any body's."""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +18,9 @@ from hypertuna.trials.manifest import Recording
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.tracks import Track
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 FAR = 10.0  # times the model's speed, or a part of it: more than estimated coefficients are usually wrong by
 # The same, beyond which a unit must be wrong. The speed goes as the root of thrust over drag: a factor of 50 needs 2500
 # between these, more than all bounds allow. So 300 is no robot either, but cm/s beside a model that is wrong by 3.
@@ -24,6 +30,7 @@ CAUSES = (
     "a wrong length, area or drag of the robot"
 )
 BEYOND = 1.5  # times the amplitude that a joint is described to make
+FEW = 3  # ratios of a file from which their median has a sign
 STILL = 0.01  # lengths a second: a beating body that goes slower all the time does not swim
 SPINNING = math.radians(3000)  # rad/s, beyond a head that yaws by 30 deg at 15 Hz
 RADIANS = math.radians(1.6)  # rad, amplitude: angles of beats in radians look like degrees below it
@@ -33,6 +40,7 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
     """Return errors on files of steady runs that must be in wrong units, and warnings on files that are unlikely."""
     errors: list[InputError] = []
     warnings: list[str] = []
+    doubts: list[str] = []
     for file in dict.fromkeys(run.file for run in runs):
         file_runs = [run for run in runs if run.file == file]
         largest = max(max(run.gait.amplitude) for run in file_runs)
@@ -42,8 +50,9 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
             key, rule = "the largest amplitude", f"is {math.degrees(largest):.3g} deg"
             errors.append(InputError(rule, file=file, key=key, fix=fix))
             continue
+        computed = sweep(robot, [run.gait for run in file_runs])
         for name, noun, unit, causes in (("speed", "speeds", "m/s", CAUSES), *_bends(robot)):
-            ratio, key = _ratio(name, file_runs, robot), f"the measured {noun}"
+            ratio, key = _size(_ratios(name, file_runs, computed)), f"the measured {noun}"
             if 1 / FAR <= ratio <= FAR:
                 continue
             size = float(f"{max(ratio, 1 / ratio):.2g}")
@@ -52,7 +61,26 @@ def implausible_runs(runs: Sequence[SteadyRun], robot: Robot) -> tuple[list[Inpu
                 errors.append(InputError(rule, file=file, key=key, fix=f"check the unit, {unit}"))
             else:
                 warnings.append(str(InputError(rule, file=file, key=key, fix=causes)))
-    return errors, warnings
+        doubts += (
+            str(InputError(rule, file=file, key=key, fix=fix)) for key, rule, fix in _doubts(file_runs, computed)
+        )
+    return errors, warnings if errors else [*warnings, *doubts]
+
+
+def _doubts(runs: Sequence[SteadyRun], computed: xr.Dataset) -> list[tuple[str, str, str]]:
+    """Return key, rule and fix of doubts about swims backward, and about costs of transport far from the model's."""
+    doubts = []
+    for name, key in (("speed", "the measured speeds"), ("cost_of_transport", "the measured costs of transport")):
+        ratios = _ratios(name, runs, computed)
+        if len(ratios) < FEW:
+            continue
+        ratio = float(np.median(ratios))
+        if ratio < 0:
+            doubts.append((key, "have the other sign than those of the model", "positive is ahead, head first"))
+        elif name != "speed" and not 1 / FAR <= ratio <= FAR:
+            fix = "check the unit, J/(kg m), or W of power_w"
+            doubts.append((key, f"are {ratio:.2g} times those of the model", fix))
+    return doubts
 
 
 def _bends(robot: Robot) -> list[tuple[str, str, str, str]]:
@@ -62,16 +90,18 @@ def _bends(robot: Robot) -> list[tuple[str, str, str, str]]:
     return [(name, f"amplitudes of hinges ({name}_deg)", "deg", causes) for name in names]
 
 
-def _ratio(name: str, runs: Sequence[SteadyRun], robot: Robot) -> float:
-    """Return the median ratio of measured values of a quantity to those of the model; 1 where none was measured."""
-    values = [(run.gait, run.measured()[name][1]) for run in runs if name in run.measured()]
-    measured = [(gait, value) for gait, value in values if value]
-    if not measured:
-        return 1.0
-    computed = sweep(robot, [gait for gait, _ in measured])[name].to_numpy()
-    usable = np.isfinite(computed) & (computed != 0)
-    ratios = np.array([value for _, value in measured], dtype=float)[usable] / computed[usable]
-    return float(np.median(np.abs(ratios))) if len(ratios) else 1.0
+def _ratios(name: str, runs: Sequence[SteadyRun], computed: xr.Dataset) -> Array:
+    """Return the ratios of measured values of a quantity to those of the model, of runs that have both."""
+    measured = np.array([run.measured()[name][1] if name in run.measured() else math.nan for run in runs], dtype=float)
+    with np.errstate(all="ignore"):
+        ratios: Array = measured / computed[name].to_numpy()
+    return ratios[np.isfinite(ratios)]
+
+
+def _size(ratios: Array) -> float:
+    """Return the median size of ratios other than 0; 1 without any."""
+    sizes = np.abs(ratios[ratios != 0])
+    return float(np.median(sizes)) if len(sizes) else 1.0
 
 
 def bend_limits(robot: Robot) -> Array:

@@ -1,4 +1,4 @@
-"""Warnings on numbers of runs that contradict each other: signs, deviations, gaits, drag, sudden stops."""
+"""Warnings on numbers of runs that contradict each other: deviations, gaits, drag, sudden stops."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -8,16 +8,13 @@ import numpy as np
 
 from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
-from hypertuna.swimming.sweep import sweep
 from hypertuna.trials.decay import Glide, YawDecay
 from hypertuna.trials.numbers import Tow
-from hypertuna.trials.plausibility import FAR, RADIANS
-from hypertuna.trials.steady import SteadyRun
+from hypertuna.trials.plausibility import FEW, RADIANS
 
 BOUND = 3.0  # times the largest frequency of the robot's gaits
 DRAG_POWERS = (1.3, 3.0)  # of the speed: drag grows by about its square
 STOP, USUAL = 0.3, 6.0  # of the first value, and usual drops, that make one drop a sudden stop
-FEW = 3
 Doubts = list[tuple[str, str, str]]  # key, rule, fix
 
 
@@ -28,7 +25,7 @@ def contradictions(runs: Iterable[Any], robot: Robot) -> list[str]:
     for run in runs:
         by_file.setdefault(getattr(run, "file", ""), []).append(run)
     for file, own in by_file.items():
-        doubts = [*_gaits(own, robot), *_deviations(own), *_tows(own), *_steady(own, robot)]
+        doubts = [*_gaits(own, robot), *_deviations(own), *_tows(own)]
         doubts += [doubt for run in own if isinstance(run, Glide | YawDecay) for doubt in _stop(run)]
         warnings += [str(InputError(rule, file=file, key=key, fix=fix)) for key, rule, fix in doubts]
     return warnings
@@ -77,30 +74,6 @@ def _tows(runs: Sequence[Any]) -> Doubts:
         return []
     rule = f"grows as the power {power:.1f} of the speed, where drag grows by about its square"
     return [("the drag", rule, "was the gauge zeroed in still water, and are both columns of the same runs?")]
-
-
-def _steady(runs: Sequence[Any], robot: Robot) -> Doubts:
-    """Return doubts about swims backward, and about costs of transport far from the model's."""
-    steady = [run for run in runs if isinstance(run, SteadyRun)]
-    if len(steady) < FEW:
-        return []
-    doubts: Doubts = []
-    computed = sweep(robot, [run.gait for run in steady])
-    for name, key in (("speed", "the measured speeds"), ("cost_of_transport", "the measured costs of transport")):
-        measured = np.array([math.nan if (one := getattr(run, name)) is None else one for run in steady])
-        with np.errstate(all="ignore"):
-            ratios = measured / computed[name].to_numpy()
-        usable = ratios[np.isfinite(ratios)]
-        if len(usable) < FEW:
-            continue
-        ratio = float(np.median(usable))
-        if ratio < 0:
-            doubts.append((key, "have the other sign than those of the model", "positive is ahead, head first"))
-        elif name != "speed" and not 1 / FAR <= ratio <= FAR:
-            doubts.append(
-                (key, f"are {ratio:.2g} times those of the model", "check the unit, J/(kg m), or W of power_w")
-            )
-    return doubts
 
 
 def _stop(run: Any) -> Doubts:
