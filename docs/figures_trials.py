@@ -38,9 +38,9 @@ def steady_columns() -> str:
         ["`speed_bl_s`, `speed_sd_bl_s`", "BL/s", "", "the same in body lengths a second, in place of these"],
         ["`{cost_of_transport}`", "J/(kg m)", "or", "mechanical power over mass of the robot and speed"],
         ["`{cost_of_transport_sd}`", "J/(kg m)", "", "standard deviation of the cost of transport of a single swim"],
+        ["`power_w`, `power_sd_w`", "W", "", "mechanical power, in place of these: it is divided by mass and speed"],
         ["`bend_amplitude_deg`, `bend_lag_deg`", "deg", "or", f"swing of a passive hinge{SWING}"],
         ["`bend_amplitude_sd_deg`, `bend_lag_sd_deg`", "deg", "", "their standard deviations in a single swim"],
-        ["`power_w`, `power_sd_w`", "W", "", "mechanical power, in place of these: it is divided by mass and speed"],
         ["`{repeats}`", "", "", "number of swims that the row is the mean of (default: 1)"],
         ["`{name}`", "", "", "name of the run (default: FILE:LINE)"],
     ]
