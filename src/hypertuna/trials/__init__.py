@@ -11,7 +11,7 @@ pose_table, pose_import: poses and joint angles of other programs.
 clock, markers: their times, the swimming plane, and which points count as seen.
 chain, marker_places, marker_run, marker_import, plots_markers: markers into joint angles and head poses.
 head_motion: motions that no body makes.
-plausibility, plausible_numbers: runs far from the model, and numbers that contradict each other.
+plausibility, plausible_numbers: runs far from the model, and columns of any kind of run in another unit.
 start, smoothing, replay, comparison: how a run begins; joint angles as functions of time, swum by the model, and
 compared with the tracks.
 plots, plots_series, cards: figures, and what is shown.

@@ -28,6 +28,7 @@ STEPS = 1000  # per decay; the error of linear interpolation between them is 1e-
 DIFFERENCE_STEP = 1e-4  # relative change of the first value for central differences
 SLOW = 0.25  # part of the first value, at which the rate of a decay is taken
 COASTED = 10.0  # lengths, or rad, that a decay of the model is computed for
+STOP, USUAL = 0.3, 6.0  # of the first value, and usual drops, that make one drop a sudden stop
 RISE, STEADY = 0.25, 0.98  # parts of the largest value: a rise beyond noise, an end that is not slower
 ITERATIONS, TOLERANCE = 30, 1e-12  # Gauss-Newton iterations for the first value, and relative change that ends them
 
@@ -106,10 +107,10 @@ class Decays(Kind[D]):
         return DecayRows(trial.value, sample, samples, 1, *motion)
 
     def implausible(self, trials: Sequence[D], robot: Robot) -> tuple[list[InputError], list[str]]:
-        """Return no errors, but warnings about decays that rise or slow down far from as the model does."""
+        """Return no errors, but a warning for each decay that rises, stops at once, or is far from the model's."""
         warnings = []
         for trial in trials:
-            doubts = [*_rises(trial), *self._too_fast(trial, robot)]
+            doubts = [*_rises(trial), *_stops(trial), *self._too_fast(trial, robot)]
             fixes = (str(InputError(rule, file=trial.file, key=f"run {trial.name}", fix=fix)) for rule, fix in doubts)
             warnings += [*fixes][:1]
         return [], warnings
@@ -221,6 +222,17 @@ def _rises(trial: Decay) -> list[tuple[str, str]]:
     if level[-1] > STEADY * level[0]:
         return [("does not slow down", "give the run until the body has slowed down")]
     return []
+
+
+def _stops(trial: Decay) -> list[tuple[str, str]]:
+    """Return a doubt about a decay that stops at once, as at a wall or at the end of a tether."""
+    drop = -np.diff(np.abs(trial.value))
+    k = int(np.argmax(drop))
+    late = k > 0 and drop[k] > STOP * abs(float(trial.value[0])) and drop[k] > USUAL * float(np.median(np.abs(drop)))
+    if not late or abs(float(trial.value[k + 1])) > STOP * abs(float(trial.value[k])):
+        return []
+    fix = "did it touch a wall, or was it stopped? Leave out the rows from there on"
+    return [(f"stops at once at {trial.time[k + 1]:.4g} s", fix)]
 
 
 class Glides(Decays[Glide]):

@@ -31,12 +31,13 @@ from hypertuna.trials.kind import (
 )
 from hypertuna.trials.kind_steady import UNSTABLE, USABLE, with_cost_factor
 from hypertuna.trials.numbers import HeldThrust, NumberRun, PowerRun, Tow, TurnRun
-from hypertuna.trials.plausibility import FAR
+from hypertuna.trials.plausibility import FAR, FEW
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 R = TypeVar("R", bound=NumberRun)
+DRAG_POWERS = (1.3, 3.0)  # of the speed: drag grows by about its square
 
 
 @dataclass(frozen=True)
@@ -187,6 +188,20 @@ class Tows(Numbers[Tow]):
         straight = Gait(frequency=1.0, amplitude=tuple(zero), phase=tuple(zero))
         u = np.array([run.u for run in trials])
         return [HeldRows(*self.laid_out(trials), (straight,) * len(trials), u, -1.0)]
+
+    def implausible(self, trials: Sequence[Tow], robot: Robot) -> tuple[list[InputError], list[str]]:
+        """Return no errors, but warnings as for all numbers, and on drag that is no square of the speed."""
+        errors, warnings = super().implausible(trials, robot)
+        for file in dict.fromkeys(run.file for run in trials):
+            tows = [run for run in trials if run.file == file and run.value > 0]
+            if len({run.u for run in tows}) < FEW or max(run.u for run in tows) < 1.5 * min(run.u for run in tows):
+                continue
+            power = np.polyfit(np.log([run.u for run in tows]), np.log([run.value for run in tows]), 1)[0]
+            if not DRAG_POWERS[0] <= power <= DRAG_POWERS[1]:
+                rule = f"grows as the power {power:.1f} of the speed, where drag grows by about its square"
+                fix = "was the gauge zeroed in still water, and are both columns of the same runs?"
+                warnings.append(str(InputError(rule, file=file, key="the drag", fix=fix)))
+        return errors, warnings
 
 
 class Thrusts(Numbers[HeldThrust]):
