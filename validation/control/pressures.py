@@ -11,7 +11,7 @@ import json
 import math
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -254,13 +254,20 @@ def told(run: Sample, record: dict[str, np.ndarray]) -> Told:
     return Told(tuple(wrong), tuple(late), tuple(blamed), false)
 
 
-def harmed(seed: int, run: Sample, record: dict[str, np.ndarray]) -> bool:
-    """Return whether an unreported fault led beyond the hard limit, or left less of the swing than `KEPT`."""
-    control = robot_of(run.robot).controller
+def harmed(seed: int, run: Sample, record: dict[str, np.ndarray], circuits: Collection[str]) -> bool:
+    """Return whether unreported faults led beyond the hard limit, or left less of the swing than `KEPT`.
+
+    The swing is compared with that of the run without the faults of these circuits' sensors: other faults stay.
+    """
+    robot = robot_of(run.robot)
+    control, first = robot.controller, channels(robot, pilot=False)["pressure"][0]
     assert control is not None
     if np.maximum(record["pump_pressure_high"], record["unit_pressure_high"]).max() > (control.pressure_hard or 0):
         return True
-    healthy, _ = run_of(seed, run._replace(faults=()))
+    late = [first + drive_names(robot).index(name) for name in circuits]
+    read = zip(run.faults, read_faults(run.faults, robot, run.seconds), strict=True)
+    others = tuple(text for text, fault in read if not any(fault.first <= k <= fault.last for k in late))
+    healthy, _ = run_of(seed, run._replace(faults=others))
     swing, whole = (np.ptp(one["angle"][len(one["angle"]) // 2 :], axis=0) for one in (record, healthy))
     return bool((swing < KEPT * whole - math.radians(0.5)).any())
 
@@ -280,7 +287,7 @@ def row(seed: int) -> dict[str, Any]:
     stops = np.flatnonzero(flags >> CONDITIONS.index("hard_stop") & 1)
     order = next(order for order in reversed(run.orders) if order.since <= tick * TICK)
     words = told(run, record)
-    harm = bool(words.late) and harmed(seed, run, record)
+    harm = bool(words.late) and harmed(seed, run, record, words.late)
     values = (
         *(seed, run.robot, f"{run.temperature:g}", "air" if run.air else "water", f"{run.supply:g}", len(run.orders)),
         *(" ".join(run.faults), f"{(robot.controller.pressure_hard or 0) / 1e3:g}", f"{pump.max() / 1e3:.1f}"),
