@@ -65,8 +65,10 @@ def every_model(request: pytest.FixtureRequest) -> ht.Robot:
 
 
 @pytest.fixture(scope="session")
-def ledger(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Ledger:
-    """The paper's ledger, which takes seconds: computed once for all workers of a run."""
+def reproduced(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Ledger, list[tuple[int, int]]]:
+    """The paper's ledger, which takes seconds, with its progress: computed once for all workers of a run."""
     from hypertuna.paper.reproduce import reproduce
 
     folder = tmp_path_factory.getbasetemp()
@@ -74,6 +76,13 @@ def ledger(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     with file.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not file.exists():
-            file.write_bytes(pickle.dumps(reproduce()))
-    found: Ledger = pickle.loads(file.read_bytes())
+            steps: list[tuple[int, int]] = []
+            file.write_bytes(pickle.dumps((reproduce(progress=lambda *step: steps.append(step)), steps)))
+    found: tuple[Ledger, list[tuple[int, int]]] = pickle.loads(file.read_bytes())
     return found
+
+
+@pytest.fixture(scope="session")
+def ledger(reproduced: tuple[Ledger, list[tuple[int, int]]]) -> Ledger:
+    """The paper's ledger."""
+    return reproduced[0]

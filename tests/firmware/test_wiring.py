@@ -109,6 +109,15 @@ def test_a_robot_without_oil_has_its_own_wiring(tmp_path: Path, run: Run) -> Non
     plot_wiring(wiring_of(robot))
 
 
+def test_all_texts_of_the_figure_are_inside_and_none_is_over_another(wiring) -> None:
+    figure = plot_wiring(wiring)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    width, height = figure.bbox.size
+    assert all(0 <= box.x0 < box.x1 <= width and 0 <= box.y0 < box.y1 <= height for box in boxes)
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+
+
 def test_command(tmp_path: Path, run: Run) -> None:
     table, figure = tmp_path / "wiring.csv", tmp_path / "wiring.svg"
     code, told, errors = run("firmware", "wiring", "-o", str(table), "--plot", str(figure))

@@ -9,6 +9,7 @@ import hypertuna as ht
 from hypertuna.identification.coefficients import free, prior_rows, with_values
 from hypertuna.identification.identify import identify
 from hypertuna.identification.names import default_names, default_priors
+from hypertuna.identification.sentences import held_by_priors
 from hypertuna.trials.steady import SteadyRun
 from hypertuna.trials.trials import Trials
 
@@ -35,6 +36,13 @@ def fit_of(robot, relative_sd, prior=FACTOR):
     return identify(robot, Trials((run,)), [DRAG], threads=1, **options)
 
 
+@pytest.mark.parametrize(("part", "held"), [(0.69, False), (0.71, True)])
+@pytest.mark.parametrize("factor", [1.1, 10.0])
+def test_a_coefficient_is_held_by_its_prior_from_seven_tenths_of_its_deviation_on(eel, factor, part, held):
+    frees = free(eel, [DRAG], prior={DRAG: factor})
+    assert bool(held_by_priors(frees, np.array([part * math.log(factor)]))) == held
+
+
 def test_a_prior_is_one_standard_deviation_of_the_logarithm(eel):
     (one,) = free(eel, [DRAG], prior={DRAG: FACTOR})
     assert one.prior == (1.0, FACTOR)
@@ -51,6 +59,7 @@ def test_a_fit_is_where_prior_and_speed_balance(eel):
     fit = fit_of(eel, 0.2)
     value, measured = float(fit.values[0]), speed_of(eel, TRUE)
     assert 1.0 < value < TRUE
+    assert 0 < fit.seconds < 600
     slope = (speed_of(eel, value * 1.001) - speed_of(eel, value / 1.001)) / (2 * math.log(1.001))
     pull = (speed_of(eel, value) - measured) / (0.2 * measured) ** 2 * slope
     assert pull == pytest.approx(-math.log(value) / math.log(FACTOR) ** 2, rel=1e-3)

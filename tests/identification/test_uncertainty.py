@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from hypertuna.identification.experiment import Experiment, experiment
 from hypertuna.identification.loss import loss_terms
 from hypertuna.identification.prediction import Prediction, predict, weighted
 from hypertuna.identification.residuals import autocorrelation_time, criteria, errors, lack_of_fit, squares
+from hypertuna.identification.sentences import helpful_measurements
 from hypertuna.identification.uncertainty import _units, uncertainty
 from hypertuna.trials.trials import Trials
 from synthetic import NINE, grid, steady, swims
@@ -145,6 +148,19 @@ def test_a_measurement_that_would_help_is_named(tuna: ht.Robot) -> None:
         "would constrain them."
     )
     assert sentences[1].startswith("Speed and cost of transport constrain ")
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("slope", "named"), [(0.7, False), (0.9, True)])
+def test_a_measurement_helps_if_two_percent_of_it_tell_half_a_unit(size: float, slope: float, named: bool) -> None:
+    """By four equal runs the deviation is 0.02 / 2 / slope; a 95 % interval must be narrower than a unit, 0.05."""
+    runs = np.full(4, size)
+    prediction: Any = SimpleNamespace(measurable={"cost_of_transport": (runs, slope * runs[:, np.newaxis])})
+    direction: Any = SimpleNamespace(vector=np.ones(1), constrained=False)
+    data: Any = SimpleNamespace(kind=np.zeros(4, dtype=int))
+    unit, unknown = np.array([0.05]), np.zeros((4, 1))
+    (text,) = helpful_measurements(data, prediction, unknown, unit, 1.96, [direction])
+    assert bool(text) == named
 
 
 def test_aicc_of_a_normal_sample() -> None:

@@ -113,6 +113,8 @@ def test_no_threshold_without_derivatives(tuna: ht.Robot) -> None:
     best = optimize(tuna, speed=0.4, limits=[Limit("efficiency", 0.01, upper=False)], iterations=20)
     assert best.speed == pytest.approx(0.4, rel=1e-3)
     assert best.margins[0].margin > 0
+    assert best.swim is not None
+    assert best.margins[0].value == pytest.approx(best.swim.efficiency, rel=1e-6)
     assert best.weight_threshold is None
 
 
@@ -152,6 +154,7 @@ def test_torque_limit_holds_the_torque_of_the_swim(tuna: ht.Robot, fastest: dict
     assert held.swim.torque_peak == pytest.approx(limit, rel=1e-6)
     assert held.swim.torque_peak <= limit
     assert held.margins[0].active
+    assert held.margins[0].value == pytest.approx(limit, rel=1e-6)
     assert held.speed < free.speed
 
 

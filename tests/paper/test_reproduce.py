@@ -26,6 +26,11 @@ STORED = json.loads((shipped("data/published") / "verdicts.json").read_text())
 GOLDEN = {f"{one['id']} | {one['model']}": one for one in STORED["entries"]}
 
 
+def test_the_progress_ends_at_its_total(reproduced: tuple[Ledger, list[tuple[int, int]]]) -> None:
+    steps = reproduced[1]
+    assert steps == [(k + 1, len(steps)) for k in range(len(steps))]
+
+
 def test_numbers_and_verdicts_are_those_that_are_stored(ledger: Ledger) -> None:
     """A change of form leaves every digit; a change of physics changes verdicts.json, with its reason in the commit.
 
