@@ -17,6 +17,7 @@ from typing import Any
 from unittest import mock
 
 LONGEST = 10.0  # s of processor, of a command
+TRACED = 8.0 if "HYPERTUNA_LINES" in os.environ else 1.0  # times as long while validation/mutants notes each line
 LONGEST_ERROR = 8000  # characters: a robot's file can have a hundred faults, a block to paste for each missing table
 VARYING = ("seconds",)  # keys of results that differ between two runs
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]")
@@ -78,7 +79,7 @@ def watched(*right: type[BaseException], longest: float = LONGEST, hangs: float)
     except BaseException as error:
         watch.problem = f"{type(error).__name__}: {error}"[:300]
     watch.seconds = time.process_time() - begin
-    if watch.seconds > longest:
+    if watch.seconds > TRACED * longest:
         watch.problem = watch.problem or f"takes {watch.seconds:.0f} s of processor"
 
 
