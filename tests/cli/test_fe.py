@@ -98,6 +98,8 @@ def test_geometry_is_told_without_the_extra(run: Run, tuna: ht.Robot, monkeypatc
     assert unit is not None
     lever = round(1e3 * actuator.lever, 9)
     assert places == 3 * [(0, lever)] + 3 * [(1, -lever)]
+    heights = [1e3 * k * actuator.spacing for k in (-1, 0, 1)]
+    assert [channel["z_mm"] for channel in told["channels"]] == pytest.approx(2 * heights)
     assert (
         f"3 pairs of channels of {1e3 * unit.outer_diameter:g} mm"
         in run("fe", "geometry", "--robot", "hypertuna", "--joint", "II")[1]

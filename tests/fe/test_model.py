@@ -14,6 +14,7 @@ from hypertuna.description.robot import parse
 from hypertuna.errors import InputError
 from hypertuna.fe.bend import JOURNAL, fe_bend
 from hypertuna.fe.energies import LOOSE, Axis, aligned_axis_energy
+from hypertuna.fe.fields import _strain
 from hypertuna.fe.geometry import joint_body, write_geometry
 from hypertuna.fe.measure import measure, von_mises
 from hypertuna.fe.mesh import MESHES, MeshSize, joint_mesh
@@ -130,6 +131,27 @@ def test_at_rest_nothing_moves() -> None:
     assert found.length == pytest.approx(model.body.length, rel=1e-12)
     assert found.stress_max < 0.1  # Pa
     assert found.fiber_stretch == pytest.approx((1.0, 1.0), abs=1e-9)
+
+
+@pytest.mark.fe
+@pytest.mark.parametrize(
+    ("gradient", "largest"),
+    [
+        ([[0.2, 0, 0], [0, -0.1, 0], [0, 0, -0.05]], math.log(1.2)),
+        ([[-0.2, 0, 0], [0, -0.3, 0], [0, 0, -0.1]], math.log(0.9)),
+        # simple shear by 0.5: stretches s and 1 / s, with s - 1 / s = 0.5
+        ([[0, 0.5, 0], [0, 0, 0], [0, 0, 0]], math.asinh(0.25)),
+    ],
+)
+def test_the_largest_strain_of_uniform_strains(gradient: list[list[float]], largest: float) -> None:
+    import ngsolve as ngs
+
+    model = fe_model(small(), "II", COARSE)
+    place = (ngs.x, ngs.y, ngs.z)
+    moved = [sum(g * x for g, x in zip(row, place, strict=True)) for row in gradient]
+    model.displacement.Set(ngs.CF(tuple(moved)))
+    difference = ngs.Integrate((_strain(model) - largest) ** 2, model.mesh) / ngs.Integrate(ngs.CF(1.0), model.mesh)
+    assert math.sqrt(difference) < 1e-6
 
 
 @pytest.mark.fe
