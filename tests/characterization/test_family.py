@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from collections.abc import Callable
@@ -24,6 +25,7 @@ from hypertuna.characterization.population import _step, populate
 from hypertuna.characterization.problem import blocked_moment, computed, elements, shortening
 from hypertuna.characterization.unknowns import with_unknowns
 from hypertuna.description.changes import changed
+from hypertuna.fe.geometry import joint_body
 
 ROOT = Path(__file__).parents[2]
 HEAD = "joint,side,pressure_kpa,angle_deg,angle_sd_deg,shortening_mm,force_n,arm_mm,moment_n_m,volume_ml\n"
@@ -181,6 +183,25 @@ def test_muscles_that_find_no_room_are_refused(tuna: ht.Robot) -> None:
     with pytest.raises(ht.InputError, match="oil pipes of the joints behind"):
         with_room(changed(with_size(lever=0.004), {"joints.II.line.bore_m": 0.027}), 0)
     assert with_room(with_size(lever=0.004), 0)  # pipes of 6 mm lie above and below the muscles
+
+
+def test_the_widest_pipe_that_finds_room_touches_the_rim(tuna: ht.Robot) -> None:
+    """Above the outermost muscle on each side lies one pipe, with a wall of 1 mm and 0.5 mm of matrix all around."""
+    close, low, high = {"joints.I.actuator.lever_m": 0.004}, 0.006, 0.027
+
+    def fits(bore: float) -> bool:
+        with contextlib.suppress(ht.InputError):
+            return bool(with_room(changed(tuna, close | {"joints.II.line.bore_m": bore}), 0))
+        return False
+
+    for _ in range(30):
+        low, high = (middle, high) if fits(middle := (low + high) / 2) else (low, middle)
+    body, radius = joint_body(changed(tuna, close), "I"), low / 2 + 0.001
+    apart = body.radius + 0.0005 + radius
+    height = max(channel.z for channel in body.channels) + math.sqrt(apart**2 - 0.004**2)
+    turn = np.linspace(0, 2 * math.pi, 100_001)
+    rim = np.hypot(body.semi_minor.min() * np.cos(turn), body.semi_major.min() * np.sin(turn) - height).min()
+    assert rim == pytest.approx(radius + 0.0005, rel=1e-5)
 
 
 # --- families

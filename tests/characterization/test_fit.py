@@ -358,3 +358,17 @@ def test_a_fitted_robot_keeps_its_file_and_tells_where_values_are_from(example: 
     assert f"Before: {tuna.source('drive_unit')}" in source
     assert example.robot.unsourced() == tuna.unsourced()
     np.testing.assert_allclose(computed(example.robot, example.bench)["angle"], example.angle, rtol=1e-9)
+
+
+def test_a_fit_is_drawn_with_a_plot_for_each_joint_and_what_is_determined_in_one_color(example: BenchFit) -> None:
+    figure = example.plot()
+    figure.canvas.draw()
+    boxes = [axes.get_window_extent() for axes in figure.axes]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["joint I", "joint II", "spectrum", "95 % intervals"]
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+    spectrum, intervals = figure.axes[2:]
+    handles, labels = spectrum.get_legend_handles_labels()
+    told = handles[labels.index("determined")].get_color()
+    found = [line.get_color() == told for line in intervals.lines[1::3]]
+    assert found == [unknown["determined"] for unknown in example.parameters]
+    assert 0 < sum(found) < len(found)
