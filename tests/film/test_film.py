@@ -22,6 +22,7 @@ from hypertuna.film.noise import beat_of
 from hypertuna.film.run import track_film, write_film_run
 from hypertuna.film.source import open_film
 from hypertuna.film.states import BORDER, OK
+from hypertuna.film.track import mean_of
 from hypertuna.film.view import motion_of
 from hypertuna.io.checkpoint import Journal
 
@@ -387,9 +388,19 @@ def test_a_camera_that_moves_is_told_and_light_that_changes_is_not(run) -> None:
 
 
 def test_a_film_played_backward_and_frames_that_repeat_are_told(run) -> None:
-    assert not any("backward" in sentence or "repeat" in sentence for sentence in run.warnings)
+    assert not any(word in sentence for sentence in run.warnings for word in ("backward", "repeat", "looks"))
     backward = replace(run, tracked=replace(run.tracked, unknowns=run.tracked.unknowns[::-1]))
     assert any("moves tail first: is the film played backward?" in sentence for sentence in backward.warnings)
     frozen = run.tracked.unknowns[[*range(30), *[29] * 6, *range(30, 54)]]
     frozen = replace(run, tracked=replace(run.tracked, unknowns=frozen))
     assert any("6 frames repeat the one before: did the camera drop frames?" in one for one in frozen.warnings)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])  # correlation of neighbors: their sum counts for a ninth of the values
+def test_the_interval_of_a_mean_holds_it_in_most_draws(memory: float) -> None:
+    """19 of 20 of independent values; 90 values that count for ten tell less of their own memory."""
+    noise, values = np.random.default_rng(3).standard_normal((90, 300)), np.zeros((90, 300))
+    for k in range(1, 90):
+        values[k] = memory * values[k - 1] + noise[k]
+    means, errors = zip(*(mean_of(one[:, np.newaxis]) for one in values.T), strict=True)
+    assert 0.84 < np.mean(np.abs(means) < 1.96 * np.array(errors)) < 0.97
