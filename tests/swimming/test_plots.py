@@ -53,6 +53,7 @@ def test_swim_shows_the_beat(fast: ht.Swim) -> None:
     _, midlines, speed, power = figure.axes[:4]
     assert_allclose(speed.lines[0].get_ydata(), fast.trajectory.forward_speed)
     assert_allclose(power.lines[-2].get_ydata(), fast.trajectory.mechanical_power)
+    assert_allclose(power.lines[-2].get_xdata(), np.linspace(0, 1, fast.steps + 1))
     assert_allclose(np.mean(power.lines[-1].get_ydata()), fast.mechanical_power)
     assert len(midlines.lines) > 8
     lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0).T).sum() for line in midlines.lines]
@@ -128,6 +129,7 @@ def test_sweep_has_a_row_for_each_amplitude_and_a_line_for_each_phase(tank: xr.D
             shown = np.array([line.get_ydata() for line in axes.lines])
             assert_allclose(shown, tank[name].isel(amplitude=row, bias=0).transpose("phase", "frequency"))
     assert {"frequency [Hz]", "speed [m/s]", "cost of transport\n[J/(kg m)]"} == set(labels(figure))
+    assert figure.axes[0].get_xticks().tolist() == tank.frequency.values.tolist()
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0°", "40°", "80°"]
 
 

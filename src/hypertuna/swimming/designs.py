@@ -97,6 +97,4 @@ def _why_idle(robot: Robot, one: Variable) -> str:
         return f"the robot swims in {robot.model.water} water (model.water, or --water)"
     if "bandwidth" in one.name and robot.model.joints == "ideal":
         return "the robot's joints are ideal (model.joints, or --joints)"
-    if table == "fin":
-        return f"{robot.model.water} water knows the fin's area alone"
     return "a settled beat does not know it"
