@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hypertuna.arrays import Array
-from hypertuna.figures import COLORS, FAINT, INK, WIDTH, styled
+from hypertuna.figures import COLORS, FAINT, INK, TIGHT, WIDTH, styled
 from hypertuna.film.overlay import drawn
 from hypertuna.film.run import FilmRun
 from hypertuna.film.states import STATES
@@ -41,10 +41,11 @@ def plot_film(run: FilmRun, *, width: float = WIDTH) -> Figure:
     for k, group in enumerate(run.body.groups):
         rows[2].plot(time, np.degrees(run.angle[own, k]), ".", markersize=2, color=COLORS[k % len(COLORS)], label=group)
         if run.beat is not None:
-            rows[2].plot(time, np.degrees(run.beat.angle(time)[:, k]), color=FAINT, linewidth=0.8)
+            label = "steady beat" if k + 1 == len(run.body.groups) else ""
+            rows[2].plot(time, np.degrees(run.beat.angle(time)[:, k]), color=FAINT, linewidth=0.8, label=label)
     rows[2].set_xlabel("time [s]")
     rows[2].set_ylabel("joint angle [deg]")
-    rows[2].legend(ncols=len(run.body.groups))
+    rows[2].legend(ncols=len(run.body.groups) + 1, loc="lower right", bbox_to_anchor=(1, 1), markerscale=3, **TIGHT)
     figure.suptitle(f"{run.name}: worst frames, path and joint angles")
     return figure
 
