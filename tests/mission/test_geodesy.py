@@ -23,6 +23,13 @@ def test_the_lake() -> None:
     assert math.degrees(declination(lake.origin, date(2026, 11, 25))) == pytest.approx(-10.6, abs=0.1)
 
 
+def test_the_year_is_that_of_the_day() -> None:
+    """The model is linear in time within its five years: each day changes as much, also from one year to the next."""
+    days = [date(2026, 1, 1), date(2026, 12, 31), date(2027, 1, 1)]
+    first, last, next_year = (declination((math.radians(80), 0.0), day) for day in days)
+    assert next_year - last == pytest.approx((last - first) / 364, rel=0.3)  # 365 days, or 366, are a year of 365.25
+
+
 def test_a_day_beyond_the_model_is_refused() -> None:
     with pytest.raises(InputError, match="must be from 2025 to 2030"):
         declination((0.7, 2.0), date(2031, 1, 1))

@@ -15,6 +15,7 @@ from hypertuna.io.door import KINDS
 from hypertuna.mission.file import MissionFile, parse_mission, read_mission
 from hypertuna.mission.geodesy import from_local
 from hypertuna.mission.import_plan import check_plan, plan_document, plan_text, read_plan
+from hypertuna.mission.plan_items import GO_HOME, SET_HOME, SPEED, UNSUPPORTED, WAYPOINT
 from program import Run
 
 HOME = (43.854, 125.302)
@@ -311,4 +312,14 @@ def test_a_plan_in_place_of_a_mission_names_the_command(run: Run) -> None:
     assert (
         errors
         == "error: a.plan is a plan, not a mission: `hypertuna mission import a.plan -o a.toml` makes one of it.\n"
+    )
+
+
+def test_commands_that_a_mission_cannot_keep_have_the_numbers_of_mavlink() -> None:
+    mavlink = pytest.importorskip("pymavlink.dialects.v20.common", reason="needs the extra radio")
+    for number, name in UNSUPPORTED.items():
+        assert name.upper().replace("LANDING", "LAND").replace("-", "") in mavlink.enums["MAV_CMD"][number].name
+    numbers = (mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
+    assert (*numbers, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_SET_HOME) == (
+        *(WAYPOINT, GO_HOME, SPEED, SET_HOME),
     )

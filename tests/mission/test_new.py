@@ -17,7 +17,7 @@ from hypertuna.control.mission import Mission, Waypoint
 from hypertuna.mission.checks import OVERSHOOT, check_fit, course_time, warnings_of
 from hypertuna.mission.file import read_mission
 from hypertuna.mission.flight import fly, outcome
-from hypertuna.mission.new import new_mission, spelled
+from hypertuna.mission.new import new_mission, spelled, usual_radius
 from program import Run
 
 SIZES: dict[str, Any] = {
@@ -62,6 +62,15 @@ def test_a_new_mission_is_scaled_to_the_robot(name: str, fish: Callable[[str], h
         assert 0 < point.depth <= mission.depth_max - OVERSHOOT
     assert robot.firmware is not None
     assert mission.depth_max <= robot.firmware.depth_max
+
+
+@pytest.mark.parametrize(("error", "radius"), [(1.0, 3.0), (2.0, 3.0), (2.5, 3.8), (4.0, 6.0)])
+def test_waypoints_are_half_as_large_again_as_the_error_of_fixes(
+    error: float, radius: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rounded up to a tenth of a meter, and 3 m at least."""
+    monkeypatch.setattr("hypertuna.mission.new.error_of_fixes", lambda robot: error)
+    assert usual_radius(ht.load("hypertuna")) == radius
 
 
 @pytest.mark.parametrize("name", ["hydraulic", "servo"])
