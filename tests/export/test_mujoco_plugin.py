@@ -42,10 +42,25 @@ def shares(fish: ht.Robot) -> Array:
     return share
 
 
+def test_all_position_servos_have_the_same_poles() -> None:
+    """500 rad/s and the damping of a maximally flat response, for the rotor that each of them turns."""
+    m = model(robot("lumped"), plugin=True, free=True)
+    for side in SIDES:
+        servo, dof = m.actuator(f"pectoral-{side}"), m.joint(f"pectoral-{side}").dofadr[0]
+        inertia = m.dof_armature[dof]
+        assert servo.gainprm[0] == pytest.approx(500.0**2 * inertia)
+        assert -servo.biasprm[2] == pytest.approx(np.sqrt(2) * 500.0 * inertia)
+    for group in robot("lumped").joints:
+        inertia = m.dof_armature[m.joint(f"joint-{robot('lumped').links.name[group.links[0]]}").dofadr[0]]
+        squares = sum(part**2 for part in group.share)
+        assert m.actuator(group.name).gainprm[0] == pytest.approx(500.0**2 * inertia * squares)
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_accelerations_in_space_are_the_cores(law: str) -> None:
     """At random states, under water and at the surface: weight, buoyancy, added mass, drag, wake, fins."""
-    fish, rng = robot(law), np.random.default_rng(20)
+    rng, heights = np.random.default_rng(20), [0.004, -0.003, 0.002, 0.001, 0.002, -0.001, 0.003, -0.002]
+    fish = changed(robot(law), {"spatial.buoyancy_height_m": heights}).using(joints="ideal", water=law)
     m = model(fish, plugin=True, free=True)
     d, share, fins = mujoco.MjData(m), shares(fish), [m.body(f"pectoral-{side}").id for side in SIDES]
     driven = [(m.joint(f"joint-{fish.links.name[i]}"), share[i]) for i in np.flatnonzero(share.any(axis=1))]

@@ -75,7 +75,8 @@ def test_in_the_plane_it_has_the_inertia_of_the_core(name: str, law: str) -> Non
 @pytest.mark.parametrize("law", ["lumped", "strip", "elongated"])
 def test_in_space_it_has_the_inertia_of_the_core(law: str) -> None:
     """The core's accelerations of the straight robot from rest tell its inverse, by pushes of fins and joints."""
-    fish = fish_of("hypertuna", law)
+    heights = [0.004, -0.003, 0.002, 0.001, 0.002, -0.001, 0.003, -0.002]
+    fish = changed(fish_of("hypertuna", law), {"spatial.buoyancy_height_m": heights}).using(water=law)
     driven = [2, 3, 4, 5, 7]  # as many as the core has coordinates
     share = np.eye(8)[:, driven]
     body = _core.Body(core_model(fish), {"share": share, **space_columns(fish)})
