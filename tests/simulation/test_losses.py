@@ -2,6 +2,7 @@
 
 import copy
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 import hypertuna as ht
 from hypertuna import _core
 from hypertuna.description.robot import Robot, parse
+from hypertuna.simulation.cards import losses_card
 from hypertuna.simulation.losses import PLACES
 from hypertuna.simulation.plant import parts_of, steps_of
+from hypertuna.simulation.plots_losses import REACH, TIP, TURN, _branch
 from hypertuna.simulation.recorded import LOSSES
 from simulation.test_servo_joints import with_servos
 
@@ -159,3 +162,29 @@ def test_table_and_picture() -> None:
         boxes = [text.get_window_extent() for text in texts]
         assert all(figure.bbox.contains(box.x0, box.y0) for box in boxes)
         assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+
+
+@pytest.mark.parametrize("size", [0.01, 0.1, 0.6])
+def test_a_branch_of_the_picture_is_as_wide_as_its_loss(size: float) -> None:
+    """A quarter of a ring, a bar and a triangle; 25 corners on each arc leave a thousandth."""
+    x, y = _branch(0.3, 0.9, size).T
+    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    tip = min(size / 2, TIP)
+    bar = 1 + TURN + REACH - tip - (0.9 + TURN)
+    ring = math.pi / 4 * ((TURN + size) ** 2 - TURN**2)
+    assert area == pytest.approx(ring + size * bar + size * tip / 2, rel=2e-3)
+
+
+def test_the_larger_losses_of_a_place_are_named_and_drawn_from_zero() -> None:
+    run = ht.twin(FISH, GAIT, duration=4, start="swimming", closed_loop=False)
+    losses = run.losses
+    for place in PLACES:
+        named = [part.rsplit(" ", 1) for part in losses.named(place).split(", ") if part]
+        assert place not in dict(named)
+        assert all(float(power) == pytest.approx(next(o.power for o in losses.losses if o.name == name), abs=0.006)
+                   for name, power in named)  # fmt: skip
+        assert sum(float(power) for _, power in named) == pytest.approx(losses.at(place), abs=0.1 * losses.power)
+    svg = losses_card(losses).picture()
+    zero = float(re.search(r'class="mark" d="M([\d.]+) 20V', svg)[1])
+    for left, width in re.findall(r'<rect class="joint" x="([\d.]+)" y="\d+" width="([\d.]+)"', svg):
+        assert min(abs(float(left) - zero), abs(float(left) + float(width) - zero)) < 0.2
