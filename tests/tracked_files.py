@@ -241,6 +241,31 @@ def ethovision(place: np.ndarray) -> str:
     return table(rows, ";")
 
 
+def with_units(place: np.ndarray) -> str:
+    """Units in a line below the names, as TEMA writes them."""
+    head, rows = columns(1e3 * place, "Time", seconds(1e-3, digits=3), mark=";").split("\n", 1)
+    return f"{head}\n[ms]{';[mm]' * 12}\n{rows}"
+
+
+def labview(place: np.ndarray) -> str:
+    """A measurement file: two headers, decimal commas, an empty column of comments."""
+    head, *rows = columns(place, "X_Value", seconds(), mark="\t").replace(".", ",").splitlines()
+    lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t,", "Time\t12:30:15,1"]
+    lines += ["***End_of_Header***\t", "\t", "Channels\t12" + "\t" * 12, "X_Dimension\tTime", "***End_of_Header***\t"]
+    return "\n".join([*lines, f"{head}\tComment", *(f"{row}\t" for row in rows)])
+
+
+def named(form: str) -> Callable[[np.ndarray], str]:
+    """Other names of the columns of coordinates, of the marker {m}, {M} in capitals, and the axis {a} or {A}."""
+
+    def text(place: np.ndarray) -> str:
+        _, *rows = columns(place, "", seconds()).splitlines()
+        names = [form.format(m=name, M=name.capitalize(), a=axis, A=axis.upper()) for name in NAMES for axis in "xy"]
+        return "\n".join([",".join(["Zeit [s]", *names]), *rows])
+
+    return text
+
+
 def kinovea(place: np.ndarray, coded: bool) -> str:
     """One point after the other, and a time code in hundredths of seconds, or names and milliseconds."""
     lines = ["#Kinovea Trajectory data export", "#T X Y", *[""] * (not coded)]
@@ -338,6 +363,9 @@ FILES = (
     of("Kinovea", lambda p: kinovea(p, coded=False), ".txt"),
     of("names above x and y", lambda p: names_above(p, "", "bodypart", numbers()), **FPS),
     TrackedFile("EthoVision", ethovision, suffix=".txt"),
+    TrackedFile("units below the names", with_units),
+    of("LabVIEW", labview, ".lvm"),
+    *(of(f"names {form}", named(form)) for form in ("{M}{A}", "{M} ({a})", "{m}[{a}]", "{m}|{a}", "{m}_{a}_coord")),
     of("rows of frames and markers", lambda p: long(p, animals=False), **FPS),
     of("rows of two animals", lambda p: long(p, animals=True), individual="ann", **FPS),
 )

@@ -206,6 +206,17 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ("a.csv", "frame,track_id,x,y\n0,1,2,3\n", "is of the form of a table of tracked objects, and holds one point"),
         ("a.csv", "LABEL,TRACK_ID,POSITION_X\n0,1,2\n", "is of the form of TrackMate, and holds one point"),
         ("a.txt", "Time\tArena\tTrack\tX\tY\tLabel\n0\t1\t1\t2\t3\t0\n", "is of the form of ToxTrac, and holds one"),
+        ("a.csv", "X1,Y1,ProbId1,X2,Y2,ProbId2\n1,2,1,3,4,1\n", "is of the form of idTracker, and holds one point of"),
+        (
+            "a.csv",
+            "Frame;Time;X_Arena0_Ind0;Y_Arena0_Ind0\n0;0;1;2\n",
+            "is of the form of AnimalTA, and holds",
+        ),
+        (
+            "a.lvm",
+            "LabVIEW Measurement\t\n***End_of_Header***\nx1\ty1\n",
+            "is of the form of LabVIEW, but has no",
+        ),
         ("a.csv", "Subject,Behavior,Time\nfish,swim,0.5\n", "is of the form of BORIS, and holds events, no points"),
         ("a.json", '{"instance_info": []}', "is of the form of JSON, as MMPose, COCO and OpenPose write it: write its"),
         ("a.xml", "<annotations/>", "is of the form of XML: write its points as CSV"),

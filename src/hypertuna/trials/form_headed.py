@@ -1,4 +1,4 @@
-"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision; Kinovea; those of one point."""
+"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision, LabVIEW; Kinovea; one point."""
 
 import re
 from dataclasses import replace
@@ -18,6 +18,8 @@ LEVEL = re.compile(rf"{MARKER.pattern}|coords?|axis|")  # what pandas writes abo
 # Programs that track one point of each animal, or none, by names of their columns.
 ONE_POINT = {
     "TrackMate": {"track_id", "position_x"},
+    "AnimalTA": {"x_arena0_ind0", "y_arena0_ind0"},
+    "idTracker": {"x1", "y1", "probid1"},
     "ToxTrac": {"arena", "track", "label"},
     "MTrackJ": {"tid", "pid"},
     "ImageJ": {"area", "x", "y", "slice"},
@@ -97,6 +99,20 @@ def _ethovision(grid: Grid, individual: str | None) -> Points:
     return replace(read_plain(Grid(grid.file, [(int(count) - 1, head), *below]), individual), form="EthoVision")
 
 
+def _is_labview(grid: Grid) -> bool:
+    return grid.cells(0)[0] == "labview measurement"
+
+
+def _labview(grid: Grid, individual: str | None) -> Points:
+    """Read a measurement file of LabVIEW (.lvm): settings, then columns below the last end of a header."""
+    ends = [k for k, (_, row) in enumerate(grid.rows) if row[0].lower() == "***end_of_header***"]
+    if not ends or grid.cells(ends[-1] + 1)[:1] != ["x_value"]:
+        fix = "write it with one column of times (X_Columns One)"
+        raise InputError("is of the form of LabVIEW, but has no column X_Value", file=grid.file, fix=fix)
+    (line, (_, *names)), *rows = grid.rows[ends[-1] + 1 :]
+    return replace(read_plain(Grid(grid.file, [(line, ["time_s", *names]), *rows]), individual), form="LabVIEW")
+
+
 def _is_kinovea(grid: Grid) -> bool:
     return grid.comment.lstrip("# ").lower().startswith("kinovea")
 
@@ -158,6 +174,7 @@ def _events(grid: Grid, individual: str | None) -> Points:
 # Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("EthoVision", _is_ethovision, _ethovision),
+    Text("LabVIEW", _is_labview, _labview, individuals=True),
     Text("names above axes", lambda grid: _axes_row(grid) is not None, _stacked, individuals=True),
     Text("Kinovea", _is_kinovea, _kinovea),
     Text("a table of one point", lambda grid: bool(_program(grid, ONE_POINT)), _point),

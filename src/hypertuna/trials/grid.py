@@ -16,21 +16,9 @@ from hypertuna.io.tables import parse_float, read_lines, split_line
 from hypertuna.ranges import CELL
 from hypertuna.trials.points import Rows
 
-MISSING = (
-    "",
-    "nan",
-    "na",
-    "n/a",
-    "none",
-    "null",
-    "-",
-    "<na>",
-    "#n/a",
-    "-nan",
-    "-nan(ind)",
-    "1.#qnan",
-    "1.#ind",
-    "-1.#ind",
+MISSING = frozenset(
+    ("", "nan", "na", "n/a", "n.a.", "none", "null", "(null)", "missing", "-", "--", "<na>", "-nan", "-nan(ind)")
+    + ("#n/a", "#num!", "#value!", "#div/0!", "1.#qnan", "1.#ind", "-1.#ind")
 )
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
 MARKS, FIRST_LINES = (";", "\t", ",", "|"), 30  # between cells, and lines in which they are sought
@@ -51,8 +39,10 @@ OTHER_NUMBERS = {
 WITH_UNIT = re.compile(r"[+-]?[\d.,]+(?:e[+-]?\d+)? ?(?:[mcµu]?m|in|px|pixels?|[mµun]?s|deg|°|%)", re.IGNORECASE)
 OTHER_NUMBERS[WITH_UNIT] = "without their unit, which belongs in the name of the column: nose_x_mm"
 DAY, LATE = 86400.0, 82800.0  # s: a clock of the day that falls by more than the latter passes midnight
+FRAMES_COUNTED = "a time code counts frames: write the number of each frame into a column frame"
 CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
 TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second
+HUNDREDTHS, IN_SECOND = re.compile(r"[\d:]*:\d\d[.,]\d\d", re.ASCII), 100  # or such a number; the former in a second
 
 
 @dataclass(frozen=True)
@@ -157,11 +147,28 @@ class Samples:
             if value is None or math.isinf(value):
                 rule, fix = "must be a time, such as 2026-05-04T12:30:15.250 or 12:30:15.250", "write seconds"
                 if value is not None:
-                    fix = "a time code counts frames: write the number of each frame into a column frame"
+                    fix = f"{FRAMES_COUNTED}; before thousandths write a point"
                 raise self._error(line, column, rule, shown(row[column]), fix)
             values.append(value)
+        self._check_time_code(column)
         clocks = all(CLOCK.fullmatch(text) for text in self.text(column) if text.lower() not in MISSING)
         return _past_midnight(np.array(values)) if clocks else np.array(values), True
+
+    def _check_time_code(self, column: int) -> None:
+        """Check that the last two digits of clock times are hundredths of a second, and not numbers of frames in it.
+
+        Numbers of frames grow by one, and start over long before 100.
+        """
+        texts = [text for text in self.text(column) if text.lower() not in MISSING]
+        if not all(HUNDREDTHS.fullmatch(text) for text in texts):
+            return
+        part = np.array([int(text[-2:]) for text in texts])
+        step = np.diff(part)
+        last = part[:-1][step < 0]
+        if len(last) and np.median(step[step >= 0]) == 1 and (last + 2 < IN_SECOND).all():
+            line, row = self.rows[int(np.flatnonzero(step < 0)[0])]
+            rule = "must end with hundredths of a second, but these start over before 100"
+            raise self._error(line, column, rule, shown(row[column]), FRAMES_COUNTED)
 
     def frames(self, column: int) -> Array:
         """Return the frame numbers of a column of numbers, or of image names with the number at the end."""

@@ -191,7 +191,8 @@ def _check_order(markers: Markers, order: Sequence[int]) -> None:
         by_distance.reverse()
     text = ", ".join(by_distance if len(by_distance) <= 12 else [*by_distance[:10], "...", by_distance[-1]])
     rule = f"must lie along the body in the order of the file, but lie as {text}, or the other way round"
-    fix = "write them from nose to tail, or give their places with --places; animals side by side are no body"
+    fix = "write them from nose to tail, or give their places with --places, or --leave-out what is no marker; animals "
+    fix += "side by side are no body"
     raise InputError(rule, file=markers.file, key="the markers", fix=fix)
 
 
