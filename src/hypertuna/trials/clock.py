@@ -66,12 +66,9 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
 
 def _check_rows(points: Points) -> None:
     """Check that the rows of a file without a column of frames or time are those of its frames, and all of them."""
-    line, place = (
-        np.array([*getattr(points.where, "number", ())]),
-        points.place.reshape(len(points.place), -1)[:, :MANY],
-    )
-    step = np.diff(line)
-    for k in np.flatnonzero(step > step[:1])[:1] if len(line) == len(place) else ():
+    place, line = points.place.reshape(len(points.place), -1)[:, :MANY], getattr(points.where, "number", ())
+    step = np.diff(np.array(line, dtype=float))
+    for k in np.flatnonzero(step > np.min(step, initial=np.inf))[:1]:
         rule, value = "must be that of the next frame, for no column counts them", "below lines without numbers"
         fix = "add a column frame, or leave the cells of a lost frame empty between their commas"
         raise InputError(rule, file=points.file, key=points.where[k + 1], value=value, fix=fix)

@@ -51,7 +51,7 @@ FORMS: tuple[Form, ...] = (
     Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
     Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix=TRACKED),
-    Form("JSON, as MMPose, COCO and OpenPose write it", (".json",), (b"{", b"["), fix=KEYPOINTS),
+    Form("JSON", (".json",), (b"{", b"["), "hypertuna.trials.form_json:read", individuals=True),
     Form("XML", (".xml",), (b"<",), fix=KEYPOINTS),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
     Form(

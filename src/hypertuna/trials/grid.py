@@ -16,10 +16,10 @@ from hypertuna.io.tables import parse_float, read_lines, split_line
 from hypertuna.ranges import CELL
 from hypertuna.trials.points import Rows
 
-MISSING = frozenset(
-    ("", "nan", "na", "n/a", "n.a.", "none", "null", "(null)", "missing", "-", "--", "<na>", "-nan", "-nan(ind)")
-    + ("#n/a", "#num!", "#value!", "#div/0!", "1.#qnan", "1.#ind", "-1.#ind")
-)
+MISSING = frozenset({
+    "", "nan", "na", "n/a", "n.a.", "none", "null", "(null)", "missing", "-", "--", "<na>", "-nan", "-nan(ind)", "#n/a",
+    "#num!", "#value!", "#div/0!", "1.#qnan", "1.#ind", "-1.#ind",
+})  # fmt: skip
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
 MARKS, FIRST_LINES = (";", "\t", ",", "|"), 30  # between cells, and lines in which they are sought
 SPACES = ""  # the mark of cells between spaces
@@ -52,6 +52,7 @@ class Grid:
     file: str
     rows: list[tuple[int, list[str]]]  # number of the line from 1, and cells
     comments: tuple[tuple[int, str], ...] = ()  # number of the line from 1, and text of each comment
+    word: str = "line"  # of a row, in errors
 
     @property
     def comment(self) -> str:
@@ -70,8 +71,8 @@ class Grid:
                 rule, fix = f"must have {len(head)} cells, like the line of names", "complete the line or remove it"
                 if len(cells) > 1.5 * len(head) and all(cell.lstrip("+-").isdecimal() for cell in cells):
                     fix = "are these decimal commas? Then save it with semicolons between the cells"
-                raise InputError(rule, file=self.file, key=f"line {line}", value=f"{len(cells)} long", fix=fix)
-        return Samples(self.file, head, rows)
+                raise InputError(rule, file=self.file, key=f"{self.word} {line}", value=f"{len(cells)} long", fix=fix)
+        return Samples(self.file, head, rows, self.word)
 
 
 @dataclass(frozen=True)
@@ -81,15 +82,16 @@ class Samples:
     file: str
     head: list[str]
     rows: list[tuple[int, list[str]]]
+    word: str = "line"  # of a row, in errors
 
     @property
     def where(self) -> Rows:
         """Names of the rows in errors, such as "line 12"."""
-        return Rows("line", [line for line, _ in self.rows])
+        return Rows(self.word, [line for line, _ in self.rows])
 
     def only(self, keep: Sequence[int]) -> "Samples":
         """Return only the rows with some indices."""
-        return Samples(self.file, self.head, [self.rows[k] for k in keep])
+        return Samples(self.file, self.head, [self.rows[k] for k in keep], self.word)
 
     def text(self, column: int) -> list[str]:
         """Return the cells of a column, by its index."""
@@ -134,7 +136,7 @@ class Samples:
                 if text and text == self.head[column]:
                     fix = "the line of names comes again: give each run in a file of its own"
                 if math.isfinite(value):
-                    CELL.check(value, f"line {line}, {self.head[column]}", fix, file=self.file)
+                    CELL.check(value, f"{self.word} {line}, {self.head[column]}", fix, file=self.file)
                 raise self._error(line, column, "must be a number", shown(text), fix)
 
     def times(self, column: int) -> tuple[Array, bool]:
@@ -197,7 +199,8 @@ class Samples:
             raise InputError(rule, file=self.file, key=self.head[column], value=value, fix=fix)
 
     def _error(self, line: int, column: int, rule: str, value: str, fix: str) -> InputError:
-        return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
+        key = f"{self.word} {line}, {self.head[column]}"
+        return InputError(rule, file=self.file, key=key, value=value, fix=fix)
 
     def check_once(self, columns: Sequence[int]) -> None:
         """Check that the name of each used column occurs only once."""
