@@ -263,7 +263,7 @@ def labview(place: np.ndarray) -> str:
     head, *rows = columns(place, "X_Value", seconds(), mark="\t").replace(".", ",").splitlines()
     lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t,", "Time\t12:30:15,1"]
     lines += ["***End_of_Header***\t", "\t", "Channels\t12" + "\t" * 12, "X_Dimension\tTime", "***End_of_Header***\t"]
-    return "\n".join([*lines, f"{head}\tComment", *(f"{row}\t" for row in rows)])
+    return "\n".join([*lines, f"{head}\tComment", *(f"{row}{chr(9) * (k % 2)}" for k, row in enumerate(rows))])
 
 
 def named(form: str) -> Callable[[np.ndarray], str]:

@@ -119,6 +119,14 @@ def test_hundredths_of_a_second_are_read_although_frames_are_lost_where_they_sta
     assert read_markers(table(tmp_path, "time", times), **PX).time[-1] == pytest.approx(45000 + 1.27)
 
 
+def test_rows_of_two_days_that_are_mixed_up_are_refused(tmp_path) -> None:
+    times = [f"{(86399.5 + t) % 86400 // 3600:02.0f}:00:{(86399.5 + t) % 60:09.6f}" for t in TIME]
+    times = ["23:59:" + time[6:] if time[:2] == "23" else time for time in times]
+    assert read_markers(table(tmp_path, "time", times), **PX).time[-1] == pytest.approx(86399.5 + TIME[-1])
+    times[5], times[30] = times[30], times[5]
+    assert "line 7, time must be later than the previous frame" in told(table(tmp_path, "time", times), **FPS)
+
+
 def test_a_clock_of_a_day_keeps_its_precision_in_what_is_written(tmp_path) -> None:
     from hypertuna.trials.marker_import import _write
 

@@ -165,7 +165,7 @@ def _entries(grid: Grid) -> list[list[float]] | None:
         return None
     entries = [[parse_float(cell) for cell in row] for row in rows]
     columns = {column for _, column, _ in entries}
-    whole = all(frame == int(frame) >= 0 and column == int(column) > 0 for frame, column, _ in entries)
+    whole = all(frame >= 0 == frame % 1 and column > 0 == column % 1 for frame, column, _ in entries)
     few = len(XY) < len(columns) == max(columns) < len(entries) / 2
     return entries if whole and few and len({(frame, column) for frame, column, _ in entries}) == len(entries) else None
 

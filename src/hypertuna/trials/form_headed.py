@@ -109,7 +109,9 @@ def _labview(grid: Grid, individual: str | None) -> Points:
     if not ends or grid.cells(ends[-1] + 1)[:1] != ["x_value"]:
         fix = "write it with one column of times (X_Columns One)"
         raise InputError("is of the form of LabVIEW, but has no column X_Value", file=grid.file, fix=fix)
-    (line, (_, *names)), *rows = grid.rows[ends[-1] + 1 :]
+    (line, (_, *names)), *below = grid.rows[ends[-1] + 1 :]
+    # the column of comments comes last, and may lack a cell
+    rows = [(n, row + [""] * (names[-1:] == ["Comment"] and len(row) == len(names))) for n, row in below]
     return replace(read_plain(Grid(grid.file, [(line, ["time_s", *names]), *rows]), individual), form="LabVIEW")
 
 

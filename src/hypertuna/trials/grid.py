@@ -212,10 +212,14 @@ class Samples:
 
 
 def _past_midnight(values: Array) -> Array:
-    """Return the times of a clock of the day [s], NaN for missing ones, that go on after midnight."""
+    """Return the times of a clock of the day [s], NaN for missing ones, that go on after midnight.
+
+    A clock that also leaps ahead by a day is not in order, and is left as it is.
+    """
     known = np.isfinite(values)
-    falls = np.diff(values[known], prepend=values[known][:1]) < -LATE
-    values[known] += DAY * np.cumsum(falls)
+    step = np.diff(values[known], prepend=values[known][:1])
+    if not (step > LATE).any():
+        values[known] += DAY * np.cumsum(step < -LATE)
     return values
 
 
