@@ -440,6 +440,7 @@ FILES = (
         lambda p: {"columns": [*records(p)[0]], "data": [[*row.values()] for row in records(p)]},
         **FPS,
     ),
+    of("lines of JSON", lambda p: "\n".join(map(json.dumps, records(p))), ".jsonl", **FPS),
     of_json("DeepLabCut's SuperAnimal", super_animal, **FPS),
     of_json("COCO", lambda p: coco(p, film=False), **FPS),
     of_json("AlphaPose", lambda p: coco(p, film=True), **FPS),

@@ -1,4 +1,4 @@
-"""Read tracked points from JSON: records or columns, DeepLabCut's SuperAnimal, COCO, AlphaPose, MMPose."""
+"""Read tracked points from JSON or its lines: records or columns, DeepLabCut's SuperAnimal, COCO, AlphaPose, MMPose."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -31,7 +31,7 @@ def read(path: str | Path, individual: str | None) -> Points:
     """Read the points of one animal from a JSON file."""
     file = str(path)
     try:
-        document = parse_json(read_bytes(path, "points"))
+        document = _parsed(read_bytes(path, "points"))
     except ValueError as error:
         if isinstance(error, InputError):
             raise
@@ -57,6 +57,16 @@ def read(path: str | Path, individual: str | None) -> Points:
         raise InputError(rule, file=file, value=value, fix=KEYPOINTS)
     points = points_of_grid(_grid(file, rows), individual)
     return points if points.form != "plain columns" else replace(points, form="JSON")
+
+
+def _parsed(content: bytes) -> Any:
+    """Return the value of JSON, or the list of those of its lines."""
+    try:
+        return parse_json(content)
+    except ValueError as error:
+        if "Extra data" not in str(error):
+            raise
+        return [parse_json(line) for line in content.splitlines() if line.strip()]
 
 
 def _grid(file: str, rows: Sequence[Row]) -> Grid:
