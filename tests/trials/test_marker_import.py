@@ -94,6 +94,22 @@ def film_of(robot, gait, path) -> ht.Swim:
     return swum
 
 
+def test_markers_in_pairs_need_places(eel, tmp_path) -> None:
+    """Seven on each side, 10 mm off the midline, which are not equally spaced along it."""
+    names = [f"{side}{k}" for k in range(COUNT // 2) for side in "lr"]
+    time, z = swim(eel)
+    places = equal_spacing(eel, names[::2])
+    link, along = np.repeat(places.link, 2), np.repeat(places.along, 2)
+    place = chain_of(eel, link, along, np.tile([-0.01, 0.01], COUNT // 2))(z)[0]
+    head = ["time_s", *(f"{name}_{axis}" for name in names for axis in "xy")]
+    rows = [[f"{t:.5f}", *(f"{v:.5f}" for v in row.ravel())] for t, row in zip(time, place, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n")
+    with pytest.raises(ht.InputError, match="in pairs at one place of the body, as l0 and r0: raw and smoothed"):
+        fit_marker_run(eel, tmp_path / "a.csv", ChainOptions())
+    run = fit_marker_run(eel, tmp_path / "a.csv", ChainOptions(from_run=True))
+    assert error_deg(run, z).max() < 2
+
+
 def test_a_film_of_a_fin_on_a_spring_gives_its_bend_and_replays_it(tmp_path) -> None:
     """The hinge is fitted like a joint: amplitude and lag as a table of steady runs has them, and replays bend it."""
     robot = hinged()

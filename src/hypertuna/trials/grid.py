@@ -157,17 +157,14 @@ class Samples:
         return _past_midnight(np.array(values)) if clocks else np.array(values), True
 
     def _check_time_code(self, column: int) -> None:
-        """Check that the last two digits of clock times are hundredths of a second, and not numbers of frames in it.
-
-        Numbers of frames grow by one, and start over long before 100.
-        """
+        """Check that the last two digits of clock times are hundredths, and no numbers of frames, which end before."""
         texts = [text for text in self.text(column) if text.lower() not in MISSING]
         if not all(HUNDREDTHS.fullmatch(text) for text in texts):
             return
         part = np.array([int(text[-2:]) for text in texts])
         step = np.diff(part)
         last = part[:-1][step < 0]
-        if len(last) and np.median(step[step >= 0]) == 1 and (last + 2 < IN_SECOND).all():
+        if len(last) and (last + 2 * np.median(step[step >= 0]) < IN_SECOND).all():
             line, row = self.rows[int(np.flatnonzero(step < 0)[0])]
             rule = "must end with hundredths of a second, but these start over before 100"
             raise self._error(line, column, rule, shown(row[column]), FRAMES_COUNTED)
