@@ -236,6 +236,7 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
             '[{"keypoints": [1, 2], "image_id": 1}]',
             "keypoints must have 3 numbers for each keypoint, but is 2",
         ),
+        ("a.json", '[{"bodyparts": [[[]]]}]', "is of the form of DeepLabCut's SuperAnimal, but not whole: export it"),
         ("a.json", '[{"keypoints": {}, "image_id": []}]', "is of the form of COCO's keypoints, but not whole"),
         ("a.json", '[{"x1": 1, "y1": 2', "must be valid JSON, but is not (Expecting"),
         (

@@ -8,12 +8,11 @@ from typing import Any
 from hypertuna.errors import InputError, shown
 from hypertuna.io.door import CELLS, ROWS, damage, parse_json, read_bytes
 from hypertuna.trials.form_columns import read_plain
-from hypertuna.trials.forms import points_of_grid
+from hypertuna.trials.forms import KEYPOINTS, points_of_grid
 from hypertuna.trials.grid import Grid, frame_number
 from hypertuna.trials.points import Points
 
 Row = dict[str, str]  # cells by name of column
-KEYPOINTS = "write its points as CSV: frame, marker, x, y, score in a row for each frame and point"
 # Forms that are refused: keys that they have, and what to do.
 OTHERS: dict[str, tuple[set[str], str]] = {
     "OpenPose, of one frame": ({"people"}, f"read all files of the film, and {KEYPOINTS}"),
@@ -46,7 +45,7 @@ def read(path: str | Path, individual: str | None) -> Points:
             rows = rows_of(file, document)
         except InputError:
             raise
-        except damage():
+        except (IndexError, *damage()):
             raise InputError(f"is of the form of {form}, but not whole", file=file, fix="export it again") from None
         if rows is not None:
             points = read_plain(_grid(file, rows), individual)
