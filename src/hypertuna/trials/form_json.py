@@ -40,12 +40,13 @@ def read(path: str | Path, individual: str | None) -> Points:
         one = document[0] if isinstance(document, list) and document else document
         if isinstance(one, dict) and keys <= one.keys():
             raise InputError(f"is of the form of {form}, which is not read", file=file, fix=fix)
+    errors: tuple[type[Exception], ...] = (LookupError, *damage())
     for form, rows_of in TABLES.items():
         try:
             rows = rows_of(file, document)
         except InputError:
             raise
-        except (IndexError, *damage()):
+        except errors:
             raise InputError(f"is of the form of {form}, but not whole", file=file, fix="export it again") from None
         if rows is not None:
             points = read_plain(_grid(file, rows), individual)
