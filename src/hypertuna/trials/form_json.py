@@ -51,7 +51,7 @@ def read(path: str | Path, individual: str | None) -> Points:
         if rows is not None:
             points = read_plain(_grid(file, rows), individual)
             return replace(points, form=form, in_pixels=True)
-    if not (rows := _records(file, document)):
+    if not any(rows := _records(file, document)):
         listed = f" of {shown(', '.join(list(document)[:8]))}" if isinstance(document, dict) else ""
         rule, value = "must hold a record or a value for each frame", f"JSON{listed} without"
         raise InputError(rule, file=file, value=value, fix=KEYPOINTS)
