@@ -219,7 +219,7 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         ),
         ("a.csv", "Subject,Behavior,Time\nfish,swim,0.5\n", "is of the form of BORIS, and holds events, no points"),
         ("a.json", '{"people": []}', "is of the form of OpenPose, of one frame, which is not read: read all files of"),
-        ("a.json", "[{}, {}]", "must hold a record or a value for each frame, but is JSON without: write its points"),
+        ("a.json", "[{}, {}]", "must hold a record or a value for each frame, but is JSON of other values: write"),
         ("a.json", '{"skeletons": []}', "is of the form of SLEAP's labels, which is not read: export its analysis"),
         (
             "a.json",
@@ -229,7 +229,7 @@ def test_points_in_space_are_seen_on_the_plane_that_they_swim_in(tmp_path) -> No
         (
             "a.json",
             '{"type": "x"}',
-            "must hold a record or a value for each frame, but is JSON of 'type' without: write",
+            "must hold a record or a value for each frame, but is JSON of 'type': write",
         ),
         ("a.json", '[{"bodyparts": [[[1, 2, 1]], [[1, 2, 1]]]}]', "frame 0 must have one animal, for nothing tells"),
         (

@@ -52,9 +52,9 @@ def read(path: str | Path, individual: str | None) -> Points:
             points = read_plain(_grid(file, rows), individual)
             return replace(points, form=form, in_pixels=True)
     if not any(rows := _records(file, document)):
-        listed = f" of {shown(', '.join(list(document)[:8]))}" if isinstance(document, dict) else ""
-        rule, value = "must hold a record or a value for each frame", f"JSON{listed} without"
-        raise InputError(rule, file=file, value=value, fix=KEYPOINTS)
+        rule = "must hold a record or a value for each frame"
+        listed = shown(", ".join(list(document)[:8])) if isinstance(document, dict) else "other values"
+        raise InputError(rule, file=file, value=f"JSON of {listed}", fix=KEYPOINTS)
     points = points_of_grid(_grid(file, rows), individual)
     return points if points.form != "plain columns" else replace(points, form="JSON")
 
