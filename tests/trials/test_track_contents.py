@@ -161,6 +161,8 @@ def test_flags_of_lost_markers_are_refused_and_those_of_seen_ones_read(tmp_path)
         text(tmp_path, path["occluded"])
     )
     assert (read_markers(text(tmp_path, path["valid"]), **PX, **FPS).weight == 0).sum() == 1
+    scores = columns(PLACE, "frame", numbers(), weight=("c", "0.9", "0.1"), missing="9")
+    assert (read_markers(text(tmp_path, scores), **PX, **FPS).weight == 0).sum() == 1
 
 
 @pytest.mark.parametrize("names", [("x_mm", "y_mm"), ("X (mm)", "Y (mm)"), ("pos_x [mm]", "pos_y [mm]")])

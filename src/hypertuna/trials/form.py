@@ -17,8 +17,7 @@ UNITS = {
 }  # fmt: skip
 # Names of likelihoods and of flags of markers that were seen.
 WEIGHTS = (
-    "likelihood", "lik", "score", "confidence", "conf", "c", "prob", "probability", "visible", "visibility", "valid",
-    "p",
+    "likelihood", "lik", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "valid", "p"
 )  # fmt: skip
 AXES = {"x": 0, "y": 1, "z": 2}
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."

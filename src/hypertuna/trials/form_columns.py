@@ -28,7 +28,8 @@ from hypertuna.trials.points import Points, choose_individual, no_individuals
 
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 UNSEEN = ("occluded", "missing", "lost", "invalid", "interpolated")  # flags of markers that were not seen
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS, *UNSEEN))
+SCORES = (*WEIGHTS, "c")  # behind the name of a marker; OpenPose's tables have nose_c
+AXIS = "|".join(("x", "y", "z", *SCORES, *OTHERS, *UNSEEN))
 UNIT = r"(?:[_. (\[/]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
 NAMED = re.compile(
     rf"(?P<name>.+)[_. :/|(\[-](?P<axis>{AXIS})[)\]]?(?:[_. -]?(?:pos|position|coord|coordinate))?{UNIT}", re.IGNORECASE
@@ -217,7 +218,7 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
         if match:
             axis = match["axis"].lower()
             found.setdefault(match["name"].rstrip(), {})[
-                axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"
+                axis if axis in "xyz" else "weight" if axis in SCORES else "other"
             ] = k
             if axis in UNSEEN and any(text not in ("", "0", "0.0", "False", "false") for text in samples.text(k)):
                 fix = f"write {match['name']}_visible, 1 minus it, or leave the coordinates of these frames empty"
