@@ -94,6 +94,15 @@ def test_rows_without_cells_at_the_end_are_left_out_and_a_row_of_units_is_read(t
         read_markers(path, **FPS)
 
 
+def test_a_mark_at_the_end_of_each_row_is_no_cell(tmp_path) -> None:
+    head, *lines = rows()
+    path = text(tmp_path, "\n".join([head, *(f"{line}," for line in lines)]))
+    np.testing.assert_allclose(read_markers(path, **PX, **FPS).place, swim(), atol=2e-5)
+    assert "line 2 must have 13 cells, like the line of names, but is 14 long" in told(
+        text(tmp_path, "\n".join([head, *(f"{line},7" for line in lines)]))
+    )
+
+
 @pytest.mark.parametrize(
     ("above", "below", "sentence"),
     [

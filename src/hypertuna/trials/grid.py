@@ -64,8 +64,12 @@ class Grid:
         return [cell.lower() for cell in self.rows[row][1]] if row < len(self.rows) else []
 
     def below(self, row: int, head: list[str]) -> "Samples":
-        """Return the rows from `row` on as samples under the column names `head`; each row needs a cell per name."""
-        rows = self.rows[row:]
+        """Return the rows from `row` on as samples under the column names `head`; each row needs a cell per name.
+
+        Empty cells behind them do not count: some programs end each row of numbers with a mark.
+        """
+        wide = len(head)
+        rows = [(n, cells if any(cells[wide:]) else cells[:wide]) for n, cells in self.rows[row:]]
         for line, cells in rows:
             if len(cells) != len(head):
                 rule, fix = f"must have {len(head)} cells, like the line of names", "complete the line or remove it"
