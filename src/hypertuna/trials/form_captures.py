@@ -106,8 +106,7 @@ def _qualisys(grid: Grid, individual: str | None) -> Points:
     head = [*("Frame", "Time")[:before], *(f"{name} {axis}" for name in names for axis in "XYZ")]
     if before == 1 and any(row[:1] == ["time"] for row in _top(grid)):
         head[0] = "Time"
-    trimmed = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
-    samples = trimmed.below(first_row, head)
+    samples = grid.below(first_row, head)
     columns = {name: {a: before + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
     clock, _ = clock_columns(samples, range(before, width))
     clock["time_unit"] = clock.get("time_unit") or 1.0

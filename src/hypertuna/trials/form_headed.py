@@ -71,8 +71,7 @@ def _stacked(grid: Grid, individual: str | None) -> Points:
         head.append(f"{text} ({own})" if own else text)
     while width and not head[-1] and not any(row[width - 1] for _, row in below if len(row) >= width):
         width, head = width - 1, head[:-1]  # lines may end with a mark
-    rows = [(line, row[:width] if not any(row[width:]) else row) for line, row in below]
-    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *rows], grid.comments), individual)
+    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *below], grid.comments), individual)
     unstated = points.time is not None and points.time_unit is None and form != "names above axes"
     return replace(
         points,
