@@ -1,5 +1,6 @@
 """One swim of a tracked fish in every form of text file: frames 20 to 25 lost, a marker missing, one unsure."""
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -158,6 +159,16 @@ def digitized(place: np.ndarray, cameras: bool) -> str:
     return table(rows)
 
 
+def sparse(place: np.ndarray, head: str = "") -> str:
+    """Of DLTdv 8: frame, column and value of each number that was set, column after column."""
+    rows = [
+        [str(k + 1), str(2 * m + c + 1), cell(value)]
+        for m in range(6) for c in range(2) for k, value in zip(FRAMES, place[:, m, c], strict=True)
+        if np.isfinite(value)
+    ]  # fmt: skip
+    return head + table(rows, "\t")
+
+
 def trex(place: np.ndarray) -> str:
     head = [
         "frame",
@@ -241,6 +252,31 @@ def ethovision(place: np.ndarray) -> str:
     return table(rows, ";")
 
 
+def with_units(place: np.ndarray) -> str:
+    """Units in a line below the names, as TEMA writes them."""
+    head, rows = columns(1e3 * place, "Time", seconds(1e-3, digits=3), mark=";").split("\n", 1)
+    return f"{head}\n[ms]{';[mm]' * 12}\n{rows}"
+
+
+def labview(place: np.ndarray) -> str:
+    """A measurement file: two headers, decimal commas, an empty column of comments."""
+    head, *rows = columns(place, "X_Value", seconds(), mark="\t").replace(".", ",").splitlines()
+    lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t,", "Time\t12:30:15,1"]
+    lines += ["***End_of_Header***\t", "\t", "Channels\t12" + "\t" * 12, "X_Dimension\tTime", "***End_of_Header***\t"]
+    return "\n".join([*lines, f"{head}\tComment", *(f"{row}{chr(9) * (k % 2)}" for k, row in enumerate(rows))])
+
+
+def named(form: str) -> Callable[[np.ndarray], str]:
+    """Other names of the columns of coordinates, of the marker {m}, {M} in capitals, and the axis {a} or {A}."""
+
+    def text(place: np.ndarray) -> str:
+        _, *rows = columns(place, "", seconds()).splitlines()
+        names = [form.format(m=name, M=name.capitalize(), a=axis, A=axis.upper()) for name in NAMES for axis in "xy"]
+        return "\n".join([",".join(["Zeit [s]", *names]), *rows])
+
+    return text
+
+
 def kinovea(place: np.ndarray, coded: bool) -> str:
     """One point after the other, and a time code in hundredths of seconds, or names and milliseconds."""
     lines = ["#Kinovea Trajectory data export", "#T X Y", *[""] * (not coded)]
@@ -287,6 +323,60 @@ def clocked(clock: str, times: Sequence[str], **more: Any) -> Callable[[np.ndarr
     return lambda place: columns(place, clock, times, **more)
 
 
+def records(place: np.ndarray) -> list[dict[str, Any]]:
+    """Records of the frames, {"frame": 0, "nose_x": ..., ...}; a missing number is null, as pandas writes it."""
+    cells = [[None if np.isnan(value) else float(value) for value in frame.ravel()] for frame in np.round(place, 3)]
+    names = [f"{name}_{axis}" for name in NAMES for axis in "xy"]
+    return [{"frame": k, **dict(zip(names, row, strict=True))} for k, row in zip(FRAMES, cells, strict=True)]
+
+
+def by_index(place: np.ndarray) -> dict[str, dict[str, Any]]:
+    """Columns whose values are keyed by the frame, as pandas writes a table with that index."""
+    rows = records(place)
+    return {name: {str(row["frame"]): row[name] for row in rows} for name in [*rows[0]][1:]}
+
+
+def nested(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a record with the markers as x and y in a list, or as an object."""
+    points = {name: [row[f"{name}_x"], row[f"{name}_y"]] for name in NAMES}
+    return {"frame": row["frame"], **points, "tip": {"x": row["tip_x"], "y": row["tip_y"]}}
+
+
+def keypoints(frame: np.ndarray, score: float) -> list[list[float]]:
+    """Return x, y and score of each marker; zeros of one that is missing."""
+    return [[*map(float, point), score] if np.isfinite(point).all() else [0.0, 0.0, 0.0] for point in frame]
+
+
+def super_animal(place: np.ndarray) -> list[dict[str, Any]]:
+    """All frames of the film, the fish beside an animal that was not found."""
+    by = {k: keypoints(frame, 0.9) for k, frame in zip(FRAMES, place, strict=True)}
+    empty = [[-1.0, -1.0, -1.0]] * len(NAMES)
+    return [{"bodyparts": [by.get(k, empty), empty], "bboxes": []} for k in range(FRAMES[-1] + 1)]
+
+
+def coco(place: np.ndarray, film: bool) -> dict[str, Any] | list[dict[str, Any]]:
+    """Annotations of pictures in COCO's form, in no order; or results that name their pictures, as AlphaPose."""
+    found = []
+    for k, frame in zip(FRAMES, place, strict=True):
+        values = [value for point in keypoints(frame, 0.9 if film else 2) for value in point]
+        found.insert(0, {"image_id": f"{k}.jpg" if film else 500 + k, "category_id": 1, "keypoints": values})
+    pictures = [{"id": 500 + k, "file_name": f"run/img{k:04d}.png"} for k in FRAMES]
+    return found if film else {"images": pictures, "annotations": found, "categories": [{"id": 1, "keypoints": NAMES}]}
+
+
+def mmpose(place: np.ndarray) -> dict[str, Any]:
+    info = []
+    for k, frame in zip(FRAMES, place, strict=True):
+        points = keypoints(frame, 0.9)
+        animal = {"keypoints": [p[:2] for p in points], "keypoint_scores": [p[2] for p in points]}
+        info.append({"frame_id": k, "instances": [animal]})
+    return {"meta_info": {"keypoint_id2name": {str(m): name for m, name in enumerate(NAMES)}}, "instance_info": info}
+
+
+def of_json(name: str, document: Callable[[np.ndarray], Any], **options: Any) -> TrackedFile:
+    return of(name, lambda place: json.dumps(document(place)), ".json", **options)
+
+
 def clock(seconds: float) -> str:
     """Return a time of the day."""
     return f"{seconds % 86400 // 3600:02.0f}:{seconds % 3600 // 60:02.0f}:{seconds % 60:09.6f}"
@@ -328,6 +418,8 @@ FILES = (
     TrackedFile("Anipose", anipose, {"scale": 0.001} | FPS),
     of("DLTdv, two cameras", lambda p: digitized(p, cameras=True), individual="cam2", **FPS),
     TrackedFile("DLTdv in space", lambda p: digitized(p, cameras=False), FPS),
+    of("DLTdv 8, sparse", sparse, ".tsv", **FPS),
+    of("DLTdv 8, sparse with names", lambda p: sparse(p, "# row\tcolumn\tvalue\n"), ".tsv", **FPS),
     of("TRex", trex),
     TrackedFile("Motive", motive),
     TrackedFile("Qualisys", lambda p: qualisys(p, lead=True), suffix=".tsv"),
@@ -338,6 +430,24 @@ FILES = (
     of("Kinovea", lambda p: kinovea(p, coded=False), ".txt"),
     of("names above x and y", lambda p: names_above(p, "", "bodypart", numbers()), **FPS),
     TrackedFile("EthoVision", ethovision, suffix=".txt"),
+    of_json("JSON of records", records, **FPS),
+    of_json("JSON of columns", lambda p: {key: [row[key] for row in records(p)] for key in records(p)[0]}, **FPS),
+    of_json("JSON of columns by frame", by_index, **FPS),
+    of_json("JSON of frames", lambda p: {row.pop("frame"): row for row in records(p)}, **FPS),
+    of_json("JSON of points", lambda p: {"fps": RATE, "frames": [nested(row) for row in records(p)]}),
+    of_json(
+        "JSON of pandas",
+        lambda p: {"columns": [*records(p)[0]], "data": [[*row.values()] for row in records(p)]},
+        **FPS,
+    ),
+    of("lines of JSON", lambda p: "\n".join(map(json.dumps, records(p))), ".jsonl", **FPS),
+    of_json("DeepLabCut's SuperAnimal", super_animal, **FPS),
+    of_json("COCO", lambda p: coco(p, film=False), **FPS),
+    of_json("AlphaPose", lambda p: coco(p, film=True), **FPS),
+    of_json("MMPose", mmpose, **FPS),
+    TrackedFile("units below the names", with_units),
+    of("LabVIEW", labview, ".lvm"),
+    *(of(f"names {form}", named(form)) for form in ("{M}{A}", "{M} ({a})", "{m}[{a}]", "{m}|{a}", "{m}_{a}_coord")),
     of("rows of frames and markers", lambda p: long(p, animals=False), **FPS),
     of("rows of two animals", lambda p: long(p, animals=True), individual="ann", **FPS),
 )

@@ -72,6 +72,7 @@ MISTAKES = {
     "markers swim.slp --robot ROBOT -o swim.toml` makes a manifest of it.",
     "trials import markers poses.csv -o markers.toml": "poses.csv must have at least two markers, but is 1: name "
     "columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ....",
+    "replay angels.csv": "angels.csv must be a file, but is missing: check the path.",
     "replay angles.csv": "--columns is required with a CSV file: name the columns of angles, or give a manifest.",
     "replay angles.csv --columns joint_1,joint_2": "angles.csv: column joint_1 must be a column of the file, but is "
     "missing: did you mean joint_I?",

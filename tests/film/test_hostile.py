@@ -13,6 +13,7 @@ from hostile import FILMS, RESULT, outcome
         ("portrait, HEVC", "few: six show"),
         ("trimmed on the phone", "no steady beat"),
         ("slow motion, no rate", "is the film slow motion"),
+        ("doubled frames", "50 % that repeat others"),
         ("second fish, touching", "touches no other fish"),
     ],
 )

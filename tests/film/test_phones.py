@@ -8,6 +8,7 @@ import pytest
 
 from film.rendered import write_film
 from hypertuna.errors import InputError
+from hypertuna.film.pace import check_made
 from hypertuna.film.source import open_film
 
 COUNT = 60
@@ -92,3 +93,31 @@ def test_frames_of_more_than_4k_are_refused(tmp_path) -> None:
     write_film(tmp_path / "large.mp4", (np.full((2988, 5312), 180, np.uint8) for _ in range(3)))
     with pytest.raises(InputError, match="9 million pixels"):
         open_film(tmp_path / "large.mp4")
+
+
+def blob(k):
+    """A dark blob that swims over a gray ramp."""
+    y, x = np.mgrid[:64, :96]
+    far = (x - 10 - 1.2 * k) ** 2 + (y - 32 - 12 * np.sin(0.4 * k)) ** 2
+    return (np.tile(np.linspace(120, 200, 96), (64, 1)) - 90 * np.exp(-far / 40)).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("made", "sentence"),
+    [
+        (lambda k: blob(k), ""),
+        (lambda k: blob(k // 2 * 2), "50 % that repeat others: was the frame rate raised. .* -vf fps=30 film.mp4"),
+        (lambda k: blob(k // 3 * 3), "67 % that repeat others: was the frame rate raised. .* -vf fps=20 film.mp4"),
+        (lambda k: blob(k * 24 // 60 * 60 // 24), "60 % that repeat others: was the frame rate .* -vf fps=24 film.mp4"),
+        (lambda k: blob(k - k % 2) // 2 + blob(k + k % 2) // 2, "50 % that lie between others: .* -vf fps=30 film"),
+    ],
+)
+def test_frames_that_the_camera_did_not_film_are_named(tmp_path, made, sentence) -> None:
+    """A film at 60, 30, 20 and 24 frames per second, repeated; and every second frame the mean of two."""
+    write_film(tmp_path / "made.mp4", map(made, range(COUNT)), crf=4)
+    film = open_film(tmp_path / "made.mp4")
+    if not sentence:
+        check_made(film)
+        return
+    with pytest.raises(InputError, match=f"must have frames that were filmed, but is with {sentence}"):
+        check_made(film)

@@ -276,7 +276,8 @@ def _toml(name: str, path: Path, read: Callable[[Path], Any]) -> Reader:
 
 FORMS = (
     *("semicolons and decimal commas", "UTF-16", "labels of DeepLabCut", "Anipose", "DLTdv, two cameras", "TRex"),
-    *("Motive", "Qualisys", "Vicon", "TRC", "EthoVision", "rows of two animals"),
+    *("Motive", "Qualisys", "Vicon", "TRC", "EthoVision", "rows of two animals", "LabVIEW", "DLTdv 8, sparse"),
+    *("JSON of columns by frame", "JSON of points", "DeepLabCut's SuperAnimal", "COCO", "AlphaPose", "MMPose"),
 )
 
 
@@ -290,7 +291,7 @@ def _tracked(file: TrackedFile) -> Reader:
         f"markers, {file.name}",
         content.strip,
         lambda path: read_markers(path, **file.options),
-        TABLES,
+        TEXTS if file.suffix == ".json" else TABLES,
         f"file{file.suffix}",
     )
 

@@ -151,9 +151,13 @@ def _first(rows: Rows) -> int:
     return next((k for k, row in enumerate(rows) if len(row) > 3 and sum(map(_number, row)) > len(row) / 2), 0)
 
 
+def _value(cell: str) -> float:
+    return float(cell.replace(",", "."))
+
+
 def _number(cell: str) -> bool:
     try:
-        float(cell.replace(",", "."))
+        _value(cell)
     except ValueError:
         return False
     return True
@@ -208,7 +212,7 @@ def numbers_of_frames(rows: Rows, chance: random.Random) -> Rows:
     """Write the first column in another way."""
     form = chance.choice(("{:.1f}", "{:.4e}", "img{:04.0f}.png", "frame_{:.0f}", "{:.0f} ", "{:06.0f}", "{:.3g}"))
     first = _first(rows)
-    return rows[:first] + [[form.format(float(r[0])), *r[1:]] if _number(r[0]) else r for r in rows[first:]]
+    return rows[:first] + [[form.format(_value(r[0])), *r[1:]] if _number(r[0]) else r for r in rows[first:]]
 
 
 @_cells
@@ -229,7 +233,7 @@ def other_scale(rows: Rows, chance: random.Random) -> Rows:
 
     def scaled(k: int, cell: str) -> str:
         own = k == at if at is not None else k > 0
-        return f"{float(cell) * factor:g}" if own and _number(cell) else cell
+        return f"{_value(cell) * factor:g}" if own and _number(cell) else cell
 
     return rows[:first] + [[scaled(k, cell) for k, cell in enumerate(row)] for row in rows[first:]]
 

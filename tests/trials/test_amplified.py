@@ -1,6 +1,7 @@
 """Small files of points that say little many times: limits are of what a file becomes in memory, not of its bytes."""
 
 import io
+import json
 import sqlite3
 import struct
 import zipfile
@@ -232,3 +233,22 @@ def test_a_fish_has_at_most_300_markers(tmp_path: Path) -> None:
     assert len(read_markers(tmp_path / "300.csv", scale=1.0).names) == 300
     with pytest.raises(InputError, match="must have at most 300 markers, but is 301 of them: leave those of the fish"):
         read_markers(tmp_path / "301.csv", scale=1.0)
+
+
+@pytest.mark.parametrize(
+    "document",
+    [[{f"x{k}": 1} for k in range(2000)], {"time_s": [0] * 3000, **{f"x{k}": 1 for k in range(1500)}}],
+    ids=["names", "numbers"],
+)
+def test_cells_of_json_are_counted_before_they_are_made(tmp_path: Path, document) -> None:
+    """Records of different names, and numbers that hold for all rows: 25 kB became millions of cells."""
+    (tmp_path / "x.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match="x.json must have at most 3000000 cells and 1000000 records, but is"):
+        read_points(tmp_path / "x.json")
+
+
+def test_names_of_json_do_not_grow_with_their_depth(tmp_path: Path) -> None:
+    """A long name over many values would be there once for each."""
+    (tmp_path / "x.json").write_text(json.dumps([{"n" * 50_000: {f"x{k}": 1 for k in range(50_000)}}]))
+    with pytest.raises(InputError, match="must have names of at most 200 characters, but is longer"):
+        read_points(tmp_path / "x.json")

@@ -75,6 +75,16 @@ def doubled(place):
     return place
 
 
+def raised(factor):
+    """Frames of a film at a lower rate, repeated, and tracked again with an error of 0.1 px where they are many."""
+
+    def change(place):
+        frames = (np.floor(np.arange(len(place)) / factor) * factor).astype(int)
+        return place[frames] + (factor == 2) * np.random.default_rng(0).normal(0, 0.1, place.shape)
+
+    return change
+
+
 def resting(place):
     """As at rest before it begins: the body's first place, to the pixel, repeats."""
     place[:10] = place[10]
@@ -88,10 +98,14 @@ def resting(place):
         (elsewhere, "the head leaps away between 0.3833 and 0.4000 s: another animal is taken"),
         (lambda place: place - place[:, :1], "stands still while others move: are the places from it, or is the fish"),
         (lambda place: place - place.mean(axis=1, keepdims=True), "the mean of the markers stands still while others"),
-        (lambda place: place[[*range(40), *[39] * 8]], "8 frames repeat the one before: are lost ones filled in?"),
-        (filled, "6 frames repeat the one before: are lost ones filled in?"),
+        (lambda place: place[[*range(40), *[39] * 8]], "8 frames repeat the one before: are lost ones filled in"),
+        (filled, "6 frames repeat the one before: are lost ones filled in"),
         (lines, "20 frames lie on straight lines or cubics between others: are lost ones filled in?"),
-        (doubled, "23 frames lie on straight lines or cubics between others: are lost ones filled in?"),
+        (doubled, "frames lie midway between others, as if the frame rate was raised 2 times: track the film"),
+        (raised(2), "frames repeat the one before, as if the frame rate was raised 2 times: track the film"),
+        (raised(4), "frames repeat the one before, as if the frame rate was raised 4 times"),
+        (raised(2.5), "frames repeat the one before, as if the frame rate was raised 2.5 times"),
+        (raised(1.2), "7 frames repeat the one before: are lost ones filled in, or was the frame rate raised?"),
         (cubic, "8 frames lie on straight lines or cubics between others: are lost ones filled in?"),
     ],
 )
@@ -103,7 +117,7 @@ def test_jumps_of_the_head_and_filled_frames_are_told(run: Run, tmp_path: Path, 
 @pytest.mark.parametrize("change", [lambda place: place, resting])
 def test_a_right_track_has_no_doubts(run: Run, tmp_path: Path, change) -> None:
     assert imported(run, tmp_path, change)[1].count("the head ") == 0
-    assert not any(word in imported(run, tmp_path, change)[1] for word in ("repeat", "straight lines"))
+    assert not any(word in imported(run, tmp_path, change)[1] for word in ("repeat", "straight lines", "raised"))
 
 
 def test_a_head_that_flips_again_and_again_is_refused(run: Run, tmp_path: Path) -> None:

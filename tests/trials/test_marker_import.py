@@ -17,8 +17,9 @@ from hypertuna.description.robot import parse
 from hypertuna.description.writer import write_robot
 from hypertuna.trials.chain import chain_of
 from hypertuna.trials.comparison import compare_recording, replay_recording
-from hypertuna.trials.marker_import import ChainOptions, fit_marker_run, read_marker_run
+from hypertuna.trials.marker_import import ChainOptions, fit_marker_run, in_order, read_marker_run
 from hypertuna.trials.marker_places import equal_spacing, read_places
+from hypertuna.trials.markers import read_markers
 from hypertuna.trials.trials import read_trials
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
@@ -92,6 +93,22 @@ def film_of(robot, gait, path) -> ht.Swim:
     path.write_text("\n".join([",".join(head), *rows]) + "\n")
     assert names == ("J1", "J2", "hinge")
     return swum
+
+
+def test_markers_in_pairs_need_places(eel, tmp_path) -> None:
+    """Seven on each side, 10 mm off the midline, which are not equally spaced along it."""
+    names = [f"{side}{k}" for k in range(COUNT // 2) for side in "lr"]
+    time, z = swim(eel)
+    places = equal_spacing(eel, names[::2])
+    link, along = np.repeat(places.link, 2), np.repeat(places.along, 2)
+    place = chain_of(eel, link, along, np.tile([-0.01, 0.01], COUNT // 2))(z)[0]
+    head = ["time_s", *(f"{name}_{axis}" for name in names for axis in "xy")]
+    rows = [[f"{t:.5f}", *(f"{v:.5f}" for v in row.ravel())] for t, row in zip(time, place, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(map(",".join, [head, *rows])) + "\n")
+    with pytest.raises(ht.InputError, match="in pairs at one place of the body, as l0 and r0: raw and smoothed"):
+        fit_marker_run(eel, tmp_path / "a.csv", ChainOptions())
+    # places that are taken from the run may be in pairs; angles are then right to 1.4 deg
+    assert in_order(read_markers(tmp_path / "a.csv"), pairs=True)[0] == [*range(COUNT)]
 
 
 def test_a_film_of_a_fin_on_a_spring_gives_its_bend_and_replays_it(tmp_path) -> None:

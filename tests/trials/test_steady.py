@@ -76,7 +76,7 @@ def test_names_of_joint_groups_win_over_their_numbers(tmp_path, tuna):
         ("6,16,25,40,nan", "line 3, speed_m_s must be a finite number, but is nan: leave it out if it is unknown."),
         (
             "6,16,25,40,",
-            "line 3, speed_m_s must be given, or cost_of_transport, or the bend of a hinge: give at least one of them.",
+            "line 3, speed_m_s must be given, or cost_of_transport, or the bend of a hinge: fill in at least one",
         ),
         (
             "6,16,25,40",
@@ -185,13 +185,19 @@ def test_bends_in_radians_are_doubted(tmp_path, tuna):
 
 def test_many_bad_rows_are_reported_together(tmp_path, tuna):
     path = write(tmp_path / "tank.csv", HEAD, "6,16,25,40,0.58", *["6,x,25,40,0.58"] * 6, "0,16,25,40,0.58")
-    sentence = told(read_steady, path, tuna)
-    assert sentence.startswith(
-        f"{path} has 7 rows that cannot be used: line 3, amplitude_I_deg must be a number, but is "
+    assert told(read_steady, path, tuna) == (
+        f"{path} has 7 rows that cannot be used: lines 3, 4, 5, 6, 7 and 1 more, amplitude_I_deg must be a number, "
+        "but is 'x'; line 9, frequency_hz must be greater than 0, but is 0."
     )
-    assert "line 7, " in sentence
-    assert "line 8, " not in sentence
-    assert sentence.endswith("; and 2 more.")
+
+
+def test_a_table_that_is_half_filled_in_names_its_empty_rows(tmp_path, tuna):
+    """As `design ask -o` writes it, with the lines that a spreadsheet leaves below."""
+    path = write(tmp_path / "next.csv", HEAD, "6,16,25,40,0.58", *["6,16,25,40,"] * 3, ",,,,", ",,,,")
+    assert told(read_steady, path, tuna) == (
+        f"{path}: lines 3, 4, 5, speed_m_s must be given, or cost_of_transport, or the bend of a hinge: fill in at "
+        "least one of them, or remove the row of a run that is not made yet."
+    )
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,8 @@ def test_what_matlab_leaves_in_doubt_is_refused(tmp_path, arrays, sentence) -> N
     ("clock", "times", "options", "sentence"),
     [
         ("Timecode", numbers("00:00:00:{:02}"), FPS, "a time code counts frames: write the number of each frame"),
+        ("time", [f"12:30:{k // 30:02}.{k % 30:02}" for k in FRAMES], {}, "must end with hundredths of a second, but"),
+        ("time", numbers("00:00:00:{:03}"), {}, "before thousandths write a point"),
         ("recorded", numbers("12:30:{:02}.5"), FPS, "column recorded looks like a clock, but its name is not known"),
         (
             "when",
@@ -105,6 +107,24 @@ def test_what_matlab_leaves_in_doubt_is_refused(tmp_path, arrays, sentence) -> N
 )
 def test_a_clock_that_cannot_be_read_is_refused(tmp_path, clock, times, options, sentence) -> None:
     assert sentence in told(table(tmp_path, clock, times), **options)
+
+
+@pytest.mark.parametrize("clock", ["Zeit [s]", "temps (s)", "tiempo_s", "時間 [s]", "Время, s"])
+def test_a_clock_in_another_language_is_read(tmp_path, clock) -> None:
+    assert read_markers(table(tmp_path, clock.replace(",", ""), seconds()), **PX).time == pytest.approx(TIME, abs=1e-6)
+
+
+def test_hundredths_of_a_second_are_read_although_frames_are_lost_where_they_start_over(tmp_path) -> None:
+    times = [f"12:30:{(k + 80) // 100:02}.{(k + 80) % 100:02}" for k in FRAMES]
+    assert read_markers(table(tmp_path, "time", times), **PX).time[-1] == pytest.approx(45000 + 1.27)
+
+
+def test_rows_of_two_days_that_are_mixed_up_are_refused(tmp_path) -> None:
+    times = [f"{(86399.5 + t) % 86400 // 3600:02.0f}:00:{(86399.5 + t) % 60:09.6f}" for t in TIME]
+    times = ["23:59:" + time[6:] if time[:2] == "23" else time for time in times]
+    assert read_markers(table(tmp_path, "time", times), **PX).time[-1] == pytest.approx(86399.5 + TIME[-1])
+    times[5], times[30] = times[30], times[5]
+    assert "line 7, time must be later than the previous frame" in told(table(tmp_path, "time", times), **FPS)
 
 
 def test_a_clock_of_a_day_keeps_its_precision_in_what_is_written(tmp_path) -> None:

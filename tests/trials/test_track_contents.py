@@ -82,15 +82,57 @@ def test_separators_of_thousands_are_refused(tmp_path, mark) -> None:
     assert "must be of the size of the others" in told(text(tmp_path, "\n".join([head, *map(";".join, cells)])))
 
 
-def test_rows_without_cells_at_the_end_are_left_out_and_a_row_of_units_is_refused(tmp_path) -> None:
+def test_rows_without_cells_at_the_end_are_left_out_and_a_row_of_units_is_read(tmp_path) -> None:
     head, *lines = rows()
     blank = "," * head.count(",")
     path = text(tmp_path, "\n".join([head, *lines, blank, blank]))
     assert len(read_markers(path, **PX, **FPS).time) == len(FRAMES)
     units = "," + ",".join(["px"] * head.count(","))
-    assert "line 2 holds units: remove it, and write them into the names" in told(
-        text(tmp_path, "\n".join([head, units, *lines]))
+    path = text(tmp_path, "\n".join([head, units, *lines]))
+    assert len(read_markers(path, **PX, **FPS).time) == len(FRAMES)
+    with pytest.raises(ht.InputError, match="--unit must be px, as the file says, but is a length"):
+        read_markers(path, **FPS)
+
+
+def test_a_mark_at_the_end_of_each_row_is_no_cell(tmp_path) -> None:
+    head, *lines = rows()
+    path = text(tmp_path, "\n".join([head, *(f"{line}," for line in lines)]))
+    np.testing.assert_allclose(read_markers(path, **PX, **FPS).place, swim(), atol=2e-5)
+    assert "line 2 must have 13 cells, like the line of names, but is 14 long" in told(
+        text(tmp_path, "\n".join([head, *(f"{line},7" for line in lines)]))
     )
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "sentence"),
+    [
+        ("subject,A\nday,3\n", "", "line 1 must begin with its line of names: remove the lines above line 3, if that"),
+        ("subject,A,,,,,,,,,,,\n", "", "line 1 must begin with its line of names: remove the lines above line 2"),
+        (
+            "",
+            "number,right,down,right,down,,,,,,,,\n",
+            "line 2 must hold numbers, below one line of names, but is",
+        ),
+    ],
+)
+def test_lines_of_words_beside_the_line_of_names_are_named(tmp_path, above, below, sentence) -> None:
+    head, *lines = rows()
+    assert sentence in told(text(tmp_path, f"{above}{head}\n{below}" + "\n".join(lines)))
+
+
+def test_rows_below_the_frames_of_a_file_without_a_clock_are_no_frames(tmp_path) -> None:
+    """Nor does a row below an empty line or a comment, of which frames may be lost, say when it was."""
+    place = np.where(np.isfinite(PLACE), PLACE, np.nanmean(PLACE))
+    head, *lines = columns(place, "note", [""] * len(place)).splitlines()
+    for name, of in (("means", np.mean), ("largest values", np.max)):
+        last = columns(of(place, axis=0)[np.newaxis], "note", [""]).splitlines()[1]
+        assert f"line 44 holds the {name} of the rows above: remove what" in told(
+            text(tmp_path, "\n".join([head, *lines, last]))
+        )
+    for lost in ("", "# lost"):
+        path = text(tmp_path, "\n".join([head, *lines[:20], lost, *lines[20:]]))
+        assert "line 23 must be that of the next frame, for no column counts them, but is below lines" in told(path)
+    assert len(read_markers(text(tmp_path, "\n\n".join([head, *lines])), **PX, **FPS).time) == len(lines)
 
 
 def test_what_is_no_pixel_and_no_likelihood_is_named(tmp_path) -> None:
@@ -128,6 +170,8 @@ def test_flags_of_lost_markers_are_refused_and_those_of_seen_ones_read(tmp_path)
         text(tmp_path, path["occluded"])
     )
     assert (read_markers(text(tmp_path, path["valid"]), **PX, **FPS).weight == 0).sum() == 1
+    scores = columns(PLACE, "frame", numbers(), weight=("c", "0.9", "0.1"), missing="9")
+    assert (read_markers(text(tmp_path, scores), **PX, **FPS).weight == 0).sum() == 1
 
 
 @pytest.mark.parametrize("names", [("x_mm", "y_mm"), ("X (mm)", "Y (mm)"), ("pos_x [mm]", "pos_y [mm]")])

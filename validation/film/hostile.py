@@ -158,6 +158,17 @@ def large(path):
     write_film(path, [cv2.resize(p, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC) for p in drawn()[:48]])
 
 
+def doubled(path):
+    pictures = drawn()
+    write_film(path, [pictures[k - k % 2] for k in range(COUNT)])
+
+
+def blended(path):
+    """Write a film in which every second frame is the mean of its neighbors, as of an interpolated frame rate."""
+    pictures = drawn()[: COUNT - 1]
+    write_film(path, [pictures[k - k % 2] // 2 + pictures[k + k % 2] // 2 for k in range(len(pictures))])
+
+
 SLOW = {"com.android.capture.fps": "240.0"}  # tag of a film in slow motion: true frames per second
 # name: what writes the film; whether it is a mirror image, a portrait, of 4K, upside down; options of `track_film`
 FILMS: dict[str, tuple[Callable[[Path], None], dict]] = {
@@ -176,6 +187,8 @@ FILMS: dict[str, tuple[Callable[[Path], None], dict]] = {
     "two takes in one film": (joined, {"jump": True}),
     "variable rate": (variable, {}),
     "lost frames": (lost, {}),
+    "doubled frames": (doubled, {}),
+    "interpolated frames": (blended, {}),
     "pale fish": (lambda path: write_film(path, drawn(dark=168.0)), {}),
     "fin that is not seen": (finless, {}),
     "clock and logo in the picture": (stamped, {}),

@@ -18,6 +18,7 @@ from hypertuna.description.provenance import provenance
 from hypertuna.description.robot import Robot
 from hypertuna.display import Table
 from hypertuna.errors import InputError
+from hypertuna.io.door import opened
 from hypertuna.io.quantity import counted
 from hypertuna.ranges import NOT_NEGATIVE
 from hypertuna.trials.comparison import compare_recording, replay_recording, with_fitted_clock
@@ -66,6 +67,7 @@ class SeriesOptions:
     def read(self, path: str) -> JointSeries:
         """Return the joint angles of a CSV file, read as the options say."""
         if not self.columns:
+            opened(path, "csv").close()  # a wrong path is the first mistake
             fix = "name the columns of angles, or give a manifest"
             raise InputError("is required with a CSV file", key="--columns", fix=fix)
         return read_joints(path, time=self.time_column, columns=_names(self.columns), unit=self.unit)

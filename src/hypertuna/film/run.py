@@ -16,8 +16,9 @@ from hypertuna.description.robot import Robot
 from hypertuna.errors import InputError
 from hypertuna.film.camera import Camera
 from hypertuna.film.noise import Beat, beat_of, path_noise
+from hypertuna.film.pace import check_made
 from hypertuna.film.sections import COLUMNS, Body, body_of
-from hypertuna.film.source import open_film
+from hypertuna.film.source import Film, open_film
 from hypertuna.film.states import FIXES, OK, STATES
 from hypertuna.film.track import MIN_SEEN, Tracked, Tracker, Tuning, check_seen, forward, links_of, track, tune
 from hypertuna.film.view import View, view_of
@@ -194,7 +195,26 @@ def track_film(
     from the "camera"; frame_rate: at which it was filmed [Hz], if the file has another one.
     """
     film = open_film(path, frame_rate)
-    body = body_of(robot, sections)
+    try:
+        body, journal = body_of(robot, sections), journal or Journal(None, {})
+        return _tracked(robot, film, camera, depth, body, scale, journal, progress)
+    except InputError as error:
+        if error.fix in FIXES.values():  # frames that the fish is not found in, for they may not be of the camera
+            check_made(film)
+        raise
+
+
+def _tracked(
+    robot: Robot,
+    film: Film,
+    camera: Camera,
+    depth: float,
+    body: Body,
+    scale: str,
+    journal: Journal,
+    progress: Callable[[int, int], None],
+) -> FilmRun:
+    """Return the tracked run of a film."""
     view, samples = view_of(film, camera, depth, body)
     body, tuning = tune(view, body, body_of(robot), samples)
     del samples
@@ -205,7 +225,7 @@ def track_film(
             ("check the robot's length, the camera's height and focal length, and the depth of the fish"),
         )
         raise InputError(rule, file=film.file, key="the fish", value=f"{percent:+.1f} % longer", fix=fix)
-    tracker, journal = Tracker(view, body, tuning), journal or Journal(None, {})
+    tracker = Tracker(view, body, tuning)
     tracked = track(tracker, journal, progress)
     if forward(tracked) < -BACKWARD * float(body.length.sum()):
         reversed_run = track(tracker, journal, progress, turn=True)
@@ -217,7 +237,7 @@ def track_film(
     head = _head(tracked, body, camera, math.exp(tuning.size), scale)[frames]
     noise = np.median(_sd(tracked)[frames, :3], axis=0)
     noise = noise if beat is None else np.maximum(path_noise(tracked.time[frames], head, beat.frequency), noise)
-    return FilmRun(Path(path).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
+    return FilmRun(Path(film.file).stem, view, body, tuning, tracked, beat, noise, scale, stretches)
 
 
 def write_film_run(run: FilmRun, robot: Robot, output: str | Path, comment: str) -> list[str]:

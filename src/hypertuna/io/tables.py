@@ -12,6 +12,7 @@ from hypertuna.io.door import CELLS, LONGEST, ROWS, read_text
 
 R = TypeVar("R")
 
+EMPTY = ",; \t\r"  # in lines that spreadsheets leave below a table
 MAX_NAMED, MAX_BAD = 5, 1000  # bad rows that an error describes; bad rows after which reading stops
 # Units at the ends of column names, a dict per quantity: unit -> its size in the unit whose size is 1.
 UNITS: tuple[dict[str, float], ...] = (
@@ -115,32 +116,42 @@ class Table:
         keys = self.head if keys is None else keys
         columns = {**(names or {}), **dict(zip(keys, self.head, strict=True))}
         values: list[R] = []
-        errors: list[InputError] = []
+        bad: dict[tuple[str | None, ...], list[int]] = {}  # lines by column, rule, value and fix
         for line, row in self.rows:
             try:
                 if len(row) != len(self.head):
                     raise self._wrong_length(row)
                 values.append(make(line, dict(zip(keys, row, strict=True))))
             except InputError as error:
-                column = columns.get(error.key or "")
-                place = f"line {line}, {column}" if column else f"line {line}"
-                errors.append(InputError(error.rule, file=self.file, key=place, value=error.value, fix=error.fix))
-                if len(errors) > MAX_BAD:
+                bad.setdefault((columns.get(error.key or ""), error.rule, error.value, error.fix), []).append(line)
+                if sum(map(len, bad.values())) > MAX_BAD:
                     break
+        errors = [
+            InputError(str(rule), file=self.file, key=_place(lines, column), value=value, fix=fix)
+            for (column, rule, value, fix), lines in bad.items()
+        ]
         if len(errors) > 1:
             texts = [str(InputError(e.rule, key=e.key, value=e.value)).removesuffix(".") for e in errors[:MAX_NAMED]]
             texts += [f"and {len(errors) - MAX_NAMED} more"] * (len(errors) > MAX_NAMED)
-            count = f"{len(errors)}" if len(errors) <= MAX_BAD else f"more than {MAX_BAD}"
+            number = sum(map(len, bad.values()))
+            count = f"{number}" if number <= MAX_BAD else f"more than {MAX_BAD}"
             raise InputError(f"has {count} rows that cannot be used", file=self.file, fix="; ".join(texts))
         if errors:
             raise errors[0]
         return values
 
 
+def _place(lines: Sequence[int], column: str | None) -> str:
+    """Return the place of an error in one line or several, in a column if it has one."""
+    more = f" and {len(lines) - MAX_NAMED} more" if len(lines) > MAX_NAMED else ""
+    place = f"line{'s' * (len(lines) > 1)} {', '.join(map(str, lines[:MAX_NAMED]))}{more}"
+    return f"{place}, {column}" if column else place
+
+
 def read_table(path: str | Path, rows: int = ROWS) -> Table:
-    """Read a CSV file of at most `rows` lines; empty lines and comments (#) are skipped."""
+    """Read a CSV file of at most `rows` lines; lines without a cell that is filled in and comments (#) are skipped."""
     file, lines = str(path), enumerate(read_lines(path, rows), 1)
-    content = [(n, line) for n, line in lines if line.strip() and line.lstrip()[0] != "#"]
+    content = [(n, line) for n, line in lines if line.strip(EMPTY) and line.lstrip()[0] != "#"]
     if len(content) < 2:
         fix = "give a line of column names, then one line per sample"
         raise InputError("must be a table", file=file, value="empty", fix=fix)

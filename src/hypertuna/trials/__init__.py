@@ -6,7 +6,7 @@ kind, kind_steady, kind_tracked, kind_numbers, kind_decay, kinds: what a kind ad
 and the list of kinds.
 points, grid, form, form_clock, form_poses, form_captures, form_columns, form_headed, form_shapes, forms: tracked
 points as files of many forms hold them.
-form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook: the binary forms.
+form_hdf5, form_matlab, form_c3d, form_numpy, form_workbook, form_json: the other forms.
 pose_table, pose_import: poses and joint angles of other programs.
 clock, markers: their times, the swimming plane, and which points count as seen.
 chain, marker_places, marker_run, marker_import, plots_markers: markers into joint angles and head poses.

@@ -17,6 +17,7 @@ UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TICKS = {"min": 60.0, "100 ns": 1e-7, "ticks of 90 kHz": 1 / 90000}  # other units of clocks, in no name of a column
 COUNTERS = (60, 100, 256, 1000, 1024, 3600, 4096, 10000, 32768, 65536, 86400, 2**32)  # at which some start over
 SMALL_STEP = 5  # whole numbers that grow by less may be those of frames
+SUMMARIES, MANY, ROUNDED = 6, 12, 1e-3  # last rows that may sum up others; fewest of those, and coordinates; error
 FAR = 1e5  # s: a clock that begins later counts from the first frame
 
 
@@ -55,11 +56,30 @@ def clock_of(points: Points, frame_rate: float | None) -> tuple[Array, tuple[str
     elif frame is not None:
         time = frame / rate
     else:
+        _check_rows(points)
         time = np.arange(len(points.place)) / rate
         notes.append("there is no column of frames or time: each row counts as the next frame")
     if len(time) > 1:
         _check_rate(points, time)
     return time, tuple(notes)
+
+
+def _check_rows(points: Points) -> None:
+    """Check that the rows of a file without a column of frames or time are those of its frames, and all of them."""
+    place, line = points.place.reshape(len(points.place), -1)[:, :MANY], getattr(points.where, "number", ())
+    step = np.diff(np.array(line, dtype=float))
+    for k in np.flatnonzero(step > np.min(step, initial=np.inf))[:1]:
+        rule, value = "must be that of the next frame, for no column counts them", "below lines without numbers"
+        fix = "add a column frame, or leave the cells of a lost frame empty between their commas"
+        raise InputError(rule, file=points.file, key=points.where[k + 1], value=value, fix=fix)
+    for k in range(max(len(place) - SUMMARIES, MANY), len(place)):
+        above = place[:k][np.isfinite(place[:k]).all(axis=1)]
+        if len(above) < MANY:
+            continue
+        for name, of in (("means", np.mean), ("medians", np.median), ("largest values", np.max), ("smallest", np.min)):
+            if (np.abs(place[k] - of(above, axis=0)) <= ROUNDED * np.ptp(above, axis=0)).all():
+                fix = "remove what a spreadsheet has computed below the frames"
+                raise InputError(f"holds the {name} of the rows above", file=points.file, key=points.where[k], fix=fix)
 
 
 def _check(points: Points, values: Array, name: str, fix: str) -> None:

@@ -17,7 +17,7 @@ UNITS = {
 }  # fmt: skip
 # Names of likelihoods and of flags of markers that were seen.
 WEIGHTS = (
-    "likelihood", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "valid", "p"
+    "likelihood", "lik", "score", "confidence", "conf", "prob", "probability", "visible", "visibility", "valid", "p"
 )  # fmt: skip
 AXES = {"x": 0, "y": 1, "z": 2}
 FIX = "name columns of markers x1, y1, x2, y2, ... or nose_x, nose_y, ..."
@@ -71,19 +71,21 @@ def one_point(form: str, file: str, fix: str) -> InputError:
 
 # Names of time and frame columns after `plain`; a name of time may end with one of these units [s].
 SECONDS = {
-    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
+    "s": 1.0, "sec": 1.0, "sek": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
     "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "milliseconds": 1e-3,
     "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "micros": 1e-6, "microseconds": 1e-6,
     "ns": 1e-9, "nsec": 1e-9, "nanos": 1e-9, "nanoseconds": 1e-9,
     "min": 60.0, "minutes": 60.0,
 }  # fmt: skip
+FRAMES = "frames?|fnum|fr|bild|einzelbild|trame|cuadro|fotograma|fotogramma|quadro|beeld|klatka|кадр|フレーム|帧"
+TIMES = "time|zeit|temps|tiempo|tempo|tijd|czas|время|時間|时间"
 FRAME = re.compile(
-    r"(?:video|camera|cam|image|img)?(?:frames?|fnum|fr)(?:idx|index|ids?|no|nos|nr|num|number|numbers|count|counter)?"
+    rf"(?:video|camera|cam|image|img)?(?:{FRAMES})(?:idx|index|ids?|no|nos|nr|num|nummer|number|numbers|count|counter)?"
     r"|(?:image|img|picture|file)s?(?:name|no|nr|num|number|idx|index|path|file)?|slice|fno"
 )
 TIME = re.compile(
     rf"(?!(?:{FRAME.pattern})$)(?:video|camera|frame|image|elapsed|relative|rel|abs|absolute|clock|unix|epoch|utc|system|local|gps|sim|wall|ros|real|trial|recording)?"
-    rf"(?:(?:timestamp|dateandtime|datetime|timeofday|timecode|time|pts(?:time)?|utc|clock|elapsed|t)"
+    rf"(?:(?:timestamp|dateandtime|datetime|timeofday|timecode|{TIMES}|pts(?:time)?|utc|clock|elapsed|t)"
     rf"(?P<unit>{'|'.join(SECONDS)}|hhmmss[a-z]*)?|(?P<bare>{'|'.join(SECONDS)}))"
 )
 RATES = (

@@ -5,16 +5,19 @@ import re
 import numpy as np
 
 from hypertuna.errors import InputError, shown
+from hypertuna.io.door import CELLS
 from hypertuna.io.tables import parse_float
 from hypertuna.trials.form import Text, of_columns
 from hypertuna.trials.form_clock import clock_columns
-from hypertuna.trials.grid import FIRST_LINES, Grid
-from hypertuna.trials.points import Points, choose_individual, no_individuals
+from hypertuna.trials.grid import FIRST_LINES, Grid, is_number
+from hypertuna.trials.points import Points, Rows, choose_individual, no_individuals, seen
 
 MOTIVE_UNITS = {"meters": 1.0, "centimeters": 1e-2, "millimeters": 1e-3}  # in m
 Y_UP, Z_UP = 1, 2  # index of the axis that points up
 POINTS = ("marker", "rigid body marker", "skeleton marker", "bone marker")  # types of Motive's columns that are read
 DIGITIZED = re.compile(r"pt(?P<point>\d+)(?:_cam(?P<camera>\d+))?_(?P<axis>[xyz])")  # a column of DLTdv
+XY = "xy"
+Y_OF_DLTDV = "DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis"
 
 
 def _is_motive(grid: Grid) -> bool:
@@ -103,8 +106,7 @@ def _qualisys(grid: Grid, individual: str | None) -> Points:
     head = [*("Frame", "Time")[:before], *(f"{name} {axis}" for name in names for axis in "XYZ")]
     if before == 1 and any(row[:1] == ["time"] for row in _top(grid)):
         head[0] = "Time"
-    trimmed = Grid(grid.file, [(n, row[:width] if not any(row[width:]) else row) for n, row in grid.rows])
-    samples = trimmed.below(first_row, head)
+    samples = grid.below(first_row, head)
     columns = {name: {a: before + 3 * m + k for k, a in enumerate("xyz")} for m, name in enumerate(names)}
     clock, _ = clock_columns(samples, range(before, width))
     clock["time_unit"] = clock.get("time_unit") or 1.0
@@ -151,8 +153,37 @@ def _digitized(grid: Grid, individual: str | None) -> Points:
         columns,
         **clock,
         ignored=tuple(name for k, name in enumerate(head) if name and k not in matches and name not in taken),
-        notes=notes + ("DLTdv 8 counts y downward, earlier versions upward: check the picture, and --y-axis",) * planar,
+        notes=notes + (Y_OF_DLTDV,) * planar,
     )
+
+
+def _entries(grid: Grid) -> list[list[float]] | None:
+    """Return the rows of a sparse table: frame, column from 1, value; None of a table of another form."""
+    rows = [row for _, row in grid.rows if len(row) == 3 and is_number(*row)]
+    if len(grid.rows) - len(rows) > 2 or len(rows) < 2 * len(XY):
+        return None
+    entries = [[parse_float(cell) for cell in row] for row in rows]
+    columns = {column for _, column, _ in entries}
+    whole = all(frame >= 0 == frame % 1 and column > 0 == column % 1 for frame, column, _ in entries)
+    few = len(XY) < len(columns) == max(columns) < len(entries) / 2
+    return entries if whole and few and len({(frame, column) for frame, column, _ in entries}) == len(entries) else None
+
+
+def _sparse(grid: Grid, individual: str | None) -> Points:
+    """Read the sparse points of DLTdv 8 (xypts.tsv), in which zeros are no places: columns x and y of each point."""
+    entries = np.array(_entries(grid))
+    frames, row = np.unique(entries[:, 0], return_inverse=True)
+    column, count = entries[:, 1].astype(int) - 1, int(entries[:, 1].max() + 1) // len(XY)
+    if len(frames) * count > CELLS:
+        rule, fix = f"must have at most {CELLS} places", "leave out points or frames"
+        raise InputError(rule, file=grid.file, value=f"{count} points in {len(frames)} frames", fix=fix)
+    place = np.full((len(frames), count, len(XY)), np.nan)
+    place[row, column // len(XY), column % len(XY)] = entries[:, 2]
+    place[(place == 0).all(axis=2)] = np.nan
+    names, weight = tuple(f"pt{m + 1}" for m in range(count)), np.full(place.shape[:2], np.nan)
+    notes = ("the table does not count the cameras: its columns are taken as x and y of one", Y_OF_DLTDV)
+    where, first = Rows("frame", frames), "the first column"
+    return Points("DLTdv", grid.file, names, seen(place), weight, where, frame=frames, frame_name=first, notes=notes)
 
 
 # Text formats that this module reads, in the order in which they are tried.
@@ -160,4 +191,5 @@ TEXTS = (
     Text("Motive", _is_motive, _motive),
     Text("Qualisys", _is_qualisys, _qualisys),
     Text("DLTdv", _is_digitized, _digitized, individuals=True),
+    Text("DLTdv, sparse", lambda grid: len(grid.rows[-1][1]) == 3 and _entries(grid) is not None, _sparse),
 )

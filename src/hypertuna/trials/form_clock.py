@@ -17,7 +17,7 @@ from hypertuna.trials.points import Points
 
 # Seconds and their parts in two columns, as ROS has them: names after `plain`, and units [s] of the parts.
 WHOLE = re.compile(r"(?P<stem>.*?)(?:tv)?(?:secs?|seconds?)")
-PARTS = {"nano": 1e-9, "n": 1e-9, "micro": 1e-6, "u": 1e-6, "milli": 1e-3}
+PARTS = {"nano": 1e-9, "n": 1e-9, "micro": 1e-6, "u": 1e-6, "milli": 1e-3, "m": 1e-3}
 PART = re.compile(rf"(?P<stem>.*?)(?:tv)?(?P<unit>{'|'.join(PARTS)})(?:secs?|seconds?)")
 INTERVAL = re.compile(r"(?:dt|delta_?t(?:ime)?|(?:frame)?interval|timestep)(?:s|sec|ms|us|ns)?")
 STATED = re.compile(r"#+\s*([A-Za-z][\w ./-]{0,40}?)\s*[:=]\s*(\S.{0,40}?)")  # a comment that says what a key is

@@ -1,6 +1,7 @@
 """Text forms of plain columns: a row for each frame (nose_x, nose_y, ...; Anipose), or for each frame and marker."""
 
 import re
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -22,19 +23,24 @@ from hypertuna.trials.form import (
     unit_of,
 )
 from hypertuna.trials.form_clock import clock_columns
-from hypertuna.trials.grid import FIRST_LINES, Grid, Samples
+from hypertuna.trials.grid import FIRST_LINES, MISSING, Grid, Samples, is_number
 from hypertuna.trials.points import Points, choose_individual, no_individuals
 
 OTHERS = ("error", "ncams")  # of Anipose, without a use
 UNSEEN = ("occluded", "missing", "lost", "invalid", "interpolated")  # flags of markers that were not seen
-AXIS = "|".join(("x", "y", "z", *WEIGHTS, *OTHERS, *UNSEEN))
+SCORES = (*WEIGHTS, "c")  # behind the name of a marker; OpenPose's tables have nose_c
+AXIS = "|".join(("x", "y", "z", *SCORES, *OTHERS, *UNSEEN))
 UNIT = r"(?:[_. (\[/]+(?P<unit>m|cm|mm|um|µm|in|inch|ft|px|pixels?)[)\]]?)?"
-NAMED = re.compile(rf"(?P<name>.+)[_. :/-](?P<axis>{AXIS}){UNIT}", re.IGNORECASE)
+NAMED = re.compile(
+    rf"(?P<name>.+)[_. :/|(\[-](?P<axis>{AXIS})[)\]]?(?:[_. -]?(?:pos|position|coord|coordinate))?{UNIT}", re.IGNORECASE
+)
+CAMEL = re.compile(rf"(?P<name>.*[a-z0-9])(?P<axis>[XYZ]){UNIT}")
 NUMBERED = re.compile(rf"(?P<axis>x|y|z|p)[_. ]?(?P<name>.+?){UNIT}", re.IGNORECASE)
 COORDINATE = re.compile(rf"(?:(?:pos|position|coords?)[_. ]?)?(?P<axis>x|y|z){UNIT}", re.IGNORECASE)
 MARKER = re.compile("(body|key)?(part|point|joint)s?(name|id)?|(marker|node|landmark|label|feature)s?(name|id)?|name")
 ANIMAL = re.compile("(individual|animal|track|instance|subject|object|particle|fish)s?(name|id|no|number)?|id")
 TUPLE, PARTS = re.compile(r"\((?:'[^']*',? ?){2,5}\)"), re.compile("'([^']*)'")
+NO_UNITS = ("", "-", "1", "#", "no", "nr", "frame", "frames")  # of a number of a frame
 ANIPOSE = {"fnum", "m_00", "center_0"}
 
 
@@ -122,12 +128,9 @@ def read_plain(grid: Grid, individual: str | None) -> Points:
     if sum(not np.isnan(parse_float(name.replace(",", "."))) for name in head) > len(head) / 2:
         fix = f"remove the # before them: {grid.comment[:60]}" if "x" in grid.comment.lower() else f"add it: {FIX}"
         raise InputError("has no line of names above its numbers", file=grid.file, fix=fix)
-    width, widest = len(head), max(len(row) for _, row in grid.rows[:FIRST_LINES])
-    if width < widest / 2:
-        names = next(line for line, row in grid.rows if len(row) == widest)
-        fix = f"remove the lines above line {names}, if that has the names"
-        raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
-    _check_below(grid)
+    grid = _with_units(grid)
+    _check_names(grid)
+    head = [_without_scorer(name) for name in grid.rows[0][1]]
     samples = _of_animal(grid.below(1, head), individual)
     time, _, frame = time_and_frame(head)
     markers, unit, ignored = _columns(samples, {time, frame})
@@ -157,11 +160,37 @@ def _without_scorer(name: str) -> str:
     return "_".join(PARTS.findall(name)[-2:]) if TUPLE.fullmatch(name) else name
 
 
-def _check_below(grid: Grid) -> None:
-    """Check that the line below the names has no units."""
-    if len(grid.rows) > 1 and {*grid.cells(1)} - {""} <= {*UNITS, *SECONDS} and any(grid.cells(1)):
-        fix = "remove it, and write them into the names: time_s, nose_x_mm"
-        raise InputError("holds units", file=grid.file, key=f"line {grid.rows[1][0]}", fix=fix)
+def _with_units(grid: Grid) -> Grid:
+    """Return a table whose names have the units of the line below them, if that holds units and nothing else."""
+    units = [cell.strip("[]() ") for cell in grid.cells(1)]
+    if not any(units) or not {*units} <= {*UNITS, *SECONDS, *NO_UNITS}:
+        return grid
+    (line, names), _, *rows = grid.rows
+    pairs = zip_longest(names, [unit * (unit not in NO_UNITS) for unit in units], fillvalue="")
+    stated = re.compile(rf".*[_. (\[/](?:{'|'.join({*UNITS, *SECONDS})})[)\]]?", re.IGNORECASE)
+    head = [f"{name} ({unit})" if unit and not stated.fullmatch(name) else name for name, unit in pairs]
+    return Grid(grid.file, [(line, head), *rows], grid.comments)
+
+
+def _check_names(grid: Grid) -> None:
+    """Check that the table begins with its line of names, below which are numbers."""
+    top = [cells for _, cells in grid.rows[:FIRST_LINES]]
+    wide = [k for k, cells in enumerate(top) if 2 * len(cells) >= max(map(len, top))]
+    first = next((k for k in wide if k and _of_numbers(top[k][1:])), 1)
+    if first == 1:
+        return
+    size = [(sum(bool(NAMED.fullmatch(name)) for name in cells), len(cells)) for cells in top]
+    if size[first - 1] > size[0]:
+        fix = f"remove the lines above line {grid.rows[first - 1][0]}, if that has the names"
+        raise InputError("must begin with its line of names", file=grid.file, key=f"line {grid.rows[0][0]}", fix=fix)
+    rule, fix = "must hold numbers, below one line of names", f"{FIX}, in one line, and remove what is no number"
+    raise InputError(rule, file=grid.file, key=f"line {grid.rows[1][0]}", value=shown(", ".join(top[1])), fix=fix)
+
+
+def _of_numbers(cells: list[str]) -> bool:
+    """Return whether half of the cells that are filled in are numbers, or words for missing ones."""
+    filled = [cell for cell in cells if cell]
+    return 2 * sum(is_number(cell) or cell.lower() in MISSING for cell in filled) >= len(filled)
 
 
 def _of_animal(samples: Samples, individual: str | None) -> Samples:
@@ -183,12 +212,14 @@ def _columns(samples: Samples, taken: set[int | None]) -> tuple[dict[str, dict[s
     for k, name in enumerate(samples.head):
         # pandas calls the second of two columns x that stand there x.1
         bare = f"{name}.0" if name.lower() in ("x", "y", "z") and f"{name}.1" in samples.head else name
-        match = NAMED.fullmatch(bare) or NUMBERED.fullmatch(bare)
+        match = NAMED.fullmatch(bare) or CAMEL.fullmatch(bare) or NUMBERED.fullmatch(bare)
         if k in taken:
             continue
         if match:
             axis = match["axis"].lower()
-            found.setdefault(match["name"], {})[axis if axis in "xyz" else "weight" if axis in WEIGHTS else "other"] = k
+            found.setdefault(match["name"].rstrip(), {})[
+                axis if axis in "xyz" else "weight" if axis in SCORES else "other"
+            ] = k
             if axis in UNSEEN and any(text not in ("", "0", "0.0", "False", "false") for text in samples.text(k)):
                 fix = f"write {match['name']}_visible, 1 minus it, or leave the coordinates of these frames empty"
                 raise InputError("counts frames in which the marker was not seen", file=samples.file, key=name, fix=fix)

@@ -1,4 +1,4 @@
-"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision; Kinovea; those of one point."""
+"""Text forms with names above axes or below settings: Vicon, TRC, Tracker, EthoVision, LabVIEW; Kinovea; one point."""
 
 import re
 from dataclasses import replace
@@ -18,6 +18,8 @@ LEVEL = re.compile(rf"{MARKER.pattern}|coords?|axis|")  # what pandas writes abo
 # Programs that track one point of each animal, or none, by names of their columns.
 ONE_POINT = {
     "TrackMate": {"track_id", "position_x"},
+    "AnimalTA": {"x_arena0_ind0", "y_arena0_ind0"},
+    "idTracker": {"x1", "y1", "probid1"},
     "ToxTrac": {"arena", "track", "label"},
     "MTrackJ": {"tid", "pid"},
     "ImageJ": {"area", "x", "y", "slice"},
@@ -69,8 +71,7 @@ def _stacked(grid: Grid, individual: str | None) -> Points:
         head.append(f"{text} ({own})" if own else text)
     while width and not head[-1] and not any(row[width - 1] for _, row in below if len(row) >= width):
         width, head = width - 1, head[:-1]  # lines may end with a mark
-    rows = [(line, row[:width] if not any(row[width:]) else row) for line, row in below]
-    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *rows], grid.comments), individual)
+    points = read_plain(Grid(grid.file, [(grid.rows[k][0], head), *below], grid.comments), individual)
     unstated = points.time is not None and points.time_unit is None and form != "names above axes"
     return replace(
         points,
@@ -95,6 +96,22 @@ def _ethovision(grid: Grid, individual: str | None) -> Points:
     head = [f"{name} ({unit})" if unit else name for name, unit in pairs]
     below = [(line, row) for line, row in grid.rows if line > count]
     return replace(read_plain(Grid(grid.file, [(int(count) - 1, head), *below]), individual), form="EthoVision")
+
+
+def _is_labview(grid: Grid) -> bool:
+    return grid.cells(0)[0] == "labview measurement"
+
+
+def _labview(grid: Grid, individual: str | None) -> Points:
+    """Read a measurement file of LabVIEW (.lvm): settings, then columns below the last end of a header."""
+    ends = [k for k, (_, row) in enumerate(grid.rows) if row[0].lower() == "***end_of_header***"]
+    if not ends or grid.cells(ends[-1] + 1)[:1] != ["x_value"]:
+        fix = "write it with one column of times (X_Columns One)"
+        raise InputError("is of the form of LabVIEW, but has no column X_Value", file=grid.file, fix=fix)
+    (line, (_, *names)), *below = grid.rows[ends[-1] + 1 :]
+    # the column of comments comes last, and may lack a cell
+    rows = [(n, row + [""] * (names[-1:] == ["Comment"] and len(row) == len(names))) for n, row in below]
+    return replace(read_plain(Grid(grid.file, [(line, ["time_s", *names]), *rows]), individual), form="LabVIEW")
 
 
 def _is_kinovea(grid: Grid) -> bool:
@@ -158,6 +175,7 @@ def _events(grid: Grid, individual: str | None) -> Points:
 # Text formats that this module reads, in the order in which they are tried.
 TEXTS = (
     Text("EthoVision", _is_ethovision, _ethovision),
+    Text("LabVIEW", _is_labview, _labview, individuals=True),
     Text("names above axes", lambda grid: _axes_row(grid) is not None, _stacked, individuals=True),
     Text("Kinovea", _is_kinovea, _kinovea),
     Text("a table of one point", lambda grid: bool(_program(grid, ONE_POINT)), _point),

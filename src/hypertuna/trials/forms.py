@@ -51,7 +51,7 @@ FORMS: tuple[Form, ...] = (
     Form("a bag of ROS 1", (".bag",), (b"#ROSBAG",), fix="convert it by rosbags-convert, then import its poses"),
     Form("pickled Python", (".pickle", ".pkl"), (b"\x80\x03", b"\x80\x04", b"\x80\x05"), fix=EXPORT),
     Form("a video", (".mp4", ".avi", ".mov", ".mkv"), fix=TRACKED),
-    Form("JSON, as MMPose, COCO and OpenPose write it", (".json",), (b"{", b"["), fix=KEYPOINTS),
+    Form("JSON", (".json", ".jsonl", ".ndjson"), (b"{", b"["), "hypertuna.trials.form_json:read", individuals=True),
     Form("XML", (".xml",), (b"<",), fix=KEYPOINTS),
     Form("a zip archive", (".zip",), (b"PK\x03\x04",), fix="unpack it"),
     Form(
@@ -60,7 +60,7 @@ FORMS: tuple[Form, ...] = (
     Form("a table of Arrow or Parquet", (".parquet", ".feather"), (b"PAR1", b"ARROW1"), fix=SAVE_CSV),
     Form("data of R, SPSS or Stata", (".rds", ".rdata", ".sav", ".dta"), fix=SAVE_CSV),
     Form("a skeleton's motion", (".bvh", ".amc", ".asf", ".fbx"), (b"HIERARCHY",), fix=KEYPOINTS),
-    Form("lines of JSON or YAML", (".jsonl", ".yaml", ".yml"), fix=KEYPOINTS),
+    Form("YAML", (".yaml", ".yml"), fix=KEYPOINTS),
     Form("a picture", (".png", ".jpg", ".jpeg", ".tif", ".tiff"), (b"\x89PNG", b"\xff\xd8\xff"), fix=TRACKED),
 )
 # plain columns come last, since they accept files of any other form

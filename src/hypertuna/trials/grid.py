@@ -16,22 +16,10 @@ from hypertuna.io.tables import parse_float, read_lines, split_line
 from hypertuna.ranges import CELL
 from hypertuna.trials.points import Rows
 
-MISSING = (
-    "",
-    "nan",
-    "na",
-    "n/a",
-    "none",
-    "null",
-    "-",
-    "<na>",
-    "#n/a",
-    "-nan",
-    "-nan(ind)",
-    "1.#qnan",
-    "1.#ind",
-    "-1.#ind",
-)
+MISSING = frozenset({
+    "", "nan", "na", "n/a", "n.a.", "none", "null", "(null)", "missing", "-", "--", "<na>", "-nan", "-nan(ind)", "#n/a",
+    "#num!", "#value!", "#div/0!", "1.#qnan", "1.#ind", "-1.#ind",
+})  # fmt: skip
 WORDS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0, "visible": 1.0, "wahr": 1.0, "falsch": 0.0}  # of visibility
 MARKS, FIRST_LINES = (";", "\t", ",", "|"), 30  # between cells, and lines in which they are sought
 SPACES = ""  # the mark of cells between spaces
@@ -51,8 +39,10 @@ OTHER_NUMBERS = {
 WITH_UNIT = re.compile(r"[+-]?[\d.,]+(?:e[+-]?\d+)? ?(?:[mcµu]?m|in|px|pixels?|[mµun]?s|deg|°|%)", re.IGNORECASE)
 OTHER_NUMBERS[WITH_UNIT] = "without their unit, which belongs in the name of the column: nose_x_mm"
 DAY, LATE = 86400.0, 82800.0  # s: a clock of the day that falls by more than the latter passes midnight
+FRAMES_COUNTED = "a time code counts frames: write the number of each frame into a column frame"
 CLOCK = re.compile(r"(?:(\d{1,4}):)?(\d{1,3}):(\d{1,2}(?:[.,]\d{1,12})?)", re.ASCII)  # hours, minutes, seconds
 TIMECODE = re.compile(r"\d{1,3}:\d\d:\d\d[:;]\d{1,3}", re.ASCII)  # with the number of a frame in its second
+HUNDREDTHS, IN_SECOND = re.compile(r"[\d:]*:\d\d[.,]\d\d", re.ASCII), 100  # or such a number; the former in a second
 
 
 @dataclass(frozen=True)
@@ -62,6 +52,7 @@ class Grid:
     file: str
     rows: list[tuple[int, list[str]]]  # number of the line from 1, and cells
     comments: tuple[tuple[int, str], ...] = ()  # number of the line from 1, and text of each comment
+    word: str = "line"  # of a row, in errors
 
     @property
     def comment(self) -> str:
@@ -73,15 +64,19 @@ class Grid:
         return [cell.lower() for cell in self.rows[row][1]] if row < len(self.rows) else []
 
     def below(self, row: int, head: list[str]) -> "Samples":
-        """Return the rows from `row` on as samples under the column names `head`; each row needs a cell per name."""
-        rows = self.rows[row:]
+        """Return the rows from `row` on as samples under the column names `head`; each row needs a cell per name.
+
+        Empty cells behind them do not count: some programs end each row of numbers with a mark.
+        """
+        wide = len(head)
+        rows = [(n, cells if any(cells[wide:]) else cells[:wide]) for n, cells in self.rows[row:]]
         for line, cells in rows:
             if len(cells) != len(head):
                 rule, fix = f"must have {len(head)} cells, like the line of names", "complete the line or remove it"
                 if len(cells) > 1.5 * len(head) and all(cell.lstrip("+-").isdecimal() for cell in cells):
                     fix = "are these decimal commas? Then save it with semicolons between the cells"
-                raise InputError(rule, file=self.file, key=f"line {line}", value=f"{len(cells)} long", fix=fix)
-        return Samples(self.file, head, rows)
+                raise InputError(rule, file=self.file, key=f"{self.word} {line}", value=f"{len(cells)} long", fix=fix)
+        return Samples(self.file, head, rows, self.word)
 
 
 @dataclass(frozen=True)
@@ -91,15 +86,16 @@ class Samples:
     file: str
     head: list[str]
     rows: list[tuple[int, list[str]]]
+    word: str = "line"  # of a row, in errors
 
     @property
     def where(self) -> Rows:
         """Names of the rows in errors, such as "line 12"."""
-        return Rows("line", [line for line, _ in self.rows])
+        return Rows(self.word, [line for line, _ in self.rows])
 
     def only(self, keep: Sequence[int]) -> "Samples":
         """Return only the rows with some indices."""
-        return Samples(self.file, self.head, [self.rows[k] for k in keep])
+        return Samples(self.file, self.head, [self.rows[k] for k in keep], self.word)
 
     def text(self, column: int) -> list[str]:
         """Return the cells of a column, by its index."""
@@ -144,7 +140,7 @@ class Samples:
                 if text and text == self.head[column]:
                     fix = "the line of names comes again: give each run in a file of its own"
                 if math.isfinite(value):
-                    CELL.check(value, f"line {line}, {self.head[column]}", fix, file=self.file)
+                    CELL.check(value, f"{self.word} {line}, {self.head[column]}", fix, file=self.file)
                 raise self._error(line, column, "must be a number", shown(text), fix)
 
     def times(self, column: int) -> tuple[Array, bool]:
@@ -157,11 +153,25 @@ class Samples:
             if value is None or math.isinf(value):
                 rule, fix = "must be a time, such as 2026-05-04T12:30:15.250 or 12:30:15.250", "write seconds"
                 if value is not None:
-                    fix = "a time code counts frames: write the number of each frame into a column frame"
+                    fix = f"{FRAMES_COUNTED}; before thousandths write a point"
                 raise self._error(line, column, rule, shown(row[column]), fix)
             values.append(value)
+        self._check_time_code(column)
         clocks = all(CLOCK.fullmatch(text) for text in self.text(column) if text.lower() not in MISSING)
         return _past_midnight(np.array(values)) if clocks else np.array(values), True
+
+    def _check_time_code(self, column: int) -> None:
+        """Check that the last two digits of clock times are hundredths, and no numbers of frames, which end before."""
+        texts = [text for text in self.text(column) if text.lower() not in MISSING]
+        if not all(HUNDREDTHS.fullmatch(text) for text in texts):
+            return
+        part = np.array([int(text[-2:]) for text in texts])
+        step = np.diff(part)
+        last = part[:-1][step < 0]
+        if len(last) and (last + 2 * np.median(step[step >= 0]) < IN_SECOND).all():
+            line, row = self.rows[int(np.flatnonzero(step < 0)[0])]
+            rule = "must end with hundredths of a second, but these start over before 100"
+            raise self._error(line, column, rule, shown(row[column]), FRAMES_COUNTED)
 
     def frames(self, column: int) -> Array:
         """Return the frame numbers of a column of numbers, or of image names with the number at the end."""
@@ -190,7 +200,8 @@ class Samples:
             raise InputError(rule, file=self.file, key=self.head[column], value=value, fix=fix)
 
     def _error(self, line: int, column: int, rule: str, value: str, fix: str) -> InputError:
-        return InputError(rule, file=self.file, key=f"line {line}, {self.head[column]}", value=value, fix=fix)
+        key = f"{self.word} {line}, {self.head[column]}"
+        return InputError(rule, file=self.file, key=key, value=value, fix=fix)
 
     def check_once(self, columns: Sequence[int]) -> None:
         """Check that the name of each used column occurs only once."""
@@ -202,10 +213,14 @@ class Samples:
 
 
 def _past_midnight(values: Array) -> Array:
-    """Return the times of a clock of the day [s], NaN for missing ones, that go on after midnight."""
+    """Return the times of a clock of the day [s], NaN for missing ones, that go on after midnight.
+
+    A clock that also leaps ahead by a day is not in order, and is left as it is.
+    """
     known = np.isfinite(values)
-    falls = np.diff(values[known], prepend=values[known][:1]) < -LATE
-    values[known] += DAY * np.cumsum(falls)
+    step = np.diff(values[known], prepend=values[known][:1])
+    if not (step > LATE).any():
+        values[known] += DAY * np.cumsum(step < -LATE)
     return values
 
 

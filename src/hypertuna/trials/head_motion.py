@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ STILL = 0.05  # of the next smallest way: a marker that goes less stands still
 ABEAM = 1.2  # way to the side over way ahead: beyond 50 deg
 FILLED = (2, 4)  # orders of differences that vanish on straight lines and on cubics
 FLOAT32 = 1.2e-7  # resolution of single precision
+RAISED, PERIODS = 0.25, (2, 3, 4, 5)  # step of a repeated frame over that of a new one; frames after which they come
 RESOLVED = 3.0  # finest steps of a coordinate: slower motion repeats frames by its rounding
 
 
@@ -80,6 +82,41 @@ def repeats_of(place: Array, within: float = 0.0) -> int:
         if begin > 0 and size[begin - 1] > usual / 2
         if (size[end] > usual / 2 if end < len(size) else end - begin >= FEWEST)
     )
+
+
+def raised_of(place: Array) -> tuple[Fraction, bool]:
+    """Return by which factor the frame rate of markers (frames, markers, 2) was raised, and whether by interpolation.
+
+    Frames were repeated where steps are small at regular intervals, interpolated where second differences are.
+    """
+    for order in (1, 2):
+        step = np.linalg.norm(np.diff(place, n=order, axis=0), axis=2)
+        known = np.isfinite(step)
+        size = np.nansum(step, axis=1) / np.maximum(known.sum(axis=1), 1)
+        if (factor := raised_by(np.where(known.any(axis=1), size, np.nan))) > 1:
+            return factor, order == 2
+    return Fraction(1), False
+
+
+def raised_by(size: Array) -> Fraction:
+    """Return by which factor a frame rate was raised, 1 if it was not: half of the changes or more are then small.
+
+    size: of the changes (steps,) from frame to frame, NaN where it is not known.
+    """
+    for period in PERIODS:
+        phase = np.arange(len(size)) % period
+        known = [size[(phase == k) & np.isfinite(size)] for k in range(period)]
+        if min(map(len, known)) < 2 * FEWEST:
+            continue
+        usual = np.array([np.median(one) for one in known])
+        small = usual < RAISED * usual.max()
+        if 2 * small.sum() < period:
+            continue
+        made, new = (np.concatenate([one for one, less in zip(known, small, strict=True) if less == which])
+                     for which in (True, False))  # fmt: skip
+        if np.quantile(made, 0.9) < min(np.quantile(new, 0.1), np.median(new) / 2):
+            return Fraction(period, period - int(small.sum()))
+    return Fraction(1)
 
 
 def filled_of(place: Array) -> int:

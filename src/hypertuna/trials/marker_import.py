@@ -29,6 +29,7 @@ ROUNDS, SETTLED = 10, 0.1  # of taking places from a run, and noises of the last
 ANOTHER = 30.0  # times the robot's length, or a part of it: markers of another unit
 LATE = 100.0  # s, from which on 7 digits are no time
 LEARNED = 100  # frames from which places are taken
+BESIDE, PAIRS = 0.15, 0.25  # mean spacings between markers at one place; part of all markers that are such pairs
 INVERTED = 0.35  # mean spacings by which a marker may lie ahead of the marker before it
 MAX_FRAMES = 200  # about the number of frames from which the order is found
 
@@ -122,7 +123,7 @@ def _places(robot: Robot, markers: Markers, chain_options: ChainOptions) -> tupl
     """Return the markers' places on the robot, of a file or equally spaced, and sentences on their order."""
     if chain_options.places is not None:
         return read_places(chain_options.places, robot, markers.names), ()
-    order, notes = in_order(markers)
+    order, notes = in_order(markers, pairs=chain_options.from_run)
     names = [markers.names[m] for m in order]
     return equal_spacing(robot, names[::-1] if chain_options.tail_first else names), notes
 
@@ -144,11 +145,11 @@ def _learned(robot: Robot, where: Places, markers: Markers, fitted: Any) -> Plac
     return where
 
 
-def in_order(markers: Markers) -> tuple[list[int], tuple[str, ...]]:
+def in_order(markers: Markers, *, pairs: bool = False) -> tuple[list[int], tuple[str, ...]]:
     """Return the indices of markers from nose to tail, and a note if that is not the order of the file.
 
     Names sorted as text (p1, p10, p2) are put in the order of their numbers. Raise an error if the markers do not lie
-    along the body in the order found.
+    along the body in the order found, or, without `pairs`, many at the place of another.
     """
     names = markers.names
     by_number = sorted(range(len(names)), key=lambda m: _by_numbers(names[m]))
@@ -157,7 +158,7 @@ def in_order(markers: Markers) -> tuple[list[int], tuple[str, ...]]:
     if by_number != order and list(names) == sorted(names) and _differ_by_number(names):
         order = by_number
         notes = (f"markers are taken in the order of their numbers, {names[order[0]]} to {names[order[-1]]}",)
-    _check_order(markers, order)
+    _check_order(markers, order, pairs)
     return order, notes
 
 
@@ -172,7 +173,7 @@ def _differ_by_number(names: Sequence[str]) -> bool:
     return len({re.sub("[0-9]+", "0", name) for name in names}) == 1
 
 
-def _check_order(markers: Markers, order: Sequence[int]) -> None:
+def _check_order(markers: Markers, order: Sequence[int], pairs: bool) -> None:
     """Check, by the distances between markers, that they lie along the body in the given order."""
     place = markers.place[:: len(markers.time) // MAX_FRAMES + 1][:, list(order)]
     if len(order) < 3 or not np.isfinite(place).all(axis=2).any(axis=0).all():
@@ -183,6 +184,15 @@ def _check_order(markers: Markers, order: Sequence[int]) -> None:
     positions = positions * np.sign(np.polyfit(np.arange(len(positions)), positions, 1)[0] or 1.0)
     spacing = float(np.ptp(positions)) / (len(positions) - 1)
     if (np.diff(positions) >= -INVERTED * spacing).all():
+        beside = np.flatnonzero(np.abs(np.diff(positions)) < BESIDE * spacing)
+        if len(beside) > PAIRS * len(positions) and not pairs:
+            first, second = (markers.names[order[beside[0] + k]] for k in (0, 1))
+            rule, value = (
+                "must lie one behind another",
+                f"in pairs at one place of the body, as {first} and {second}",
+            )
+            fix = "raw and smoothed, or left and right? Give --places-from-run FILE, --places, or --leave-out for each"
+            raise InputError(rule, file=markers.file, key="the markers", value=value, fix=fix)
         return
     if still := still_marker(markers):
         raise still
@@ -191,7 +201,8 @@ def _check_order(markers: Markers, order: Sequence[int]) -> None:
         by_distance.reverse()
     text = ", ".join(by_distance if len(by_distance) <= 12 else [*by_distance[:10], "...", by_distance[-1]])
     rule = f"must lie along the body in the order of the file, but lie as {text}, or the other way round"
-    fix = "write them from nose to tail, or give their places with --places; animals side by side are no body"
+    fix = "write them from nose to tail, or give their places with --places, or --leave-out what is no marker; animals "
+    fix += "side by side are no body"
     raise InputError(rule, file=markers.file, key="the markers", fix=fix)
 
 

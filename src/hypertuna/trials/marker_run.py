@@ -21,6 +21,7 @@ from hypertuna.trials.head_motion import (
     follows,
     jump_sentences,
     jumps_of,
+    raised_of,
     repeats_of,
     still_of,
     tail_first,
@@ -203,12 +204,7 @@ class MarkerRun:
                 bends = f"joint {group} bends by {math.degrees(angle):.0f} deg, and is described for"
                 sentences.append(f"{bends} {math.degrees(limit):.0f} deg: check the order of the markers and the robot")
         sentences += jump_sentences(self.markers.time, *self._jumps)
-        if repeated := repeats_of(self.markers.place):
-            frames = "1 frame repeats" if repeated == 1 else f"{repeated} frames repeat"
-            sentences.append(f"{frames} the one before: are lost ones filled in? Leave them empty")
-        if filled := filled_of(self.markers.place):
-            text = "frames lie on straight lines or cubics between others: are lost ones filled in? Leave them empty"
-            sentences.append(f"{filled} {text}")
+        sentences += _made_frames(self.markers.place)
         if (still := still_of(self.markers.place)) is not None or follows(self.markers.place):
             what = "the mean of the markers" if still is None else f"marker {self.places.names[still]}"
             sentences.append(f"{what} stands still while others move: are the places from it, or is the fish held?")
@@ -287,6 +283,24 @@ class MarkerRun:
         """Return the largest number of determined frames in a row."""
         ends = np.flatnonzero(np.diff(np.concatenate([[0], self.fit.determined.astype(int), [0]])))
         return int((ends[1::2] - ends[::2]).max()) if len(ends) else 0
+
+
+def _made_frames(place: Array) -> list[str]:
+    """Return sentences on frames of markers (frames, markers, 2) that no camera saw."""
+    factor, interpolated = raised_of(place)
+    if factor > 1:
+        what = "frames lie midway between others" if interpolated else "frames repeat the one before"
+        text = f"{what}, as if the frame rate was raised {float(factor):g} times: track the film as the camera wrote it"
+        return [f"{text}, or leave these rows out"]
+    sentences = []
+    if repeated := repeats_of(place):
+        frames = "1 frame repeats" if repeated == 1 else f"{repeated} frames repeat"
+        fix = "are lost ones filled in, or was the frame rate raised? Leave them empty"
+        sentences.append(f"{frames} the one before: {fix}")
+    if filled := filled_of(place):
+        text = "frames lie on straight lines or cubics between others: are lost ones filled in? Leave them empty"
+        sentences.append(f"{filled} {text}")
+    return sentences
 
 
 def still_marker(markers: Markers) -> InputError | None:

@@ -86,7 +86,7 @@ class SteadyRun(Displayed, Tabular):
     def __post_init__(self) -> None:
         bent = [value for bend in self.bends for value in (bend.bend_amplitude, bend.bend_lag)]
         if all(value is None for value in (self.speed, self.cost_of_transport, *bent)):
-            fix = "give at least one of them"
+            fix = "fill in at least one of them, or remove the row of a run that is not made yet"
             raise InputError("must be given, or cost_of_transport, or the bend of a hinge", key="speed", fix=fix)
         for key in MEASURED:
             limits = (SPEED,) if key == "speed" else (POSITIVE, SIZE)
