@@ -109,6 +109,7 @@ def test_impossible_numbers_are_refused(tuna: ht.Robot, options: dict[str, float
     [
         ({"series": 3}, "battery.series must divide cells = 4, but is 3"),
         ({"charged_v": 3.0}, "battery.charged_v must be at least voltage_v = 3.6, and less than twice that voltage"),
+        ({"charged_v": 7.2}, "battery.charged_v must be at least voltage_v = 3.6, and less than twice that voltage"),
         ({"converter_efficiency": 0.0}, "battery.converter_efficiency must be greater than 0"),
     ],
 )

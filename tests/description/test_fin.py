@@ -11,6 +11,7 @@ import pytest
 import hypertuna as ht
 from hypertuna.actuation.new import first_robot
 from hypertuna.description.design import designed, variable
+from hypertuna.description.fin import _pieces
 from hypertuna.description.new import new_robot
 from hypertuna.description.robot import Robot, parse
 from hypertuna.description.schema.water import helmbold, plate_mass
@@ -135,3 +136,15 @@ def test_a_fin_that_would_reach_the_head_is_refused() -> None:
     robot = parse(tomllib.loads(first_robot("x", links=13, length=0.3, mass=0.4)))
     with pytest.raises(InputError, match="the fin must end behind the head"):
         variable(robot, "fin.chord", 1.0, 6.0)
+
+
+def test_the_links_are_cut_where_the_fin_s_area_begins() -> None:
+    """Of 0.026 m^2 the last link has 0.02; the next one, half wide and half narrow, gives 0.04 m of its 0.1."""
+    links = {"length_m": [0.2, 0.1, 0.1], "lateral_area_m2": [0.02, 0.01, 0.02]}
+    document = {"links": links, "water": {"strip": {"added_mass_normal": [1.0, 1.0, 1.0]}}}
+    pieces = _pieces(document, 0.026)
+    assert pieces.fin == 2
+    np.testing.assert_allclose(pieces.ends, [0.0, 0.1, 0.16, 0.2, 0.4])
+    np.testing.assert_allclose(pieces.height, [0.2, 0.1, 0.1, 0.1])
+    whole = _pieces(document, 0.02)
+    assert (whole.fin, whole.ends.tolist()) == (1, pytest.approx([0.0, 0.1, 0.2, 0.4]))

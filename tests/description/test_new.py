@@ -52,7 +52,8 @@ def test_a_first_robot_is_sourced_and_swims(links: int, length: float, mass: flo
 def test_a_fin_has_the_added_mass_of_a_plate() -> None:
     """That of aspect ratio 2 has 0.757 rho pi/4 chord^2 span (DNV-RP-C205), where its sections have chord span^2."""
     shape = Shape.of(0.3, 0.85, fin_span=0.06, fin_chord=0.03)
-    _, strip = link_columns(shape, (0.27, 0.03), friction=0.01, beating=0.0)
+    links, strip = link_columns(shape, (0.27, 0.03), friction=0.01, beating=0.0)
+    assert links["wetted_area_m2"][1] == pytest.approx(2 * links["lateral_area_m2"][1], rel=1e-3)  # both sides
     assert strip["added_mass_normal"][1] == pytest.approx(0.757 * 0.03 / 0.06, rel=1e-3)
 
 
