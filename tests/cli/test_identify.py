@@ -234,3 +234,10 @@ def test_speeds_in_another_unit_are_refused_before_the_fit(run: Run, tank: str, 
     assert code == 2
     assert "cm.csv: the measured speeds are 100 times those of the model: check the unit, m/s." in errors
     assert not output.exists()
+
+
+def test_a_search_that_did_not_converge_exits_with_1(run: Run, tank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hypertuna.identification.search.MAX_EVALUATIONS", 1)
+    code, text, _ = run("identify", tank, "--robot", "hypertuna", "--free", "water.drag[0,7]", "--starts", "1")
+    assert code == 1
+    assert "before it had converged" in text
