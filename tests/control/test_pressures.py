@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pressures
 import pytest
-from pressures import BOUND, LOW, TICK, Order, Sample, robot_of, row, run_of
+from pressures import BOUND, LOW, TICK, Order, Sample, harmed, robot_of, row, run_of, without
 
 import hypertuna as ht
 from hypertuna.description.changes import changed
@@ -50,6 +50,24 @@ def limited(limits: dict[str, float]) -> ht.Robot:
 def test_the_worst_random_twins_keep_the_hard_limit(seed: int) -> None:
     """Gaits of 0.05 to 8 Hz, steps of the command, faulty sensors, oil of -9 to 60 C, robots of 0.15 to 3 m."""
     assert peak(seed) < BOUND * float(line(seed)["hard_kpa"])
+
+
+def test_harm_is_that_of_the_unreported_fault_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A broken bend sensor takes half of the swing, and a drifting pressure sensor no more of it: no harm."""
+    swing = {True: 0.1, False: 0.2}  # rad, with and without the fault of the bend sensor
+
+    def record(run: Sample) -> dict[str, np.ndarray]:
+        angle = swing["bend-I:nan@1" in run.faults] * np.array([[1.0], [-1.0]] * 4)
+        return {"angle": angle, "pump_pressure_high": np.full((8, 4), 1e5), "unit_pressure_high": np.full((8, 4), 1e5)}
+
+    monkeypatch.setattr(pressures, "run_of", lambda seed, run: (record(run), True))
+    order = Order(0.0, 1.0, (0.2, 0.3), (0.0, 0.0), (0.0, 0.0), True)
+    both = Sample("hypertuna", 20.0, False, 1.0, (order,), ("bend-I:nan@1", "pressure-II-left:drift@2"), 6.0)
+    assert without(both, ["II-left"]).faults == ("bend-I:nan@1",)
+    assert not harmed(1, both, record(both), ["II-left"])
+    # Where the bend sensor works in the run that is compared, its swing counts.
+    alone = both._replace(faults=both.faults[1:])
+    assert harmed(1, alone, {**record(alone), "angle": record(both)["angle"]}, ["II-left"])
 
 
 @pytest.mark.parametrize("seed", UNTOLD)

@@ -11,7 +11,7 @@ import json
 import math
 import tomllib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -254,21 +254,27 @@ def told(run: Sample, record: dict[str, np.ndarray]) -> Told:
     return Told(tuple(wrong), tuple(late), tuple(blamed), false)
 
 
-def harmed(seed: int, run: Sample, record: dict[str, np.ndarray], circuits: Collection[str]) -> bool:
-    """Return whether unreported faults led beyond the hard limit, or left less of the swing than `KEPT`.
-
-    The swing is compared with that of the run without the faults of these circuits' sensors: other faults stay.
-    """
+def without(run: Sample, circuits: Sequence[str]) -> Sample:
+    """Return a run without the faults of these circuits' pressure sensors."""
     robot = robot_of(run.robot)
-    control, first = robot.controller, channels(robot, pilot=False)["pressure"][0]
+    first = channels(robot, pilot=False)["pressure"][0]
+    places = {first + drive_names(robot).index(name) for name in circuits}
+    hit = [places.isdisjoint(range(f.first, f.last + 1)) for f in read_faults(run.faults, robot, run.seconds)]
+    return run._replace(faults=tuple(fault for fault, kept in zip(run.faults, hit, strict=True) if kept))
+
+
+def harmed(seed: int, run: Sample, record: dict[str, np.ndarray], late: Sequence[str]) -> bool:
+    """Return whether unreported faults of circuits led beyond the hard limit, or left less of the swing than `KEPT`.
+
+    Compared is the same run without these faults, but with all others: what those take is no harm of these.
+    """
+    control = robot_of(run.robot).controller
     assert control is not None
-    if np.maximum(record["pump_pressure_high"], record["unit_pressure_high"]).max() > (control.pressure_hard or 0):
+    other, _ = run_of(seed, without(run, late))
+    high, allowed = (np.maximum(one["pump_pressure_high"], one["unit_pressure_high"]).max() for one in (record, other))
+    if high > max(control.pressure_hard or 0, allowed):
         return True
-    late = [first + drive_names(robot).index(name) for name in circuits]
-    read = zip(run.faults, read_faults(run.faults, robot, run.seconds), strict=True)
-    others = tuple(text for text, fault in read if not any(fault.first <= k <= fault.last for k in late))
-    healthy, _ = run_of(seed, run._replace(faults=others))
-    swing, whole = (np.ptp(one["angle"][len(one["angle"]) // 2 :], axis=0) for one in (record, healthy))
+    swing, whole = (np.ptp(one["angle"][len(one["angle"]) // 2 :], axis=0) for one in (record, other))
     return bool((swing < KEPT * whole - math.radians(0.5)).any())
 
 
