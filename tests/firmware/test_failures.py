@@ -71,6 +71,23 @@ def test_a_leak_is_told(fly: Fly) -> None:
     assert wet[-1] == 1
 
 
+@pytest.mark.parametrize("circuit", ["I-left", "I-right", "II-left", "II-right"])
+def test_lost_oil_is_no_two_failed_sensors(fly: Fly, circuit: str) -> None:
+    """Bend and pressure contradict the model, so both sensors count as faulty; but one side's pressure never rises."""
+    gait = find_scenario("gait:unoptimised-max", ht.load("hypertuna"))
+    run = fly(gait, ticks=700, faults=f"oil-{circuit}:lost@4")
+    bit = [row[0] for row in _core.fault_table()].index("no_stroke")
+    told = np.flatnonzero(run.answers["faults"] >> bit & 1)
+    assert len(run.mismatches) == 0
+    assert 400 < told[0] < 700
+
+
+@pytest.mark.parametrize("fault", ["bend-II:shift@4", "pressure-II-left:clogged@4", "pressure-II-left:shift@4"])
+def test_a_failed_sensor_is_no_lost_oil(fly: Fly, fault: str) -> None:
+    run = fly(find_scenario("gait:unoptimised-max", ht.load("hypertuna")), ticks=700, faults=fault)
+    assert "no_stroke" not in faults(run)
+
+
 def test_radio_does_not_pass_water(fly: Fly) -> None:
     """Two meters deep no order reaches the robot, unless a cable leads down."""
     gait = replace(find_scenario("gait:unoptimised-0.3", ht.load("hypertuna")), mission=Mission((), depth=2.0))

@@ -17,6 +17,8 @@ inline constexpr float stroke_pressure =
     0.25f;  // part of the working pressure: a stroke brings more, and its end leaves less than twice that
 inline constexpr float stroke_bias = 0.25f;  // part of the amplitude; with more bias a joint is not judged
 inline constexpr int stroke_beats = 3;       // beats in a row in which a joint does not follow
+inline constexpr float stroke_empty =
+    0.5f;  // part of the fill pressure: with oil, each side's pressure passes the fill pressure in each beat
 inline constexpr float snag_reach =
     0.25f;  // part of snag_distance: a robot that stays within this of a fix makes no way
 inline constexpr float snag_straight =
@@ -113,26 +115,33 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
 
 /// Whether a joint with oil does not follow for some beats. It bends by much less than its pumps were sent to, which is
 /// what the limits leave of what was asked; and a side's pressure does not rise, as without oil, or does not fall, as
-/// where its servo stands.
+/// where its servo stands. Lost oil contradicts the model of bend and pressure, so the sensors of both may count as
+/// faulty first. If the readings of both go on, and one side's pressure stays far below the fill pressure, oil is
+/// missing, and not two sensors.
 inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
     const ControllerState<float>& state = input.controller;
     const bool first = stroke.ticks++ == 0;
     stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
     bool dead = false;
+    bool empty = false, goes_on = true;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        stroke.pressure[side].add(input.output.pressure[c], first);
+        stroke.pressure[side].add(input.readings.robot.pressure[c], first);
         const float fill = model.circuit[c].fill, part = stroke_pressure * (model.pressure_work - fill);
         const Extent& extent = stroke.pressure[side];
         dead = dead || extent.high < fill + part || fill + 2 * part < extent.low;
+        empty = empty || extent.high < stroke_empty * fill;
+        goes_on = goes_on && 0 < extent.swing();
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
     // A bias takes up a part of the joint's reach, and holds one side's pressure.
     const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
-    const bool asked =
-        even && 2 * model.posture.amplitude_min < stroke.asked.swing() && !state.bend[j].faulty && !blind(state, j);
+    const bool asked = even && 2 * model.posture.amplitude_min < stroke.asked.swing();
     const bool follows = stroke_bend * stroke.asked.swing() < stroke.bend.swing();
-    stroke.missing = asked && dead && !follows ? stroke.missing + 1 : 0;
+    const bool bend = state.bend[j].faulty, pressure = blind(state, j);
+    const bool fails =
+        bend || pressure ? bend && pressure && empty && goes_on && 0 < stroke.bend.swing() : asked && dead && !follows;
+    stroke.missing = fails ? stroke.missing + 1 : 0;
     stroke.ticks = 0;
     return stroke_beats <= stroke.missing;
 }
