@@ -12,10 +12,10 @@ HERE = Path(__file__).parent
 HIDDEN = {"drag_tangential": (2.0, 2.0), "drag_normal": (0.667, 1.5), "added_mass_normal": (1.25, 2.0)}  # factor, prior
 
 
-@pytest.mark.parametrize(("name", "draws"), [("story", 17), ("tracks", 20)])
-def test_intervals_hold_the_truth_and_are_narrower_than_priors(name: str, draws: int) -> None:
+@pytest.mark.parametrize("name", ["story", "tracks"])
+def test_intervals_hold_the_truth_and_are_narrower_than_priors(name: str) -> None:
     lines = json.loads((HERE / f"{name}.json").read_text())
-    assert len(lines) >= draws  # a later run adds some
+    assert len(lines) >= 20  # a later run adds some
     each = [(*line["factors"][key][1:], *known) for line in lines.values() for key, known in HIDDEN.items()]
     assert sum(low <= true <= high for low, high, true, _ in each) >= 0.9 * len(each)
     assert all(math.log(high / low) < 2 * 1.96 * math.log(prior) for low, high, _, prior in each)
