@@ -100,6 +100,7 @@ def story(seed, made=filmed):
     with tempfile.TemporaryDirectory() as place:
         manifests = [made(Path(place), name, robot, truth, 100 * seed + k) for k, name in enumerate(FILMED)]
         fit = ht.identify(robot, ht.read_trials([str(path) for path in manifests], robot), validate=0)
+        warnings = [text.replace(f"{place}/", "") for text in fit.warnings]
     speeds = {}
     for frequency, swing, lag in UNSEEN:
         unseen = gait(robot, frequency, swing=swing, lag=lag)
@@ -110,7 +111,7 @@ def story(seed, made=filmed):
         name: [round(float(part[key]), 4) for key in ("value", "low", "high")]
         for name, part in ((name, part) for name in HIDDEN for part in fit.parameters if f".{name}[" in part["name"])
     }
-    return {"factors": parts, "speed_error_percent": speeds, "warnings": list(fit.warnings)}
+    return {"factors": parts, "speed_error_percent": speeds, "warnings": warnings}
 
 
 def main(seeds="1", first="0", how="story"):
