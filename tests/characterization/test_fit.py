@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from drawn import apart
 from hypertuna.actuation.bending import bend
 from hypertuna.actuation.soft_joint import mooney, muscle
 from hypertuna.characterization.data import Bench, read_bench
@@ -365,7 +366,7 @@ def test_a_fit_is_drawn_with_a_plot_for_each_joint_and_what_is_determined_in_one
     figure.canvas.draw()
     boxes = [axes.get_window_extent() for axes in figure.axes]
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["joint I", "joint II", "spectrum", "95 % intervals"]
-    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+    assert apart(boxes)
     spectrum, intervals = figure.axes[2:]
     handles, labels = spectrum.get_legend_handles_labels()
     told = handles[labels.index("determined")].get_color()

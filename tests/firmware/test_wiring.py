@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from drawn import apart
 from hypertuna.description.channels import ANALOG
 from hypertuna.description.robot import load
 from hypertuna.firmware.parameters import firmware_table
@@ -115,7 +116,7 @@ def test_all_texts_of_the_figure_are_inside_and_none_is_over_another(wiring) -> 
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     width, height = figure.bbox.size
     assert all(0 <= box.x0 < box.x1 <= width and 0 <= box.y0 < box.y1 <= height for box in boxes)
-    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+    assert apart(boxes)
 
 
 def test_command(tmp_path: Path, run: Run) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hypertuna as ht
+from drawn import apart
 from hypertuna import _core
 from hypertuna.description.robot import Robot, parse
 from hypertuna.simulation.cards import losses_card
@@ -161,7 +162,7 @@ def test_table_and_picture() -> None:
         texts = [text for text in figure.axes[0].texts if text.get_text()]
         boxes = [text.get_window_extent() for text in texts]
         assert all(figure.bbox.contains(box.x0, box.y0) for box in boxes)
-        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+        assert apart(boxes)
 
 
 @pytest.mark.parametrize("size", [0.01, 0.1, 0.6])
