@@ -122,8 +122,7 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     const ControllerState<float>& state = input.controller;
     const bool first = stroke.ticks++ == 0;
     stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
-    bool dead = false;
-    bool empty = false, goes_on = true;
+    bool dead = false, empty = false, goes_on = true;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         stroke.pressure[side].add(input.readings.robot.pressure[c], first);
