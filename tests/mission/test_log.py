@@ -19,12 +19,13 @@ import pytest
 import hypertuna as ht
 from disk import full_disk
 from hypertuna.frames import angles_of, rotation_of
-from hypertuna.mission.read_log import Log, protobuf_fields, read_header, read_log
+from hypertuna.mission.log_fields import fields
+from hypertuna.mission.read_log import MALFORMED, Log, _data, protobuf_fields, read_header, read_log
 from hypertuna.mission.record import COLUMNS, MissionRecord, joined
 from voyage import voyage
 
 foxglove = pytest.importorskip("foxglove", reason="needs the extra log")
-from hypertuna.io.mcap import CHUNK  # noqa: E402
+from hypertuna.io.mcap import CHUNK, Messages  # noqa: E402
 from hypertuna.mission.log import LogWriter, _head, write_log  # noqa: E402
 
 
@@ -366,6 +367,14 @@ def test_other_files_are_told(tmp_path: Path) -> None:
         read_log(tmp_path / "other.mcap")
     with pytest.raises(ht.InputError, match="must be a writable file"):
         LogWriter(tmp_path / "nowhere" / "a.mcap")
+
+
+def test_a_value_beyond_the_largest_number_is_malformed() -> None:
+    """Energy is stored in Wh: 1e308 Wh are 3.6e311 J, which no double holds."""
+    (row,) = [field for rows in fields(["energy"], (), ()).values() for field in rows if field.name == "energy"]
+    content = Messages({"/power": [0]}, {"/power": [json.dumps({row.key: 1e308}).encode()]})
+    with pytest.raises(MALFORMED):
+        _data(content, {"/power": [row]}, 1)
 
 
 def test_without_the_extra_it_is_asked_for(

@@ -18,7 +18,8 @@ from hypertuna.mission.record import COLUMNS, MissionRecord
 
 FRAMES = {"/tf robot": "attitude", "/tf estimate": "attitude_estimated"}  # by frame of /tf: its quantity
 AGAIN = "record the log again"  # fix in errors
-MALFORMED = (ValueError, KeyError, TypeError, IndexError, struct.error)  # errors that a damaged message raises
+# Errors that a damaged message raises
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, FloatingPointError, struct.error)
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,8 @@ def _data(content: Messages, topics: dict[str, list[Field]], count: int) -> dict
             message = parse_json(text)
             table[k] = [message[row.key] for row in rows]
         for row, values in zip(rows, table.T, strict=True):
-            columns.setdefault(row.name, []).append(values / row.factor)
+            with np.errstate(over="raise"):
+                columns.setdefault(row.name, []).append(values / row.factor)
     single = {row.name for rows in topics.values() for row in rows if row.part is None}
     return {name: parts[0] if name in single else np.column_stack(parts) for name, parts in columns.items()}
 
