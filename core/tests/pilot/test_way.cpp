@@ -246,7 +246,88 @@ static void two_legs_tell_a_compass_from_a_current() {
     }
 }
 
+/// The filter of the compass is that of the way, but for its start: after any way and fixes, with the same start, both
+/// have the same state and covariance.
+static void both_filters_are_one() {
+    const WayModel<double> model = test_pilot<double>().estimator.way;
+    const double start[2] = {3, -4};
+    WayState<double> way = init(model, start);
+    way.compass.factor_square = model.factor_error * model.factor_error;
+    way.compass.current_square = model.current_error * model.current_error;
+    for (int second = 0; second < 200; ++second) {
+        const double turn = 0.05 * second;
+        way.moved[0] = 0.3 * std::cos(turn), way.moved[1] = 0.3 * std::sin(turn), way.ticks = 100;
+        carry(model, way, tick);
+        if (second % 40 < 30) continue;
+        const double fix[2] = {3 + 0.05 * second + std::sin(0.3 * second), -4 + std::cos(0.7 * second)};
+        for (int axis = 0; axis < 2; ++axis) take_fix(way, axis, fix[axis] - way.at[axis], 2.25);
+        take_fix(way.compass, {fix[0], fix[1]}, 2.25);
+    }
+    WayState<double> other = way;
+    believe_compass_filter(other);
+    for (int i = 0; i < way_states; ++i) {
+        CHECK_NEAR(other.at[i], way.at[i], 1e-9);
+        for (int k = 0; k < way_states; ++k) CHECK_NEAR(other.spread[i][k], way.spread[i][k], 1e-9);
+    }
+    CHECK(5e-4 < std::fabs(way.spread[0][way_across]));  // the imaginary parts take part
+}
+
+/// The sector of small angles by hand: 20 deg and three deviations to both sides, and its tip.
+static void a_sector_by_hand() {
+    const auto off = [](double size, double degrees, double deviation) {
+        CompassState<double> c{};
+        c.factor = {size * std::cos(degrees * pi / 180), size * std::sin(degrees * pi / 180)};
+        c.factor_square = deviation * deviation;
+        return is_off(c);
+    };
+    for (const double side : {1.0, -1.0}) {
+        CHECK(!off(1, side * 19.9, 1e-4) && off(1, side * 20.1, 1e-4));
+        // At 50 deg the edge is sin 30 deg = 0.5 away.
+        CHECK(off(1, side * 50, 0.16) && !off(1, side * 50, 0.17));
+        // Beyond 110 deg the tip is nearest, 0.9 away.
+        for (const double degrees : {115.0, 150.0, 180.0})
+            CHECK(off(0.9, side * degrees, 0.29) && !off(0.9, side * degrees, 0.31));
+    }
+}
+
+/// Three legs of a minute, 40 deg apart, with fixes of 1.5 m, show every error of a compass beyond 30 deg, in any
+/// current of 0.15 m/s, and none below 6 deg, in 0.7 m/s where it is sound. The reported error of the position holds.
+static void any_angle_of_a_compass_shows() {
+    int told = 0, runs = 0;
+    for (int degrees = -180; degrees < 180; degrees += 5) {
+        if (5 < std::abs(degrees) && std::abs(degrees) < 35) continue;
+        for (int seed = 0; seed < 5; ++seed) {
+            const double angle = degrees * pi / 180, size = degrees == 0 ? 0.7 : 0.15, toward = 0.1 * degrees + seed;
+            const WayModel<double> model = test_pilot<double>().estimator.way;
+            const double start[2] = {0, 0};
+            WayState<double> way = init(model, start);
+            double at[2] = {0, 0}, worst = 0;
+            for (int second = 0; second < 180; ++second) {
+                const double heading = 40 * (second / 60) * pi / 180;
+                way.moved[0] = 0.3 * std::cos(heading), way.moved[1] = 0.3 * std::sin(heading), way.ticks = 100;
+                carry(model, way, tick);
+                at[0] += 0.3 * std::cos(heading + angle) + size * std::cos(toward);
+                at[1] += 0.3 * std::sin(heading + angle) + size * std::sin(toward);
+                double fix[2];
+                for (int k = 0; k < 2; ++k)
+                    fix[k] =
+                        at[k] + 1.5 * normal<double>(random_bits(std::uint64_t(1000 + degrees),
+                                                                 std::uint64_t(2 * seed + k), std::uint64_t(second)));
+                take_fix(model, way, fix, 0.0);
+                worst = std::fmax(worst, std::hypot(way.at[0] - at[0], way.at[1] - at[1]) / position_error(model, way));
+            }
+            CHECK(compass_is_off(way) == (30 < std::abs(degrees)));
+            CHECK(worst < 4);
+            told += compass_is_off(way), ++runs;
+        }
+    }
+    CHECK(runs == 310 && told == 295);
+}
+
 int main() {
+    both_filters_are_one();
+    a_sector_by_hand();
+    any_angle_of_a_compass_shows();
     a_way_by_hand();
     stray_fixes_are_refused();
     a_false_place_is_refused();

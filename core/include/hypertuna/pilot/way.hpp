@@ -3,10 +3,12 @@
 /// Under water nothing measures the velocity: its size is the gait's, its direction the compass'. So a Kalman filter
 /// estimates position, current, a factor on the gait's speed and the error of the compass together, x' = c + U (a f + b
 /// f_left) with the facing direction f. A fix after a dive shows the current by the error of the position, and two
-/// headings tell the current from the factors. A compass that is off by an angle has a = cos, b = sin of that angle.
+/// headings tell the current from the factors. A compass that is off by an angle has a = cos, b = sin of that angle;
+/// the filter of compass.hpp shows it sooner, and this one then begins anew from that.
 #pragma once
 
 #include "hypertuna/pilot/attitude.hpp"
+#include "hypertuna/pilot/compass.hpp"
 
 namespace hypertuna::inline HYPERTUNA_ARCH {
 
@@ -52,6 +54,7 @@ struct WayState {
     T from[2], reach;  // m: place of the last fix that was taken, and how far from it the robot can be
     RefusedFixes<T> refused;
     T astray;  // m swum since the attitude was lost
+    CompassState<T> compass;
 };
 
 /// Largest squared deviation of a fix that is believed, in variances: all but one fix in 1000 keep it; and while fixes
@@ -69,6 +72,7 @@ WayState<T> init(const WayModel<T>& model, const T (&start)[2]) {
                                  model.current_error, model.factor_error, model.factor_error};
     for (int k = 0; k < way_states; ++k) way.spread[k][k] = error[k] * error[k];
     way.reach = T(reach_gate) * model.start_error;
+    way.compass = init_compass({start[0], start[1]}, model.start_error, model.current_error);
     return way;
 }
 
@@ -103,8 +107,11 @@ void carry(const WayModel<T>& model, WayState<T>& way, T tick) {
     }
     const T rate = min(T(swim_rate), T(1) / max(dt, tick));
     for (int i = 0; i < 2; ++i) way.swim[i] += rate * (way.moved[i] - dt * way.swim[i]);
-    const T noise[3] = {model.position_walk, model.current_walk, model.factor_walk};
-    for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2] * noise[k / 2] * dt;
+    const T walk[3] = {model.position_walk, model.current_walk, model.factor_walk};
+    T noise[3];
+    for (int k = 0; k < 3; ++k) noise[k] = walk[k] * walk[k] * dt;
+    for (int k = 0; k < way_states; ++k) way.spread[k][k] += noise[k / 2];
+    carry(way.compass, dt, {way.moved[0], way.moved[1]}, noise);
     const T current = abs(way.at[way_current]) + abs(way.at[way_current + 1]) + T(reach_gate) * model.current_error;
     way.reach += T(speed_factor_max) * sqrt(way.moved[0] * way.moved[0] + way.moved[1] * way.moved[1]) + current * dt;
     way.refused.since += dt;
@@ -118,13 +125,21 @@ template <class T>
 void go_astray(WayState<T>& way, T swum, bool known) {
     way.astray = known ? T(0) : way.astray + abs(swum);
     if (!known) way.reach += T(speed_factor_max) * abs(swum);
-    for (int axis = 0; axis < 2; ++axis) way.spread[axis][axis] += T(2) * way.astray * abs(swum);
+    const T more = T(2) * way.astray * abs(swum);
+    for (int axis = 0; axis < 2; ++axis) way.spread[axis][axis] += more;
+    way.compass.position_square += more;
 }
 
 /// Speed through the water over that of the gait.
 template <class T>
 T factor_of(const WayState<T>& way) {
     return max(T(0.3), sqrt(way.at[way_along] * way.at[way_along] + way.at[way_across] * way.at[way_across]));
+}
+
+template <class T>
+void bound_factor(WayState<T>& way) {
+    const T size = factor_of(way), scale = min(T(1), T(speed_factor_max) / size);
+    way.at[way_along] *= scale, way.at[way_across] *= scale;
 }
 
 /// Kalman update by one coordinate of a fix; `noise` is its variance [m^2].
@@ -137,8 +152,7 @@ void take_fix(WayState<T>& way, int axis, T innovation, T noise) {
         way.at[i] += gain[i] * innovation;
         for (int k = 0; k < way_states; ++k) way.spread[i][k] -= gain[i] * row[k];
     }
-    const T size = factor_of(way), scale = min(T(1), T(speed_factor_max) / size);
-    way.at[way_along] *= scale, way.at[way_across] *= scale;
+    bound_factor(way);
     for (int i = 0; i < way_states; ++i) {
         for (int k = 0; k < i; ++k)  // rounding must leave the covariance symmetric
             way.spread[i][k] = way.spread[k][i] = T(0.5) * (way.spread[i][k] + way.spread[k][i]);
@@ -165,9 +179,8 @@ T drift_error(const WayState<T>& way, T ahead_x, T ahead_y) {
 
 inline constexpr float suspected_part =
     0.25f;  // part of the factors' variance that would explain the whole apparent current
-/// Limits beyond which a compass is off: tangent of its angle to the course, 20 deg; number of standard deviations of
-/// that; rad by which the field turned relative to the gyroscope.
-inline constexpr float off_slope = 0.364f, off_deviations = 3, off_turn = 0.35f;
+/// rad by which the field turned relative to the gyroscope, beyond which a compass is off.
+inline constexpr float off_turn = 0.35f;
 
 /// Make the factors uncertain where there seems to be a current. On one heading a compass that is off looks like one, v
 /// over ground minus U f; but a current stays where it is, and the compass' error turns with the robot. The current
@@ -200,16 +213,36 @@ void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled
     const T excess_turn = frame.tick * (abs(pulled) - frame.drift_max), apart_before = way.apart;
     way.apart = max(T(0), apart_before + excess_turn);
     if (excess_turn < T(0)) return;
-    for (int k = way_along; k < way_states; ++k) way.spread[k][k] += (apart_before + way.apart) * excess_turn;
+    const T more = (apart_before + way.apart) * excess_turn;
+    for (int k = way_along; k < way_states; ++k) way.spread[k][k] += more;
+    way.compass.factor_square += more;
 }
 
-/// Whether the compass is off: by more than an angle to the course, significantly, or against the gyroscope.
+/// Whether the compass is off, by the course over ground or against the gyroscope.
 template <class T>
 bool compass_is_off(const WayState<T>& way) {
-    const T slope = T(off_slope), beyond = abs(way.at[way_across]) - slope * way.at[way_along];
-    const T variance = way.spread[way_across][way_across] + slope * slope * way.spread[way_along][way_along];
-    const bool against = T(0) < beyond && T(off_deviations * off_deviations) * variance < beyond * beyond;
-    return against || T(off_turn) < way.apart;
+    return is_off(way.compass) || T(off_turn) < way.apart;
+}
+
+/// Take the estimate of the compass' filter for that of the way. Of two complex errors e and f, the covariance has
+/// E[Re e Re f] = E[Im e Im f] as its real part, and E[Im e Re f] = -E[Re e Im f] as its imaginary one.
+template <class T>
+void believe_compass_filter(WayState<T>& way) {
+    const CompassState<T>& c = way.compass;
+    const Complex<T> at[3] = {c.position, c.current, c.factor};
+    const Complex<T> spread[3][3] = {
+        {{c.position_square, T(0)}, c.position_current, c.position_factor},
+        {conj(c.position_current), {c.current_square, T(0)}, c.current_factor},
+        {conj(c.position_factor), conj(c.current_factor), {c.factor_square, T(0)}},
+    };
+    for (int i = 0; i < 3; ++i) {
+        way.at[2 * i] = at[i].re, way.at[2 * i + 1] = at[i].im;
+        for (int k = 0; k < 3; ++k) {
+            way.spread[2 * i][2 * k] = way.spread[2 * i + 1][2 * k + 1] = spread[i][k].re;
+            way.spread[2 * i + 1][2 * k] = spread[i][k].im, way.spread[2 * i][2 * k + 1] = -spread[i][k].im;
+        }
+    }
+    bound_factor(way);
 }
 
 /// Correct the direction that the robot faces by the compass, in place, by the error that fixes showed.
@@ -246,6 +279,7 @@ void begin_at(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T n
         way.at[axis] = fix[axis], way.spread[axis][axis] = noise;
         way.spread[way_current + axis][way_current + axis] += model.current_error * model.current_error;
     }
+    begin_at(way.compass, {fix[0], fix[1]}, noise, model.current_error);
 }
 
 /// Use a fix if it is plausible, and return whether it was used. A fix must agree with the estimate within the
@@ -263,6 +297,8 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&fix)[2], T a
     if (reached && square <= (0 < way.refused.count ? T(refused_gate) : T(fix_gate))) {
         for (int axis = 0; axis < 2; ++axis) take_fix(way, axis, fix[axis] - way.at[axis], noise);
         suspect_compass(way);
+        take_fix(way.compass, {fix[0], fix[1]}, noise);
+        if (is_off(way.compass)) believe_compass_filter(way);
     } else {
         refuse(way.refused, off, T(2 * fix_gate) * noise);
         way.refused.reached = reached;
