@@ -207,6 +207,24 @@ static void a_pump_does_not_draw_its_cylinder_empty() {
     for (double empty : {5e4, 9e4}) CHECK_NEAR(draw(line.fill - empty), 0, 1e-9);
 }
 
+/// Oil that swings up to the soft limit with a period of two ticks: the pump waits at each crest, and must not use each
+/// trough to push, or it would keep the swing up. The hammer of its push is at most 0.02 of the swing.
+static void a_pump_does_not_drive_the_ringing_of_its_line() {
+    Controller<double> model = test_controller<double>();
+    SupervisorModel<double>& line = model.circuit[0];
+    line.smooth = 1e5;  // rings, and limits no rate
+    ControllerState<double> state = init(model);
+    state.viscosity.value = state.viscosity.largest = 0;
+    const double swing = model.pressure_soft - line.fill;
+    for (int i = 0; i < 10; ++i) {
+        use_pressure(model, state, 0, i % 2 == 0 ? model.pressure_soft : line.fill, true);
+        const double sent = furthest_angle(model, state, 0, true);
+        const double push = line.hammer * follow(model.servo, state.circuit[0].servo, sent).change / model.tick;
+        CHECK_NEAR(push, i % 2 == 0 ? 0 : crest_fall * swing, 1e-6 * swing);
+        CHECK(push < 0.02 * swing);
+    }
+}
+
 static void without_commands_the_tail_comes_to_rest() {
     const auto lost = run<double>(500, [](int i, auto&, auto& c) { c.fresh = i < 300; });
     CHECK(lost.output.status.has(Condition::timeout));
@@ -320,6 +338,7 @@ int main() {
     a_bias_is_governed();
     a_pump_pushes_no_faster_than_its_oil_allows();
     a_pump_does_not_draw_its_cylinder_empty();
+    a_pump_does_not_drive_the_ringing_of_its_line();
     without_commands_the_tail_comes_to_rest();
     float_against_double();
     arbitrary_bits<float>(700000);

@@ -117,8 +117,8 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
     circuit.before = circuit.pressure;
     circuit.pressure = reading;
     if (!model.circuit[c].rings()) return;
-    circuit.crest = max(reading, circuit.crest + T(rung_out) * (reading - circuit.crest));
-    circuit.trough = min(reading, circuit.trough + T(rung_out) * (reading - circuit.trough));
+    circuit.crest = max(reading, circuit.crest + T(crest_fall) * (reading - circuit.crest));
+    circuit.trough = min(reading, circuit.trough + T(trough_rise) * (reading - circuit.trough));
 }
 
 /// Read a circuit's pressure, and stop the circuit where the pressure has passed the hard limit.

@@ -201,9 +201,10 @@ T held(const SupervisorModel<T>& model, T bend) {
 inline constexpr double astray_time = 0.6;  // s
 inline constexpr double astray_room = 0.2, astray_held = 0.25;
 
-/// Part of the way to a lower reading that the crest falls within a tick, in a line that rings; its trough rises
-/// likewise.
-inline constexpr double rung_out = 0.15;
+/// Part of the way to a lower reading that the crest falls within a tick, in a line that rings, and part of the way to
+/// a higher one that the trough rises. The pump pushes as far as the crest falls: a crest that falls faster than the
+/// oil's swing dies out keeps the swing up, in the rhythm of the readings.
+inline constexpr double crest_fall = 0.015, trough_rise = 0.15;
 
 /// Numbers of readings in a row above the hard limit that release a joint: of a trusted sensor, and of any sensor.
 inline constexpr int hard_trusted = 2, hard_any = 5;
