@@ -1,4 +1,4 @@
-"""A hundred random seas, each with a random failure, flown by the firmware on board `pc`: README.md.
+"""Random seas, each with a random failure, flown by the firmware on board `pc`: README.md.
 
     python validation/seas/run.py                        # seeds 0 to 99, on one processor
     python validation/seas/run.py --seeds 7:8 -j 1       # one sea, its table on stdout

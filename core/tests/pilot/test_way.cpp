@@ -287,6 +287,7 @@ static void a_sector_by_hand() {
         // Beyond 110 deg the tip is nearest, 0.9 away.
         for (const double degrees : {115.0, 150.0, 180.0})
             CHECK(off(0.9, side * degrees, 0.29) && !off(0.9, side * degrees, 0.31));
+        CHECK(!off(0.49, side * 150, 1e-4) && off(0.51, side * 150, 1e-4));  // a robot that is held has no course
     }
 }
 

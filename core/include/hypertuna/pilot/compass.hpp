@@ -97,14 +97,17 @@ void begin_at(CompassState<T>& c, Complex<T> fix, T noise, T current_error) {
 /// Limits beyond which a compass is off: cosine and sine of the angle, 20 deg; number of standard deviations of that.
 inline constexpr float off_cos = 0.93969f, off_sin = 0.34202f, off_deviations = 3;
 
+inline constexpr float swims_freely = 0.5f;  // smallest factor on the speed whose angle counts
+
 /// Whether the factor lies outside the sector of small angles, significantly. Its distance from the sector is that from
-/// the edge, or from the tip.
+/// the edge, or from the tip. The factor of a robot that is held is near zero, and has no angle.
 template <class T>
 bool is_off(const CompassState<T>& c) {
     const T a = c.factor.re, b = abs(c.factor.im);
     const T edge = T(off_cos) * b - T(off_sin) * a;
     const T distance = T(off_cos) * a + T(off_sin) * b < T(0) ? square(c.factor) : edge * edge;
-    return T(0) < edge && T(off_deviations * off_deviations) * c.factor_square < distance;
+    return T(swims_freely * swims_freely) < square(c.factor) && T(0) < edge &&
+           T(off_deviations * off_deviations) * c.factor_square < distance;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
