@@ -127,8 +127,8 @@ def _truth(mission: Mission, on: Loop, run: MissionRun) -> Truth:
     early = [row[0] for row in _core.reason_table()]
     early = early[: early.index("all_reached")]
     ended = _core.mode_table()[last["mode"]][0] == "done" or "all_reached" in _reasons(last)
-    done = ended and int(last["leg"]) >= len(mission.waypoints) and not _reasons(last) & set(early)
-    done = done and "no_progress" not in told  # it stopped on its way home
+    stopped = bool(_reasons(last) & set(early)) or "no_progress" in told  # maybe on its way home
+    done = ended and int(last["leg"]) >= len(mission.waypoints) and not stopped
     place = np.column_stack([at["position"], -at["depth"]]).astype(float)
     return Truth(
         mission, time, run.data["position"], at["position_error"].astype(float), active, place, done,
