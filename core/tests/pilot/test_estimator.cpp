@@ -103,10 +103,10 @@ static void iron_turns_against_the_gyroscope() {
             r.field[0] = field.x + iron, r.field[1] = field.y, r.field[2] = field.z + 1e-9 * (k % 2);
             r.depth = 1 + 0.001 * (k % 7);
             off = estimate(model, state, r, 0.0, true, 0.0).compass_off;
-            if (k == 1500) before = state.way.spread[way_across][way_across];
+            if (k == 1500) before = state.way.filter.factor_square;
         }
         CHECK(off == (0 < iron) && (0 < state.way.apart) == (0 < iron));
-        CHECK((0.3 * 0.3 < state.way.spread[way_across][way_across] - before) == (0 < iron));
+        CHECK((0.3 * 0.3 < state.way.filter.factor_square - before) == (0 < iron));
     }
 }
 

@@ -240,8 +240,8 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     // Thrust against quadratic drag: U' = (U_beat^2 - U^2) / glide.
     state.speed += dt * (beat_speed * abs(beat_speed) - state.speed * abs(state.speed)) / model.glide;
     WayState<T>& way = state.way;
-    way.moved[0] += dt * state.speed * out.facing.x;
-    way.moved[1] += dt * state.speed * out.facing.y;
+    const Complex<T> swims = state.speed * Complex<T>{out.facing.x, out.facing.y};
+    way.moved = way.moved + dt * swims;
     out.attitude = imu && state.attitude.known;
     go_astray(way, out.attitude ? T(0) : dt * in.speed, out.attitude);
     ++way.ticks;
@@ -255,17 +255,15 @@ Estimate<T> estimate(const Estimator<T>& model, EstimatorState<T>& state, const 
     if (out.fix && out.depths && out.attitude) follow_surface(model, state, pose.up);
     out.zeroed = state.zeroed;
 
-    const T since = T(way.ticks) * dt;
     out.rate = state.attitude.rate;
     out.depth = state.depth, out.sink = state.sink;
-    const WaySlope<T> slope(since, way.moved[0], way.moved[1]);
-    out.x = way.at[0] + slope.along(0, way.at + way_current);
-    out.y = way.at[1] + slope.along(1, way.at + way_current);
+    const Complex<T> here = position_after(way.filter, T(way.ticks) * dt, way.moved);
+    out.x = here.re, out.y = here.im;
     out.factor = factor_of(way);
     out.speed = state.speed * out.factor;
-    out.current[0] = way.at[way_current], out.current[1] = way.at[way_current + 1];
+    out.current[0] = way.filter.current.re, out.current[1] = way.filter.current.im;
     out.position_error = position_error(model.way, way);
-    out.drift_error = drift_error(way, state.speed * out.facing.x, state.speed * out.facing.y);
+    out.drift_error = drift_error(way.filter, swims);
     if (in.gyro && in.magnet) compare_gyroscope(frame, way, state.attitude.pulled);
     out.compass_off = compass_is_off(way);
     face_by_course(way, out.facing);
