@@ -52,7 +52,11 @@ struct WayState {
     Complex<T> from;       // m: place of the last fix that was taken
     T reach;               // m: how far from it the robot can be
     RefusedFixes<T> refused;
-    T astray;  // m swum since the attitude was lost
+    T astray;             // m swum since the attitude was lost
+    Complex<T> shown;     // m: mean place of the fixes of the last seconds
+    Complex<T> moved_to;  // m: the same where the present piece of the way began
+    T swum;               // m swum since then
+    bool held;            // the robot did not move on the piece before
 };
 
 /// Largest squared deviation of a fix that is believed, in variances: all but one fix in 1000 keep it; and while fixes
@@ -68,7 +72,7 @@ inline constexpr float any_factor = 1.5f, any_current = 3;
 template <class T>
 WayState<T> init(const WayModel<T>& model, const T (&start)[2]) {
     WayState<T> way{};
-    way.from = {start[0], start[1]};
+    way.from = way.shown = way.moved_to = {start[0], start[1]};
     way.filter = init_filter(way.from, model.start_error, model.current_error, model.factor_error);
     way.compass = init_filter(way.from, model.start_error, T(any_current) * model.current_error, T(any_factor));
     way.reach = T(reach_gate) * model.start_error;
@@ -89,7 +93,9 @@ void carry(const WayModel<T>& model, WayState<T>& way, T tick) {
     const T rate = min(T(swim_rate), T(1) / max(dt, tick));
     way.swim = way.swim + rate * (way.moved - dt * way.swim);
     const T current = abs(way.filter.current.re) + abs(way.filter.current.im) + T(reach_gate) * model.current_error;
-    way.reach += T(speed_factor_max) * sqrt(square(way.moved)) + current * dt;
+    const T length = sqrt(square(way.moved));
+    way.reach += T(speed_factor_max) * length + current * dt;
+    way.swum += length;
     way.refused.since += dt;
     way.moved = {T(0), T(0)};
     way.ticks = 0;
@@ -151,10 +157,31 @@ void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled
     way.filter.factor_square += more, way.compass.factor_square += more;
 }
 
+/// m swum without moving by twice the noise of a fix, after which a robot may be held: at 40 % of its speed.
+inline constexpr float held_swum = 7.5f;
+inline constexpr float shown_time = 5;  // s over which fixes are averaged to show it
+
+/// Whether fixes show the robot to move, on one piece of its way after another.
+template <class T>
+void watch_progress(const WayModel<T>& model, WayState<T>& way, Complex<T> fix) {
+    way.shown = way.shown + min(T(1), way.refused.since / T(shown_time)) * (fix - way.shown);
+    const bool moves = T(4) * model.fix_noise * model.fix_noise < square(way.shown - way.moved_to);
+    if (!moves && way.swum < T(held_swum)) return;
+    way.held = !moves;
+    way.moved_to = way.shown, way.swum = T(0);
+}
+
+/// Whether the second filter finds the compass off. The course of a robot that may be held shows nothing: it makes no
+/// way on any heading, which looks like a current that turns.
+template <class T>
+bool course_is_off(const WayState<T>& way) {
+    return !way.held && is_off(way.compass);
+}
+
 /// Whether the compass is off, by the course over ground or against the gyroscope.
 template <class T>
 bool compass_is_off(const WayState<T>& way) {
-    return is_off(way.compass) || T(off_turn) < way.apart;
+    return course_is_off(way) || T(off_turn) < way.apart;
 }
 
 /// Correct the direction that the robot faces by the compass, in place, by the error that fixes showed.
@@ -199,7 +226,8 @@ bool take_fix(const WayModel<T>& model, WayState<T>& way, const T (&place)[2], T
     if (reached && square(off) <= gate * (way.filter.position_square + extra)) {
         take_fix(way.filter, fix, noise), take_fix(way.compass, fix, noise);
         suspect_compass(way);
-        if (is_off(way.compass)) way.filter = way.compass;
+        watch_progress(model, way, fix);
+        if (course_is_off(way)) way.filter = way.compass;
         bound_factor(way);
     } else {
         refuse(way.refused, off, T(2 * fix_gate) * noise);

@@ -88,17 +88,14 @@ void doubt_factor(WayFilter<T>& f, Complex<T> u, T more) {
 /// Limits beyond which a compass is off: cosine and sine of the angle, 20 deg; number of standard deviations of that.
 inline constexpr float off_cos = 0.93969f, off_sin = 0.34202f, off_deviations = 3;
 
-inline constexpr float swims_freely = 0.5f;  // smallest factor on the speed whose angle counts
-
 /// Whether the factor lies outside the sector of small angles, significantly. Its distance from the sector is that from
-/// the edge, or from the tip. The factor of a robot that is held is near zero, and has no angle.
+/// the edge, or from the tip.
 template <class T>
 bool is_off(const WayFilter<T>& f) {
     const T a = f.factor.re, b = abs(f.factor.im);
     const T edge = T(off_cos) * b - T(off_sin) * a;
     const T distance = T(off_cos) * a + T(off_sin) * b < T(0) ? square(f.factor) : edge * edge;
-    return T(swims_freely * swims_freely) < square(f.factor) && T(0) < edge &&
-           T(off_deviations * off_deviations) * f.factor_square < distance;
+    return T(0) < edge && T(off_deviations * off_deviations) * f.factor_square < distance;
 }
 
 }  // namespace hypertuna::inline HYPERTUNA_ARCH
