@@ -80,6 +80,8 @@ T single_fin_limit(const Guidance<T>& model, const Reasons& why) {
     return alone && !why.has(Reason::no_answer) ? min(model.single_fin_max, limit) : limit;
 }
 
+inline constexpr float sinks_fast = 0.02f;  // m/s
+
 /// Detect lost fins: where one does not follow its command, the other rolls the robot; where neither does, the depth
 /// does not answer.
 template <class T>
@@ -112,7 +114,7 @@ void weigh_fins(const Guidance<T>& model, GuidanceState<T>& state, const Estimat
              !state.answered)  // progress counts from the largest error: while a beat begins, the nose dips
         state.depth_error = max(state.depth_error, error);
     // Below the depth limit there is no time to wait: a robot that sinks with its fins up is driven down.
-    const bool deep = mission.depth_max < at.depth && T(0.02) < at.sink;
+    const bool deep = mission.depth_max < at.depth && T(sinks_fast) < at.sink;
     const T allowed = deep ? T(0.2) * model.response_time : model.response_time;
     if (seconds(model, state.unanswered) < allowed) return;
     // A robot that still rises, however slowly, goes on.
@@ -308,8 +310,11 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     T speed = home || leg < 0 ? mission.home_speed : mission.waypoint[leg].speed;
     // On the way up the fins need the flow of a gait.
     if (state.mode == Mode::surface && model.surface_depth < at.depth) speed = max(speed, steering.table.speed[0]);
-    // Swim faster against a current that leaves no speed over ground.
-    if (made_good(course, at.current, speed) < T(slow_way)) speed = steering.table.speed[steering.table.gaits - 1];
+    const T steered = steered_depth(model, state, depth), fastest = steering.table.speed[steering.table.gaits - 1];
+    // Lift grows as the square of the speed: a robot that is too deep and whose depth does not answer swims its
+    // fastest, unless its fins drive it down. So does one in a current that leaves no speed over ground.
+    const bool lift = state.reasons.has(Reason::no_answer) && model.surface_depth < at.depth - steered;
+    if ((lift && at.sink < T(sinks_fast)) || made_good(course, at.current, speed) < T(slow_way)) speed = fastest;
     T bias = T(0);
     if (at.attitude) {
         bias = bias_for(steering, state.steering, crab(course, at.current, max(speed, steering.speed_min)), at.speed);
@@ -318,7 +323,7 @@ Guided<T> guide(const Guidance<T>& model, const GuidanceState<T>& before, const 
     }
     // The gait's speed is corrected by the factor that fixes showed.
     beat_into(steering, command, max(speed, steering.speed_min) / at.factor, bias);
-    steer_depth(model, state, at, steered_depth(model, state, depth), command);
+    steer_depth(model, state, at, steered, command);
     weigh_fins(model, state, at, mission, depth);
     return out;
 }
