@@ -218,6 +218,28 @@ static void slowly_up_is_up() {
     }
 }
 
+/// At 0.2 m/s the fins do not lift a fish that waits for a fix 0.16 m deep: once the depth does not answer, it beats as
+/// at its fastest, where the same fins lift more. A fish that its fins drive down beats on as before.
+static void too_deep_is_swum_faster() {
+    const Waypoint<double> point[] = {{0, 40, 1.2, 0.2, 2, 0}};
+    const Mission<double> mission = mission_of(point, 1);
+    const Pilot<double> pilot = test_pilot<double>();
+    const GaitTable<double>& table = pilot.guidance.steering.table;
+    for (const double sink : {0.0, 0.05}) {
+        Guided<double> now{init(pilot.guidance, mission), {}};
+        Estimate<double> at{};
+        at.depths = at.attitude = at.compass = true, at.position_error = 3, at.factor = 1, at.facing.x = 1;
+        at.depth = 0.16, at.sink = sink;
+        for (int k = 0; k < 300; ++k) {
+            const bool unanswered = now.state.reasons.has(Reason::no_answer);
+            now = guide(pilot.guidance, now.state, at, {15.5, false, false}, mission);
+            const bool fast = now.command.frequency == table.frequency[table.gaits - 1];
+            CHECK(fast == (unanswered && sink == 0));
+        }
+        CHECK(now.state.reasons.has(Reason::no_answer));
+    }
+}
+
 /// Held under water by a line or a net on a level leg, the fish beats until its position is too uncertain. Then the
 /// depth does not respond: in calm water and in swell, the pilot reports this and stops the beat.
 static void held_under_water() {
@@ -296,6 +318,7 @@ int main() {
     swept_and_back();
     a_dip_is_no_failure();
     slowly_up_is_up();
+    too_deep_is_swum_faster();
     held_under_water();
     held_and_carried();
     legs_begin_anywhere();
