@@ -14,7 +14,8 @@ from hypertuna.firmware.boards import find_firmware, missing
 from hypertuna.firmware.channel import Air, RadioModel
 from hypertuna.firmware.failures import Failures, split_faults
 from hypertuna.firmware.in_the_loop import FirmwareRun, firmware_in_the_loop
-from hypertuna.firmware.scenario import find_scenario
+from hypertuna.firmware.scenario import Scenario, find_scenario
+from hypertuna.swimming.gait import Gait
 
 Fly = Callable[..., FirmwareRun]
 
@@ -42,6 +43,7 @@ def states(run: FirmwareRun) -> set[str]:
 
 
 AFLOAT = find_scenario("afloat")
+NO_STROKE = [row[0] for row in _core.fault_table()].index("no_stroke")
 
 
 def test_a_reset_boots_the_firmware_again_with_its_memory(fly: Fly) -> None:
@@ -76,8 +78,7 @@ def test_lost_oil_is_no_two_failed_sensors(fly: Fly, circuit: str) -> None:
     """Bend and pressure contradict the model, so both sensors count as faulty; but one side's pressure never rises."""
     gait = find_scenario("gait:unoptimised-max", ht.load("hypertuna"))
     run = fly(gait, ticks=700, faults=f"oil-{circuit}:lost@4")
-    bit = [row[0] for row in _core.fault_table()].index("no_stroke")
-    told = np.flatnonzero(run.answers["faults"] >> bit & 1)
+    told = np.flatnonzero(run.answers["faults"] >> NO_STROKE & 1)
     assert len(run.mismatches) == 0
     assert 400 < told[0] < 700
 
@@ -86,6 +87,45 @@ def test_lost_oil_is_no_two_failed_sensors(fly: Fly, circuit: str) -> None:
 def test_a_failed_sensor_is_no_lost_oil(fly: Fly, fault: str) -> None:
     run = fly(find_scenario("gait:unoptimised-max", ht.load("hypertuna")), ticks=700, faults=fault)
     assert "no_stroke" not in faults(run)
+
+
+def gait(frequency: float, amplitude: tuple[float, float], bias: tuple[float, float] = (0.0, 0.0)) -> Scenario:
+    """Gait with angles in degrees, on a cable."""
+    degrees = Gait(frequency, tuple(np.radians(amplitude)), (0.0, 0.8), tuple(np.radians(bias)))
+    return Scenario("gait", Mission(()), degrees, cable=True)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "servo"),
+    [
+        (gait(0.44, (6.4, 10.3), (3.2, 0.3)), "I-left"),
+        (gait(1.7, (11.2, 23.1)), "II-left"),
+        (gait(2.3, (9.6, 13.8), (2.7, 5.8)), "II-right"),
+        (gait(0.98, (3.6, 5.4), (1.1, 1.2)), "I-left"),
+    ],
+)
+def test_a_stuck_servo_is_told_within_six_beats(fly: Fly, scenario: Scenario, servo: str) -> None:
+    """It stands near its center or the gait is biased, so half of the bend and all pressures seem sound."""
+    assert scenario.gait is not None
+    last = 600 + round(600 / scenario.gait.frequency)
+    run = fly(scenario, ticks=last, faults=f"servo-{servo}:stuck@6")
+    told = run.answers["faults"] >> NO_STROKE & 1
+    assert not told[:600].any()
+    assert told.any()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "fault"),
+    [
+        (gait(1.9, (9.0, 8.0)), "bend-II:clogged@4.3"),  # a small beat: without oil, too, pressures would hardly rise
+        (gait(6.0, (6.0, 10.6)), "pressure-I-right:clogged@3.4"),
+        (gait(0.6, (5.3, 8.7), (0.0, -3.3)), "bend-II:shift@6.6"),
+        (gait(3.0, (7.6, 16.8)), "bend-II:drift@3.7"),
+        (gait(5.6, (9.6, 14.0), (-3.6, -0.7)), ()),  # the pump draws a vacuum, and water swings the joint
+    ],
+)
+def test_a_sound_servo_is_not_told(fly: Fly, scenario: Scenario, fault: str) -> None:
+    assert "no_stroke" not in faults(fly(scenario, ticks=1600, faults=fault))
 
 
 def test_radio_does_not_pass_water(fly: Fly) -> None:

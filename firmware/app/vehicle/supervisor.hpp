@@ -7,18 +7,32 @@
 
 namespace hypertuna::firmware {
 
+/// Lowest and highest value, within a beat for example.
+struct Extent {
+    float low, high;
+    void add(float x, bool first) { low = first ? x : min(low, x), high = first ? x : max(high, x); }
+    float swing() const { return high - low; }
+    bool has(float x) const { return low < x && x < high; }
+};
+
 inline constexpr float sensor_after = 1.0f;  // s until a depth, or its absence, is believed
 inline constexpr float trim_after =
     10.0f;  // s after which a disarmed robot's sinking is judged anew: hands may move it
 inline constexpr float trim_coast =
     1.2f;  // largest mean rate of a sinking robot over its present rate; one that coasts down slows by more
-inline constexpr float stroke_bend = 0.65f;  // part of the swing asked; a joint that bends less does not follow
-inline constexpr float stroke_pressure =
-    0.25f;  // part of the working pressure: a stroke brings more, and its end leaves less than twice that
-inline constexpr float stroke_bias = 0.25f;  // part of the amplitude; with more bias a joint is not judged
-inline constexpr int stroke_beats = 3;       // beats in a row in which a joint does not follow
+inline constexpr float stroke_bend = 0.65f;      // part of the swing asked; a joint that bends less does not follow
+inline constexpr float stroke_pressure = 0.25f;  // part of the working pressure: a stroke brings more
+inline constexpr float stroke_bias = 0.25f;      // part of the amplitude; with more bias, lost oil is not judged
+inline constexpr int stroke_beats = 3;           // beats in a row in which a joint does not follow
 inline constexpr float stroke_empty =
     0.5f;  // part of the fill pressure: with oil, each side's pressure passes the fill pressure in each beat
+inline constexpr float turn_own = 6, turn_other = 3.5f;  // a joint's yield to pressure over that of hoses and oil: what
+                                                         // a servo displaces for its own side and the other
+inline constexpr float turn_stands = 0.3f;               // part of its way; a servo that turns by less stands
+inline constexpr Extent turn_bend{0.2f, 1.25f};  // part of the swing asked: with less the bend sensor shows nothing,
+                                                 // with more the water moves the joint
+inline constexpr Extent turn_pressure{0.02f, 0.5f};  // part of the working pressure by which a side swings: more than
+                                                      // noise, and less than an oil that ebbs and flows
 inline constexpr float snag_reach =
     0.25f;  // part of snag_distance: a robot that stays within this of a fix makes no way
 inline constexpr float snag_straight =
@@ -26,13 +40,6 @@ inline constexpr float snag_straight =
 inline constexpr float snag_circles =
     2.0f;  // times snag_distance: after such a distance on one leg the robot is not circling
 inline constexpr float radio_depth = 0.3f;  // m, depth of the nose from which water over the antenna stops the radio
-
-/// Lowest and highest value within a beat.
-struct Extent {
-    float low, high;
-    void add(float x, bool first) { low = first ? x : min(low, x), high = first ? x : max(high, x); }
-    float swing() const { return high - low; }
-};
 
 /// Way swum since a fix, to see whether the robot moves over ground.
 struct Headway {
@@ -52,10 +59,22 @@ struct Rest {
     bool sank;         // whether the robot sank in the last seconds, while disarmed
 };
 
+/// Sums over a beat of the angles to which a servo was sent, and of those that bend and pressures show.
+struct Turn {
+    float sent, shown, square, product;
+    void add(float at, float seen) { sent += at, shown += seen, square += at * at, product += at * seen; }
+    /// Slope of the line that fits the angles shown over those sent: whether it is below a number.
+    bool less(float slope, float ticks) const {
+        return ticks * product - sent * shown < slope * (ticks * square - sent * sent);
+    }
+};
+
 /// What was asked of a joint and what its sensors showed within a beat.
 struct Stroke {
     Extent asked, bend, pressure[2];  // rad, Pa
-    int ticks, missing;               // ticks of the beat; beats in a row in which the joint did not follow
+    Turn turn[2];
+    bool explained;      // whether bend and pressures contradict each other, for which the controller blames a sensor
+    int ticks, missing;  // ticks of the beat; beats in a row in which the joint did not follow
 };
 
 struct SupervisorState {
@@ -113,33 +132,57 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
     return false;
 }
 
-/// Whether a joint with oil does not follow for some beats. It bends by much less than its pumps were sent to, which is
-/// what the limits leave of what was asked; and a side's pressure does not rise, as without oil, or does not fall, as
-/// where its servo stands. Lost oil contradicts the model of bend and pressure, so the sensors of both may count as
-/// faulty first. If the readings of both go on, and one side's pressure stays far below the fill pressure, oil is
-/// missing, and not two sensors.
+/// Angle of the servo of a joint's side from neutral, as bend and pressures show it: the one that holds the bend at
+/// rest, and the oil by which both sides' pressures differ from those at rest. Water moves the joint, but no oil.
+inline float shown_angle(const Controller<float>& model, const Readings<float>& readings, int j, int side) {
+    const int c = 2 * j + side, other = c + 1 - 2 * side;
+    const float bend = side == 0 ? readings.bend[j] : -readings.bend[j];
+    const float* term = model.map[c].term;
+    const auto off = [&](int at, float to) { return readings.pressure[at] - held(model.circuit[at], to); };
+    return (term[0] + term[1] * bend) * bend +
+           model.circuit[c].compliance * (turn_own * off(c, bend) + turn_other * off(other, -bend));
+}
+
+/// Whether a joint with oil does not follow for some beats: oil is lost, or a servo stands.
+///
+/// Without oil the joint bends by much less than its pumps were sent to, which is what the limits leave of what was
+/// asked, and a side's pressure does not rise. That contradicts the model of bend and pressure, so the sensors of both
+/// may count as faulty first. If the readings of both go on, and one side's pressure stays far below the fill pressure,
+/// oil is missing, and not two sensors.
+///
+/// Where a servo stands, the angle that bend and pressures show does not follow the angle sent.
 inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
     const ControllerState<float>& state = input.controller;
+    const Readings<float>& readings = input.readings.robot;
     const bool first = stroke.ticks++ == 0;
-    stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(input.readings.robot.bend[j], first);
-    bool dead = false, empty = false, goes_on = true;
+    if (first) stroke.turn[0] = stroke.turn[1] = {}, stroke.explained = false;
+    stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(readings.bend[j], first);
+    const float asked = stroke.asked.swing(), bend = stroke.bend.swing(), reach = model.joint[j].reach;
+    bool dry = false, empty = false, goes_on = true, stands = false;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
-        stroke.pressure[side].add(input.readings.robot.pressure[c], first);
-        const float fill = model.circuit[c].fill, part = stroke_pressure * (model.pressure_work - fill);
-        const Extent& extent = stroke.pressure[side];
-        dead = dead || extent.high < fill + part || fill + 2 * part < extent.low;
-        empty = empty || extent.high < stroke_empty * fill;
-        goes_on = goes_on && 0 < extent.swing();
+        const hypertuna::SupervisorState<float>& circuit = state.circuit[c];
+        Extent& pressure = stroke.pressure[side];
+        pressure.add(readings.pressure[c], first);
+        stroke.turn[side].add(circuit.servo.value, shown_angle(model, readings, j, side));
+        stroke.explained = stroke.explained || circuit.bent || circuit.wrong;
+        const float fill = model.circuit[c].fill, work = model.pressure_work - fill;
+        const float rise = held(model.circuit[c], side == 0 ? stroke.asked.high : -stroke.asked.low) - fill;
+        dry = dry || pressure.high < fill + stroke_pressure * min(work, 2 * rise);
+        empty = empty || pressure.high < stroke_empty * fill;
+        goes_on = goes_on && 0 < pressure.swing();
+        stands = stands || (turn_pressure.has(pressure.swing() / work) &&
+                            stroke.turn[side].less(turn_stands, float(stroke.ticks)));
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
     // A bias takes up a part of the joint's reach, and holds one side's pressure.
     const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
-    const bool asked = even && 2 * model.posture.amplitude_min < stroke.asked.swing();
-    const bool follows = stroke_bend * stroke.asked.swing() < stroke.bend.swing();
-    const bool bend = state.bend[j].faulty, pressure = blind(state, j);
-    const bool fails =
-        bend || pressure ? bend && pressure && empty && goes_on && 0 < stroke.bend.swing() : asked && dead && !follows;
+    const bool faulty = state.bend[j].faulty, unseen = blind(state, j), trusted = !faulty && !unseen;
+    const bool swings = 2 * model.posture.amplitude_min < asked, follows = stroke_bend * asked < bend;
+    const bool lost = trusted ? swings && even && dry && !follows : faulty && unseen && empty && goes_on && 0 < bend;
+    const bool within = turn_bend.has(bend / asked) && -reach < stroke.bend.low && stroke.bend.high < reach;
+    const bool judged = trusted || (stroke.explained && !follows);
+    const bool fails = lost || (stands && swings && within && judged);
     stroke.missing = fails ? stroke.missing + 1 : 0;
     stroke.ticks = 0;
     return stroke_beats <= stroke.missing;

@@ -43,6 +43,8 @@ struct MemoryBoard {
 
     float depth = 0.05f;        // m
     bool limp[2] = {};          // joints that do not bend
+    int stands = -1;            // circuit whose servo does not turn as it is sent; none
+    float turns = 0;            // part of its way that this servo turns
     std::uint32_t word = 0;     // kept over a reset without loss of power
     std::uint32_t ticking = 0;  // counts by which the clock advances at every reading
     std::uint32_t erasing = 0;  // counts that an erasure takes
@@ -55,8 +57,18 @@ inline std::uint32_t word_at(const std::uint8_t* from) {
     return word;
 }
 
+/// Pressure in a joint's circuit above the one that holds a bend, where one of its servos turns by a part of its way:
+/// by the oil that its servo displaces beyond that of the bend. The other side is at the pressure that holds the bend.
+inline float displaced(const MemoryBoard& board, const Vehicle& vehicle, int circuit, float bend) {
+    if (circuit != board.stands) return 0;
+    const Controller<float>& model = vehicle.model.pilot.controller;
+    const float beyond = board.turns * vehicle.state.controller.sent[circuit] - servo_angle(model.map[circuit], bend);
+    return beyond / (turn_own * model.circuit[circuit].compliance);
+}
+
 /// Sensor counts of a robot that floats upright at the surface and bends as commanded, under the pressures that hold
-/// its bends, with a little noise so that no sensor looks stuck.
+/// its bends, with a little noise so that no sensor looks stuck. Of a joint with a servo that stands, half the bend is
+/// left.
 inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) {
     const Calibration& c = vehicle.model.calibration;
     board.raw = {};
@@ -65,9 +77,12 @@ inline void float_upright(MemoryBoard& board, const Vehicle& vehicle, int tick) 
         board.raw.channel[channel].add(std::int32_t(value / c.scale[channel] + c.zero[channel] + noise));
     };
     for (int k = 0; k < 4; ++k) {
-        const float bend = board.limp[k / 2] ? 0 : vehicle.now.output.set[k / 2];
+        const bool stands = 0 <= board.stands && board.stands / 2 == k / 2;
+        const float part = board.limp[k / 2] ? 0 : stands ? 0.5f + 0.5f * board.turns : 1;
+        const float bend = part * vehicle.now.output.set[k / 2], side = k % 2 == 0 ? bend : -bend;
         if (k % 2 == 0) show(first_channel("bend") + k / 2, bend);
-        show(first_channel("pressure") + k, held(vehicle.model.pilot.controller.circuit[k], k % 2 == 0 ? bend : -bend));
+        const float pressure = held(vehicle.model.pilot.controller.circuit[k], side);
+        show(first_channel("pressure") + k, pressure + displaced(board, vehicle, k, side));
         show(first_channel("current") + k, 0.3f);
     }
     for (int k = 0; k < 3; ++k)

@@ -357,6 +357,36 @@ static void no_stroke() {
     CHECK(v.now.faults.has(Fault::pressure_sensor) && !v.now.faults.has(Fault::no_stroke));
 }
 
+/// A servo that turns by less than 0.3 of its way is told within some beats, with a bias and at any circuit. One that
+/// turns further is not, though the joint bends less.
+static void a_servo_stands() {
+    for (int circuit = 0; circuit < 4; ++circuit)
+        for (float bias : {0.0f, 0.3f})
+            for (float turns : {0.0f, 0.2f, 0.7f}) {
+                begin_armed();
+                Command<float> biased = beat();
+                for (int j = 0; j < 2; ++j) biased.bias[j] = bias * biased.amplitude[j];
+                CHECK(set_gait(v, ground, biased) == Refusal::none);
+                contact(600);
+                CHECK(!v.now.faults.has(Fault::no_stroke));
+                board.stands = circuit, board.turns = turns, contact(400);
+                CHECK(v.now.faults.has(Fault::no_stroke) == (turns < 0.3f));
+                const int first = circuit / 2 * 2;  // of the joint, which is released
+                CHECK(v.state.controller.circuit[first].stopped == (turns < 0.3f));
+                CHECK(!v.state.controller.circuit[2 - first].stopped);
+            }
+}
+
+/// Slope of the line through the angles sent (0, 1, 2, 3) and shown (5, 5, 6, 6): (4 * 35 - 6 * 22) / (4 * 14 - 36) =
+/// 8 / 20. A constant offset, such as a shifted sensor's, changes nothing.
+static void the_slope_of_a_turn() {
+    for (float offset : {0.0f, 100.0f}) {
+        Turn turn{};
+        for (int k = 0; k < 4; ++k) turn.add(float(k), offset + (k < 2 ? 5.0f : 6.0f));
+        CHECK(turn.less(0.41f, 4) && !turn.less(0.39f, 4));
+    }
+}
+
 int main() {
     an_empty_battery();
     a_dead_depth_sensor();
@@ -368,6 +398,8 @@ int main() {
     no_progress_in_circles();
     over_pressure();
     no_stroke();
+    a_servo_stands();
+    the_slope_of_a_turn();
     silence_under_water();
     recalled_is_not_done();
     CHECK(allocations == 0);
