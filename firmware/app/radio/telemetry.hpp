@@ -51,12 +51,6 @@ inline std::uint32_t beacon_ticks(const Vehicle& vehicle) {
     return std::uint32_t(limits(vehicle).beacon_interval / pilot(vehicle)->controller.tick);
 }
 
-/// Ticks between two messages of a stream: at least `least`, except between heartbeats.
-inline std::uint32_t interval_of(const Telemetry& telemetry, int k, std::uint32_t least) {
-    const std::uint32_t interval = telemetry.stream[k].interval;
-    return k == 0 || least < interval ? interval : least;
-}
-
 /// Stream to be sent now; -1 for none. `placed`: the place on the map is known; at least `least` ticks pass between two
 /// messages of a kind, except heartbeats.
 inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed, std::uint32_t least) {
@@ -67,7 +61,8 @@ inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool place
         if (telemetry_messages[k].placed && !placed) continue;
         if (stream.requested) return k;
         if (stream.interval == 0) continue;
-        const float late = float(tick - stream.last) / float(interval_of(telemetry, k, least));
+        const std::uint32_t interval = k == 0 || least < stream.interval ? stream.interval : least;
+        const float late = float(tick - stream.last) / float(interval);
         if (late < latest) continue;
         if (k == 0) return k;
         urgent = k, latest = late;
@@ -84,9 +79,10 @@ inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, 
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;
     telemetry_messages[k].send(out, signing, vehicle, parser);
-    // Messages that were missed are not sent later: the next is due an interval after this one.
-    const std::uint32_t interval = interval_of(telemetry, k, least), due = stream.last + interval;
-    stream.last = stream.requested || tick - due >= interval ? tick : due;
+    // Messages that were missed, or were left out between beacons, are not sent later: the next is due an interval
+    // after this one.
+    const std::uint32_t due = stream.last + stream.interval;
+    stream.last = stream.requested || 0 < least || tick - due >= stream.interval ? tick : due;
     stream.requested = false;
     ++stream.sent, stream.bytes += out.sent - before;
     return true;
