@@ -16,8 +16,18 @@ static void an_empty_battery() {
           std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::low_battery)].sentence) == 0);
 }
 
-/// A dead depth sensor forbids arming, and is reported.
+/// A dead depth sensor forbids arming, and is reported. An armed robot can be steered, but its fins only lift.
 static void a_dead_depth_sensor() {
+    for (float fin : {-0.4f, 0.3f}) {
+        begin_armed();
+        Command<float> dive = beat();
+        dive.fin[0] = dive.fin[1] = fin;
+        CHECK(set_gait(v, ground, dive) == Refusal::none);
+        board.depth = 3, contact(300);
+        CHECK(v.now.command.fin[0] == fin);
+        blind(200);
+        CHECK(v.now.state == State::gait && beats() && v.now.command.fin[0] == std::max(0.0f, fin));
+    }
     begin();
     blind(200);
     CHECK(v.now.faults.has(Fault::depth_sensor) && give(v, Order::arm, ground) == Refusal::faulty);
