@@ -41,7 +41,7 @@ FAULT_REMEDIES = {
     "no_progress": "Free the robot of what holds it. In a current as fast as it swims, wait or choose a faster gait.",
     "no_stroke": "Look for lost oil, a servo that stands, and what holds the joint; then fill and bleed its circuits.",
     "unguarded": "Check IMU and battery sensor before you swim by hand again.",
-    "sinks": "Trim the robot until it floats by itself, and let it float for 10 s before you arm it.",
+    "sinks": "Trim the robot until it floats by itself, and let it float for 20 s before you arm it.",
     "leak": "Lift the robot out, open it, dry it, and find the leak before the next dive.",
     "watchdog": "Read the black box, and replace the part that blocks the board.",
     "overrun": "Look for a part that answers slowly, and report the fault with the black box.",

@@ -59,11 +59,12 @@ inline mavlink_gait_t gait(const Snapshot& now) {
     return m;
 }
 
-inline mavlink_pilot_t pilot_state(const Snapshot& now) {
+inline mavlink_pilot_t pilot_state(const Vehicle& vehicle) {
+    const Snapshot& now = snapshot(vehicle);
     const Estimate<float>& at = now.estimate;
     mavlink_pilot_t m{};
     m.time_boot_ms = milliseconds(now), m.reason = now.reasons.flags, m.fault = now.faults.flags;
-    m.position_error = whole<std::uint16_t>(at.position_error, 100.0f);
+    m.position_error = is_place_lost(vehicle) ? 0xFFFF : whole<std::uint16_t>(at.position_error, 100.0f);
     m.current[0] = whole<std::int16_t>(at.current[1], 1000.0f);
     m.current[1] = whole<std::int16_t>(at.current[0], 1000.0f);
     m.speed = whole<std::int16_t>(at.speed, 1000.0f);
@@ -200,7 +201,7 @@ inline mavlink_component_metadata_t component_metadata(const Vehicle& vehicle) {
 struct TelemetryMessage {
     std::uint32_t id;
     std::uint32_t interval;  // ticks of 10 ms; 0 for on request only
-    bool placed;             // the message needs the origin of coordinates
+    bool placed;             // the message needs the place on the map
     void (*send)(Outbox&, Signing&, const Vehicle&, const Parser&);
 };
 

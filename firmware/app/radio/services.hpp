@@ -55,7 +55,7 @@ inline Refusal request_command(Radio& radio, const Vehicle& vehicle, const mavli
     }
     const int k = stream_of_message(m.param1);
     if (k < 0) return Refusal::unknown;
-    if (telemetry_messages[k].placed && !origin(vehicle).known) return Refusal::not_placed;
+    if (telemetry_messages[k].placed && !is_placed(vehicle)) return Refusal::not_placed;
     radio.telemetry.stream[k].requested = true;
     return Refusal::none;
 }

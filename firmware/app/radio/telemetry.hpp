@@ -42,15 +42,17 @@ inline bool heartbeat_is_due(const Telemetry& telemetry, std::uint32_t tick) {
     return heart.interval <= tick - heart.last;
 }
 
-/// Ticks between two beacons of a robot that rests after a failsafe and hears no station, to save its battery; else 0.
+/// Ticks between two beacons of a robot that hears no station and has stopped, after a failsafe or because the pilot
+/// holds, to save its battery; else 0.
 inline std::uint32_t beacon_ticks(const Vehicle& vehicle) {
     const Snapshot& now = snapshot(vehicle);
-    const bool lost = now.state == State::rest && Answer::home <= now.answer && now.faults.has(Fault::link_lost);
-    return lost ? std::uint32_t(limits(vehicle).beacon_interval / pilot(vehicle)->controller.tick) : 0;
+    const bool stopped = is_guided(now.state) ? now.mode == Mode::hold : Answer::home <= now.answer;
+    if (!stopped || !now.faults.has(Fault::link_lost)) return 0;
+    return std::uint32_t(limits(vehicle).beacon_interval / pilot(vehicle)->controller.tick);
 }
 
-/// Stream to be sent now; -1 for none. `placed`: the origin of coordinates is known; at least `least` ticks pass
-/// between two messages of a kind, except heartbeats.
+/// Stream to be sent now; -1 for none. `placed`: the place on the map is known; at least `least` ticks pass between two
+/// messages of a kind, except heartbeats.
 inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool placed, std::uint32_t least) {
     int urgent = -1;
     float latest = 1.0f;
@@ -71,15 +73,16 @@ inline int max_urgent(const Telemetry& telemetry, std::uint32_t tick, bool place
 /// Send the most urgent message; false if none is due.
 inline bool send_telemetry(Telemetry& telemetry, Outbox& out, Signing& signing, const Vehicle& vehicle,
                            const Parser& parser) {
-    const std::uint32_t tick = snapshot(vehicle).tick;
-    const int k = max_urgent(telemetry, tick, origin(vehicle).known, beacon_ticks(vehicle));
+    const std::uint32_t tick = snapshot(vehicle).tick, least = beacon_ticks(vehicle);
+    const int k = max_urgent(telemetry, tick, is_placed(vehicle), least);
     if (k < 0) return false;
     TelemetryStream& stream = telemetry.stream[k];
     const std::uint32_t before = out.sent;
     telemetry_messages[k].send(out, signing, vehicle, parser);
-    // Messages that were missed are not sent later: the next is due an interval after this one.
+    // Messages that were missed, or were left out between beacons, are not sent later: the next is due an interval
+    // after this one.
     const std::uint32_t due = stream.last + stream.interval;
-    stream.last = stream.requested || tick - due >= stream.interval ? tick : due;
+    stream.last = stream.requested || 0 < least || tick - due >= stream.interval ? tick : due;
     stream.requested = false;
     ++stream.sent, stream.bytes += out.sent - before;
     return true;

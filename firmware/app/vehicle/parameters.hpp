@@ -25,7 +25,7 @@ struct Limits {
     float system_id;                     // system id of the robot in MAVLink
     float sign;                          // 1: commands must be signed
     float leak_answer, snag_answer, stroke_answer, guard_answer;  // Answer to each of these faults
-    float snag_distance;    // m swum on a course without moving over ground until it is a fault; 0 for any distance
+    float snag_distance;    // m swum on a course without moving over ground until it is a fault; 0: never one
     float sink_depth;       // m that a robot at rest may sink
     float beacon_interval;  // s between two beacons of a robot whose mission has ended
 };

@@ -131,11 +131,6 @@ inline void forget_mission(Vehicle& vehicle) {
     adopt_plan(vehicle);
 }
 
-/// Whether a mission or a fence is on board: its coordinates count from the origin.
-inline bool has_plan(const Vehicle& vehicle) {
-    return vehicle.has_mission || 0 < vehicle.mission.corners || 0.0f < vehicle.mission.range;
-}
-
 /// Store the mission on board and its origin. The memory is written while disarmed.
 inline void store_mission(Vehicle& vehicle) {
     const Origin& origin = vehicle.origin;
@@ -156,7 +151,7 @@ inline Breach set_mission(Vehicle& vehicle, Station from, const Mission<float>& 
     if (breach != Refusal::none) return breach;
     pack_mission(vehicle.plan, mission, form);
     adopt_plan(vehicle);
-    vehicle.way_home = vehicle.has_mission;
+    vehicle.way_home = true;
     rewind(vehicle);
     store_mission(vehicle);
     return {};

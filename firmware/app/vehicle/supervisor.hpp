@@ -35,6 +35,7 @@ inline constexpr Extent turn_pressure{0.02f, 0.5f};  // part of the working pres
                                                       // noise, and less than an oil that ebbs and flows
 inline constexpr float snag_reach =
     0.25f;  // part of snag_distance: a robot that stays within this of a fix makes no way
+inline constexpr float snag_errors = 2.0f;  // standard deviations of a fix that `snag_reach` is at least
 inline constexpr float snag_straight =
     0.7f;  // least part of the way swum that is straight, on a course; a robot that circles has less
 inline constexpr float snag_circles =
@@ -55,8 +56,8 @@ struct Headway {
 /// robot was there.
 struct Rest {
     float depth;       // m
-    int ticks, since;  // ticks at rest; since the robot was at that depth
-    bool sank;         // whether the robot sank in the last seconds, while disarmed
+    int ticks, since;  // ticks at rest, while disarmed of the last seconds; since the robot was at that depth
+    bool sinks, sank;  // whether the robot sank in these seconds, and in those before
 };
 
 /// Sums over a beat of the angles to which a servo was sent, and of those that bend and pressures show.
@@ -79,7 +80,8 @@ struct Stroke {
 
 struct SupervisorState {
     Faults present, latched;
-    int low, empty, tilted, leaking, blind, deep, unguarded;  // ticks for which each condition has lasted
+    int low, empty, tilted, blind, deep;  // ticks for which each condition has lasted
+    float leaking, unguarded;             // s for which it has, less a part of the gaps: see `recurs`
     Headway way;
     Rest rest;
     Stroke stroke[max_joints];
@@ -105,6 +107,15 @@ inline bool lasting(int& ticks, bool holds, float seconds, float tick) {
     return holds && seconds <= float(ticks) * tick;
 }
 
+inline constexpr float gap_weight = 0.1f;  // weight of time without a condition, relative to time with it
+
+/// Whether a condition has lasted for `seconds` in spite of gaps, as where water sloshes over a probe or a contact is
+/// loose: it must hold for more than a tenth of the time. What `was` present ends after a gap of ten times `seconds`.
+inline bool recurs(float& held, bool was, bool holds, float seconds, float tick) {
+    held = holds ? min(held + tick, seconds) : max(held - gap_weight * tick, 0.0f);
+    return seconds <= held || (was && 0.0f < held);
+}
+
 /// Whether the robot swims on a course, or for long on one leg, and stays where it is, as fixes show.
 inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInput& input, float tick) {
     const Estimate<float>& at = input.at;
@@ -116,14 +127,16 @@ inline bool makes_no_way(Headway& way, const Limits& limits, const SupervisorInp
         way.straight[0] += step * at.facing.x, way.straight[1] += step * at.facing.y;
     }
     const PilotReadings<float>& readings = input.readings;
-    const float reach = snag_reach * limits.snag_distance;
-    if (!readings.fixed || reach < readings.accuracy) return false;
+    if (!readings.fixed || limits.snag_distance == 0.0f) return false;
+    // Where fixes are so poor that they cannot tell, the robot is judged after a longer way.
+    const float reach = max(snag_reach * limits.snag_distance, snag_errors * readings.accuracy);
+    const float distance = reach / snag_reach;
     const auto square = [](float x, float y) { return x * x + y * y; };
     const float straight = square(way.straight[0], way.straight[1]), course = snag_straight * way.swum;
-    const bool far = limits.snag_distance * limits.snag_distance < straight;
+    const bool far = distance * distance < straight;
     const bool stays_near =
         way.begun && square(readings.fix[0] - way.from[0], readings.fix[1] - way.from[1]) < reach * reach;
-    const float longest = snag_circles * limits.snag_distance;
+    const float longest = snag_circles * distance;
     const bool by_leg = 0 <= way.leg;
     if (stays_near && ((far && course * course < straight) || (by_leg && longest < way.on_leg))) return true;
     // A fix that the pilot refuses proves nothing, unless it is where the robot was.
@@ -190,16 +203,17 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
 
 /// Whether a robot at rest sinks: from its least depth since it came to rest or, while disarmed, from that of the last
 /// seconds. A neutral robot that was pushed under coasts as deep, but slows all the way.
-inline bool sinks(Rest& rest, const Limits& limits, const SupervisorInput& input, float tick) {
+inline bool sinks(Rest& rest, const Limits& limits, const SupervisorInput& input, bool blind, float tick) {
     const Estimate<float>& at = input.at;
-    if (!input.still || !at.depths) return rest = {}, false;
-    const bool anew = input.state == State::disarmed && trim_after <= float(rest.ticks) * tick;
+    if (!input.still || blind) return rest = {}, false;
+    const bool disarmed = input.state == State::disarmed, anew = disarmed && trim_after <= float(rest.ticks) * tick;
+    if (rest.ticks == 0 || anew) rest = {at.depth, 0, 0, false, rest.sinks};
     const float way = at.depth - rest.depth;
     const bool down = limits.sink_depth < way && way < trim_coast * at.sink * float(rest.since) * tick;
-    if (rest.ticks == 0 || anew) rest = {at.depth, 0, 0, down};
+    rest.sinks = disarmed && (rest.sinks || down);
     if (at.depth < rest.depth || 2 * limits.sink_depth < way) rest.depth = at.depth, rest.since = 0;
     ++rest.ticks, ++rest.since;
-    return down || rest.sank;
+    return down || rest.sinks || rest.sank;
 }
 
 /// One tick: update the present faults, and those latched since arming.
@@ -236,10 +250,10 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::current_sensor, current);
     now.set(Fault::imu, !imu_valid(input.controller));
     now.set(Fault::battery_sensor, battery.faulty);
-    now.set(Fault::low_battery,
-            lasting(memory.low, voltage_known && supply < controller.voltage_low, limits.voltage_after, tick));
-    now.set(Fault::empty_battery,
-            lasting(memory.empty, voltage_known && supply < limits.voltage_empty, limits.voltage_after, tick));
+    if (voltage_known) {  // while the voltage cannot be read, what it was stands
+        now.set(Fault::low_battery, lasting(memory.low, supply < controller.voltage_low, limits.voltage_after, tick));
+        now.set(Fault::empty_battery, lasting(memory.empty, supply < limits.voltage_empty, limits.voltage_after, tick));
+    }
     now.set(Fault::link_lost, limits.link_timeout < input.silence);
     now.set(Fault::link_gone, input.state != State::disarmed && limits.home_timeout < input.silence);
     const float pitch = input.at.facing.z, roll = input.at.tilt, limit = limits.tilt_max;
@@ -247,7 +261,7 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     const bool over = 0.5f < q.x * q.x + q.y * q.y;  // upside down, where both sines are small again
     const bool tilted = input.at.attitude && (over || !(abs(pitch) <= limit && abs(roll) <= limit));
     now.set(Fault::tilt, lasting(memory.tilted, tilted, limits.tilt_after, tick));
-    now.set(Fault::leak, lasting(memory.leaking, input.leak, limits.leak_after, tick));
+    now.set(Fault::leak, recurs(memory.leaking, now.has(Fault::leak), input.leak, limits.leak_after, tick));
     now.set(Fault::overrun, input.overrun);
     now.set(Fault::depth_sensor, lasting(memory.blind, !input.at.depths, sensor_after, tick));
     const bool hull = by_ground(input.state) || input.state == State::surface;
@@ -256,9 +270,9 @@ inline void detect_faults(const Model& model, SupervisorState& memory, const Sup
     now.set(Fault::black_box, input.lost_records);
     const bool by_hand = input.state == State::manual || input.state == State::gait;
     const bool unknown = now.has(Fault::imu) || now.has(Fault::battery_sensor);
-    now.set(Fault::unguarded, lasting(memory.unguarded, by_hand && unknown, sensor_after, tick));
+    now.set(Fault::unguarded, recurs(memory.unguarded, false, by_hand && unknown, sensor_after, tick));
     now.set(Fault::no_progress, makes_no_way(memory.way, limits, input, tick));
-    now.set(Fault::sinks, sinks(memory.rest, limits, input, tick));
+    now.set(Fault::sinks, sinks(memory.rest, limits, input, now.has(Fault::depth_sensor), tick));
     for (int f = 0; f < faults; ++f)
         if (fault_texts[f].latched && now.has(Fault(f))) memory.latched.set(Fault(f), true);
 }

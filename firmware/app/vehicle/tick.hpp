@@ -110,10 +110,11 @@ template <Board B>
     record.end();
 }
 
-/// Let fins only lift below the depth limit of the hull, and shortly above it.
+/// Let fins only lift below the depth limit of the hull, shortly above it, and where the depth sensor failed.
 inline void limit_fins(const Vehicle& vehicle, Command<float>& command) {
-    const Estimate<float>& at = vehicle.now.estimate;
-    if (!at.depths || at.depth < vehicle.model.limits.depth_max - depth_error_max) return;
+    const Snapshot& now = vehicle.now;
+    const bool known = !now.faults.has(Fault::depth_sensor);
+    if (known && now.estimate.depth < vehicle.model.limits.depth_max - depth_error_max) return;
     for (float& fin : command.fin) fin = max(0.0f, fin);
 }
 

@@ -96,7 +96,7 @@ struct Vehicle {
     State before;            // state to which `held` returns
     Mission<float> mission;  // mission on board
     bool has_mission;        // whether there is one
-    bool way_home;           // the mission was uploaded or begun since boot: it belongs to this water
+    bool way_home;           // mission or fence were uploaded, or begun, since boot: they belong to this water
     bool has_home;           // the mission says where home is
     PlanNumbers numbers;     // numbers of the mission and the fence on board
     int leg;                 // waypoint at which the mission begins or resumes
@@ -128,8 +128,19 @@ struct Vehicle {
 
 inline const Snapshot& snapshot(const Vehicle& vehicle) { return vehicle.now; }
 
+/// Whether a mission or a fence is on board: its coordinates count from the origin.
+inline bool has_plan(const Vehicle& vehicle) {
+    return vehicle.has_mission || 0 < vehicle.mission.corners || 0.0f < vehicle.mission.range;
+}
+
 /// Estimated place of the robot.
 inline Place here(const Vehicle& vehicle) { return {vehicle.now.estimate.x, vehicle.now.estimate.y}; }
+
+/// Whether a restart lost the robot's place: the origin is that of the stored mission, and no fix has come since.
+inline bool is_place_lost(const Vehicle& vehicle) { return vehicle.unplaced && has_plan(vehicle) && !vehicle.way_home; }
+
+/// Whether the robot's place on the map is known, at least by what the ground said.
+inline bool is_placed(const Vehicle& vehicle) { return vehicle.origin.known && !is_place_lost(vehicle); }
 
 /// Home of a mission without one of its own: before arming, where the robot is.
 inline Place own_home(const Vehicle& vehicle) {

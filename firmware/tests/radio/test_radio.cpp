@@ -288,6 +288,44 @@ static void test_beacon() {
     CHECK(8 < count(4)[1]);
 }
 
+/// So does a robot that has disarmed itself because its battery is empty, at any interval of a message; one that was
+/// only never armed does not.
+static void test_beacon_of_an_empty_battery() {
+    for (float voltage : {11.0f, 15.0f}) {
+        Bench bench;
+        bench.run(500);
+        const float seconds = voltage < 12 ? 20 : 1;
+        bench.say(command(MAV_CMD_SET_MESSAGE_INTERVAL, float(MAVLINK_MSG_ID_ATTITUDE), 1e6f * seconds));
+        if (voltage < 12) bench.say(command(MAV_CMD_COMPONENT_ARM_DISARM, 1));
+        bench.board.voltage = voltage;
+        bench.run(6000);
+        CHECK(snapshot(bench.vehicle()).state == State::disarmed);
+        bench.board.said.clear();
+        bench.run(30'000);  // 5 minutes: ten beacons, or about a message a second
+        const std::size_t attitudes = said<mavlink_attitude_t>(bench.board.said).size();
+        CHECK(voltage < 12 ? 9 <= attitudes && attitudes <= 11 : 100 < attitudes);
+    }
+}
+
+/// After a restart the place in the stored mission's origin is unknown until the next fix, so none is sent. Here the
+/// robot was 400 m north of the origin, and a radio that sent the origin would be as wrong.
+static void test_place_after_a_restart() {
+    Bench bench;
+    bench.run(500);
+    CHECK(upload(bench, box()) == MAV_MISSION_ACCEPTED);
+    bench.run(500);
+    bench.board.place += 36'000, bench.board.sky = false;
+    boot(bench.app, robot::description, bench.board);
+    bench.board.said.clear(), bench.run(600);
+    CHECK(said<mavlink_global_position_int_t>(bench.board.said).empty());
+    CHECK(last_said<mavlink_pilot_t>(bench).position_error == UINT16_MAX);
+    bench.say(command(MAV_CMD_REQUEST_MESSAGE, float(MAVLINK_MSG_ID_GLOBAL_POSITION_INT)));
+    CHECK(last_answer(bench) == Refusal::not_placed);
+    bench.board.sky = true, bench.run(600);
+    CHECK(std::abs(last_said<mavlink_global_position_int_t>(bench).lat - 500'036'000) < 200);
+    CHECK(last_said<mavlink_pilot_t>(bench).position_error < 500);
+}
+
 /// Fixes of another place: from the second on the receiver is not healthy, until half a minute has passed or the true
 /// ones are back. The robot stays where it is, unless they stay.
 static void test_false_place() {
@@ -311,6 +349,8 @@ static void test_false_place() {
 
 int main() {
     test_beacon();
+    test_beacon_of_an_empty_battery();
+    test_place_after_a_restart();
     test_false_place();
     test_heartbeats_in_a_download();
     test_arm_gait_disarm();

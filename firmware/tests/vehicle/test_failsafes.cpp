@@ -16,8 +16,18 @@ static void an_empty_battery() {
           std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::low_battery)].sentence) == 0);
 }
 
-/// A dead depth sensor forbids arming, and is reported.
+/// A dead depth sensor forbids arming, and is reported. An armed robot can be steered, but its fins only lift.
 static void a_dead_depth_sensor() {
+    for (float fin : {-0.4f, 0.3f}) {
+        begin_armed();
+        Command<float> dive = beat();
+        dive.fin[0] = dive.fin[1] = fin;
+        CHECK(set_gait(v, ground, dive) == Refusal::none);
+        board.depth = 3, contact(300);
+        CHECK(v.now.command.fin[0] == fin);
+        blind(200);
+        CHECK(v.now.state == State::gait && beats() && v.now.command.fin[0] == std::max(0.0f, fin));
+    }
     begin();
     blind(200);
     CHECK(v.now.faults.has(Fault::depth_sensor) && give(v, Order::arm, ground) == Refusal::faulty);
@@ -145,6 +155,28 @@ static void a_leak() {
         CHECK(set_parameter(v, ground, index_of("leak_answer"), wrong) == Refusal::out_of_range);
 }
 
+/// Water that sloshes over the probe is a leak if it is wet for more than a tenth of the time: with a half, after 10
+/// wet ticks of 20 the sum grows by 10 - 1, so the 100 ticks of a second take twelve such rounds, and no more than 2.4
+/// s. Rare flickers are none. A robot that was wet has to be dry for ten seconds before it may be armed.
+static void a_leak_that_sloshes() {
+    const auto slosh = [](int wet, int of, int ticks) {
+        for (int k = 0; k < ticks; ++k) board.raw.leak = k % of < wet, contact(1);
+    };
+    for (int wet : {1, 10}) {
+        begin_armed();
+        CHECK(set_gait(v, ground, beat()) == Refusal::none);
+        slosh(wet, 20, 240);
+        CHECK(v.now.faults.has(Fault::leak) == (wet == 10) && (v.now.state == State::rest) == (wet == 10));
+    }
+    slosh(1, 20, 6000);
+    CHECK(v.now.faults.has(Fault::leak));
+    begin(), contact(300);
+    slosh(10, 20, 300), slosh(0, 1, 10);
+    CHECK(give(v, Order::arm, ground) == Refusal::faulty);
+    slosh(0, 1, 1000);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+}
+
 /// Without IMU or battery voltage the robot cannot be guarded: the ground can neither arm nor steer it.
 static void unguarded() {
     const auto fail = [](int channel, int ticks) {
@@ -168,6 +200,10 @@ static void unguarded() {
             CHECK(v.now.faults.has(Fault::unguarded) == steered);
             if (!steered) continue;
             CHECK(v.now.state == State::home && v.now.answer == Answer::home);
+            begin_armed(), fix(500000000, 80000000);  // a loose contact: a tenth of each second without readings
+            CHECK(give(v, order, ground) == Refusal::none);
+            for (int k = 0; k < 5; ++k) fail(channel, 10), contact(90);
+            CHECK(v.now.faults.has(Fault::unguarded) && v.now.answer == Answer::home);
             float_on(v, board, 600);  // latched, even if the sensor recovers
             CHECK(v.now.faults.has(Fault::unguarded) && set_gait(v, ground, beat()) == Refusal::faulty);
             give(v, Order::disarm, ground), contact(200);
@@ -198,7 +234,11 @@ static void it_sinks_at_rest() {
     sink(0.06f, 1500);
     CHECK(v.now.faults.has(Fault::sinks) && give(v, Order::arm, ground) == Refusal::faulty);
     CHECK(std::strcmp(sentence(v, Refusal::faulty), fault_texts[int(Fault::sinks)].sentence) == 0);
-    contact(2100);
+    for (int k = 0; k < 20; ++k) {  // it cannot be armed at any moment, wherever it has sunk to
+        sink(0.06f, 100);
+        CHECK(give(v, Order::arm, ground) == Refusal::faulty);
+    }
+    board.depth = 0.05f, contact(2100);
     CHECK(!v.now.faults.has(Fault::sinks) && give(v, Order::arm, ground) == Refusal::none);
     for (int k = 0; k < 6000; ++k) board.depth = 0.15f + 0.15f * std::sin(0.03f * float(k)), contact(1);
     CHECK(v.now.state == State::rest);
@@ -206,11 +246,14 @@ static void it_sinks_at_rest() {
     CHECK(set_gait(v, ground, beat()) == Refusal::none);
     board.depth = 3, contact(300);
     CHECK(v.now.state == State::gait);  // a dive is no sinking
+    begin_armed(), contact(100);
+    for (int k = 0; k < 10; ++k) sink(0.1f, 99), board.depth += 0.001f, blind(1);  // lost readings do not hide it
+    CHECK(v.now.state == State::surface);
 }
 
 /// Beat for some seconds with fixes of a robot that covers this fraction of the swum distance and drifts north [m/s];
 /// return whether it reports no progress. One fix in ten is off by a jump [m].
-static bool swims(float part, float drift, int seconds, float jump = 0) {
+static bool swims(float part, float drift, int seconds, float jump = 0, int accuracy = 1500) {
     float north = 0, east = 0;
     for (int k = 0; k < 100 * seconds && !v.now.faults.has(Fault::no_progress); ++k) {
         on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
@@ -218,7 +261,7 @@ static bool swims(float part, float drift, int seconds, float jump = 0) {
         const float step = 0.01f * part * at.speed / at.factor;
         north += step * at.facing.y + 0.01f * drift, east += step * at.facing.x;
         if (k % 100 == 0) {
-            board.raw.fixed = true, board.raw.accuracy = 1500;
+            board.raw.fixed = true, board.raw.accuracy = accuracy;
             const float off = k % 1000 == 900 ? jump : 0;
             board.raw.fix[0] = 500000000 + std::int32_t((north + off) / 0.0111f);
             board.raw.fix[1] = 80000000 + std::int32_t(east / (0.0111f * 0.643f));
@@ -286,6 +329,9 @@ static void no_progress() {
         choose("snag_answer", Answer::surface);
         CHECK(set_gait(v, ground, beat()) == Refusal::none && !swims(part, 0, 300));
     }
+    // Fixes of 9 m, too poor for a quarter of 30 m: it is judged by 18 m, after 72 m at 0.2 m/s.
+    choose("snag_answer", Answer::surface);
+    CHECK(set_gait(v, ground, beat()) == Refusal::none && swims(0, 0, 400, 0, 9000));
     choose("snag_answer", Answer::surface);  // a current alone is neither progress nor loss
     CHECK(!swims(0, 0.2f, 300) && v.now.state == State::rest);
     begin();
@@ -392,6 +438,7 @@ int main() {
     a_dead_depth_sensor();
     the_depth_limit();
     a_leak();
+    a_leak_that_sloshes();
     unguarded();
     it_sinks_at_rest();
     no_progress();

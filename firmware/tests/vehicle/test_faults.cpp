@@ -68,6 +68,26 @@ static void a_low_battery() {
     CHECK(give(v, Order::arm, ground) == Refusal::faulty);
 }
 
+/// A low battery is noticed although a loose contact hides its voltage for half of the time: after 5 s with readings by
+/// the supervisor, and by the pilot of a mission.
+static void a_low_battery_with_a_loose_contact() {
+    for (bool mission : {false, true}) {
+        begin_armed();
+        if (mission) CHECK(set_mission(v, ground, plan()) == Refusal::none);
+        CHECK(give(v, mission ? Order::mission : Order::rest, ground) == Refusal::none);
+        for (int k = 0; k < 15; ++k) {
+            drain(12.3f, 90);
+            for (int lost = 0; lost < 10; ++lost) {
+                on_ground_contact(v, ground), float_upright(board, v, int(v.now.tick));
+                board.raw.channel[hypertuna::first_channel("voltage")] = {};
+                tick(v, board);
+            }
+        }
+        CHECK(snapshot(v).faults.has(Fault::low_battery) && snapshot(v).answer == Answer::home);
+        CHECK(!mission || snapshot(v).reasons.has(Reason::low_battery));
+    }
+}
+
 static void a_watchdog_and_a_slow_tick() {
     begin();
     board.reset = true;
@@ -208,6 +228,7 @@ int main() {
     silence_on_a_mission();
     faults_and_responses();
     a_low_battery();
+    a_low_battery_with_a_loose_contact();
     a_watchdog_and_a_slow_tick();
     sensors_fail();
     arming_again_after_a_call_home();

@@ -54,8 +54,8 @@ void weigh(const Guidance<T>& model, GuidanceState<T>& state, const Estimate<T>&
     const T period = model.steering.period, back = time_home(model, at, mission);
     Reasons& why = state.reasons;
     const T charge = (onboard.voltage + model.battery_drop - model.battery_empty) / model.battery_span;
-    const bool poor = !onboard.voltage_lost && charge < mission.reserve + back / model.endurance;
-    why.set(Reason::low_battery, lasts(state.poor, poor, T(5), period));
+    const bool poor = charge < mission.reserve + back / model.endurance;
+    if (!onboard.voltage_lost) why.set(Reason::low_battery, lasts(state.poor, poor, T(5), period));
     const bool drained = onboard.voltage_lost || charge < mission.reserve;
     state.spent = state.spent || lasts(state.drained, drained, T(5), period);
     why.set(Reason::time_up, T(0) < mission.duration && mission.duration < seconds(model, state.ticks) + back);
