@@ -20,6 +20,8 @@ WORST += [459, 465, 481, 508, 520, 562, 606, 628, 763, 844, 863, 887, 991]
 WORST += [47325, 42220, 44127, 42528, 44497, 40098, 43446, 40526, 40832, 40826, 46634, 41377, 43379, 41962, 43889]
 # Above it where a pump pushed in the rhythm in which the oil of its line rang.
 WORST += [101498, 109302]
+# Above it where a joint swung wide whose bend sensor was broken: clogged, and without readings.
+WORST += [100658, 100612]
 UNTOLD = [0, 3, 5, 20, 49, 53, 54, 55, 59, 81, 83, 89, 100, 101, 145, 155, 164, 165, 175, 192, 421, 512, 750]
 LIMITED = [8, 12, 22, 24, 48, 58, 60, 61, 70, 71, 90, 91, 103, 129, 155, 157, 168, 187]  # of HyperTuna with low limits
 # Gaits at which one frozen sensor burst a hose: too slow for a rule that waits for a servo that turns.

@@ -173,6 +173,28 @@ static void a_bias_is_governed() {
     CHECK(std::fabs(pressed.state.bend_sent[0]) < 0.1);
 }
 
+/// A bend that no sensor shows may swing twice as wide as it is sent, and nothing would tell: it is sent at half of the
+/// rate that the governor leaves a bend that is seen, 0.8 / 2 of 30 rad/s. A sensor that does not follow shows nothing.
+static void a_bend_that_no_sensor_shows_is_slow() {
+    const Controller<double> model = test_controller<double>();
+    const auto amplitude = [&](bool faulty, int dull) {
+        ControllerState<double> state = init(model);
+        state.amplitude[0].value = 0.4, state.governor[0].bend_limit = 0.5, state.swing = 0.01;
+        state.bend[0].faulty = faulty, state.posture[0].dull = dull;
+        return allowed(model, state, 0).amplitude;
+    };
+    CHECK_NEAR(amplitude(false, 0), 30 * 0.01, 1e-15);
+    CHECK_NEAR(amplitude(false, 1), 30 * 0.01, 1e-15);
+    CHECK_NEAR(amplitude(true, 0), 0.4 * 30 * 0.01, 1e-15);
+    CHECK_NEAR(amplitude(false, 2), 0.4 * 30 * 0.01, 1e-15);
+    // Beats too narrow to judge a sensor do not acquit it.
+    const auto narrow = run<double>(900, [](int i, auto& r, auto& c) {
+        if (i > 500) c.amplitude[0] = 0.02;
+        r.bend[0] = 0.1 + 1e-3 * ((7 * i) % 5);
+    });
+    CHECK(narrow.state.posture[0].dull == 2);
+}
+
 /// A pump turns only as fast as the units' pressure leaves margin below the soft limit for its flow: thick oil takes a
 /// part of it.
 static void a_pump_pushes_no_faster_than_its_oil_allows() {
@@ -336,6 +358,7 @@ int main() {
     the_hard_stop_believes_any_sensor();
     a_sensor_is_stuck_while_anything_moves();
     a_bias_is_governed();
+    a_bend_that_no_sensor_shows_is_slow();
     a_pump_pushes_no_faster_than_its_oil_allows();
     a_pump_does_not_draw_its_cylinder_empty();
     a_pump_does_not_drive_the_ringing_of_its_line();

@@ -45,7 +45,7 @@ BeatShape<T> allowed(const Controller<T>& model, const ControllerState<T>& state
     const T fill = model.circuit[2 * j].fill, part = (model.pressure_work - fill) / (model.pressure_soft - fill);
     const T bias_limit = blind(state, j) ? min(limit, part / model.joint[j].safe_static) : limit;
     const T bias = clamp(state.bias[j].value + state.aside[j].value, -bias_limit, bias_limit);
-    const T rate = (state.bend[j].faulty ? T(flow_unseen) : T(1)) * model.joint[j].sent_rate;
+    const T rate = (unseen(state, j) ? T(flow_unseen) : T(1)) * model.joint[j].sent_rate;
     return {min(asked_amplitude(state, j), min(limit - abs(bias), rate * state.swing)), bias};
 }
 
@@ -62,7 +62,7 @@ void correct_posture(const Controller<T>& model, ControllerState<T>& state, int 
         const BeatShape<T> seen = shape(posture.seen), sent{posture.sent.amplitude / ticks, posture.sent.bias / ticks};
         const bool judged = rules.amplitude_min < sent.amplitude;
         const bool dull = judged && swing(posture.seen) < rules.moving * sent.amplitude;
-        posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
+        if (judged) posture.dull = !dull ? 0 : posture.dull < 2 ? posture.dull + 1 : 2;
         if (!dull && state.armed) {
             const T reach = model.joint[j].reach;
             const bool held = T(posture.limited) > rules.limited * ticks;
@@ -102,7 +102,7 @@ void hold_posture(const Controller<T>& model, ControllerState<T>& state, int j, 
     }
     // Two beats without a swing: the sensor gives readings, but does not follow the joint.
     if (posture.dull > 1) status.set(Condition::bend_fault, j);
-    if (state.bend[j].faulty || posture.dull > 1) status.set(Condition::open_loop, j);
+    if (unseen(state, j)) status.set(Condition::open_loop, j);
     state.more[j] = follow(model.smoothing, state.more[j], posture.more);
     state.aside[j] = follow(model.smoothing, state.aside[j], state.armed ? posture.aside : T(0));
 }

@@ -57,6 +57,12 @@ bool blind(const ControllerState<T>& state, int j) {
     return state.pressure[2 * j].faulty || state.pressure[2 * j + 1].faulty;
 }
 
+/// Whether no sensor shows a joint's bend: the readings are not valid, or do not follow the joint.
+template <class T>
+bool unseen(const ControllerState<T>& state, int j) {
+    return state.bend[j].faulty || state.posture[j].dull > 1;
+}
+
 /// Motion of a circuit's servo from 0 to 1, which is reached at 0.2 rad/s: how clearly its joint's sensors must show
 /// it.
 template <class T>
@@ -67,9 +73,9 @@ T motion_of(const Controller<T>& model, const SupervisorState<T>& circuit) {
 /// Largest motion of any circuit's servo: it moves the whole body and changes every pressure.
 template <class T>
 T motion_of(const Controller<T>& model, const ControllerState<T>& state) {
-    T motion = T(0);
-    for (int c = 0; c < 2 * model.joints; ++c) motion = max(motion, motion_of(model, state.circuit[c]));
-    return motion;
+    T change = T(0);
+    for (int c = 0; c < 2 * model.joints; ++c) change = max(change, abs(state.circuit[c].change));
+    return min(T(1), change * (T(5) / model.tick));
 }
 
 /// Check the readings of currents, IMU and battery. Only the voltage steers anything: the servos' speed depends on it.
@@ -112,11 +118,11 @@ void use_pressure(const Controller<T>& model, ControllerState<T>& state, int c, 
         learn(state.viscosity, model.circuit[c].line * (circuit.servo.change - circuit.turned[1]) / model.tick,
               reading - circuit.before);
     // In a line that rings a peak lasts for one reading: no median.
-    const bool single = trusted && model.circuit[c].rings();
+    const bool rings = model.circuit[c].rings(), single = trusted && rings;
     governor.peak = max(governor.peak, single ? reading : median(circuit.before, circuit.pressure, reading));
     circuit.before = circuit.pressure;
     circuit.pressure = reading;
-    if (!model.circuit[c].rings()) return;
+    if (!rings) return;
     circuit.crest = max(reading, circuit.crest + T(crest_fall) * (reading - circuit.crest));
     circuit.trough = min(reading, circuit.trough + T(trough_rise) * (reading - circuit.trough));
 }

@@ -16,7 +16,8 @@ inline constexpr double flow_lag =
     2.0;  // relative error of thick oil's viscosity, which reads too low because its pressure lags
 inline constexpr double flow_held =
     0.37;  // part of the way from fill to soft limit that thick oil may hold in the units
-inline constexpr double flow_unseen = 0.55;  // part of the allowed rate of a bend that no sensor shows
+inline constexpr double flow_unseen =
+    0.5 * governor_swing;  // part of the rate of a bend that no sensor shows: it may swing twice as wide as it is sent
 inline constexpr double flow_undamped =
     0.3;  // part of the rate of a bend that thin oil takes away: nothing damps its hammer
 
