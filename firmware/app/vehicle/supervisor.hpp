@@ -28,11 +28,13 @@ inline constexpr float stroke_empty =
     0.5f;  // part of the fill pressure: with oil, each side's pressure passes the fill pressure in each beat
 inline constexpr float turn_own = 6, turn_other = 3.5f;  // a joint's yield to pressure over that of hoses and oil: what
                                                          // a servo displaces for its own side and the other
-inline constexpr float turn_stands = 0.3f;               // part of its way; a servo that turns by less stands
+inline constexpr float turn_least = 0.2f;   // part of the other side's spread; with a bias, a servo that has to turn by
+                                            // less shows little
+inline constexpr float turn_stands = 0.3f;  // part of its way; a servo that turns by less stands
 inline constexpr Extent turn_bend{0.2f, 1.25f};  // part of the swing asked: with less the bend sensor shows nothing,
                                                  // with more the water moves the joint
 inline constexpr Extent turn_pressure{0.02f, 0.5f};  // part of the working pressure by which a side swings: more than
-                                                      // noise, and less than an oil that ebbs and flows
+                                                     // noise, and less than an oil that ebbs and flows
 inline constexpr float snag_reach =
     0.25f;  // part of snag_distance: a robot that stays within this of a fix makes no way
 inline constexpr float snag_errors = 2.0f;  // standard deviations of a fix that `snag_reach` is at least
@@ -64,10 +66,10 @@ struct Rest {
 struct Turn {
     float sent, shown, square, product;
     void add(float at, float seen) { sent += at, shown += seen, square += at * at, product += at * seen; }
+    /// Variance of the angles sent, times the square of the ticks.
+    float spread(float ticks) const { return ticks * square - sent * sent; }
     /// Slope of the line that fits the angles shown over those sent: whether it is below a number.
-    bool less(float slope, float ticks) const {
-        return ticks * product - sent * shown < slope * (ticks * square - sent * sent);
-    }
+    bool less(float slope, float ticks) const { return ticks * product - sent * shown < slope * spread(ticks); }
 };
 
 /// What was asked of a joint and what its sensors showed within a beat.
@@ -156,14 +158,23 @@ inline float shown_angle(const Controller<float>& model, const Readings<float>& 
            model.circuit[c].compliance * (turn_own * off(c, bend) + turn_other * off(other, -bend));
 }
 
+/// Whether a servo of a joint stood in a beat: the angle that bend and pressures show does not follow the angle sent.
+inline bool a_servo_stands(const Controller<float>& model, const Stroke& stroke, int j) {
+    const float ticks = float(stroke.ticks), work = model.pressure_work - model.circuit[2 * j].fill;
+    const auto stands = [&](int side) {
+        const Turn &turn = stroke.turn[side], &other = stroke.turn[1 - side];
+        return turn_pressure.has(stroke.pressure[side].swing() / work) && turn.less(turn_stands, ticks) &&
+               turn_least * other.spread(ticks) < turn.spread(ticks);
+    };
+    return stands(0) || stands(1);
+}
+
 /// Whether a joint with oil does not follow for some beats: oil is lost, or a servo stands.
 ///
 /// Without oil the joint bends by much less than its pumps were sent to, which is what the limits leave of what was
 /// asked, and a side's pressure does not rise. That contradicts the model of bend and pressure, so the sensors of both
 /// may count as faulty first. If the readings of both go on, and one side's pressure stays far below the fill pressure,
 /// oil is missing, and not two sensors.
-///
-/// Where a servo stands, the angle that bend and pressures show does not follow the angle sent.
 inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const SupervisorInput& input, int j) {
     const ControllerState<float>& state = input.controller;
     const Readings<float>& readings = input.readings.robot;
@@ -171,7 +182,7 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     if (first) stroke.turn[0] = stroke.turn[1] = {}, stroke.explained = false;
     stroke.asked.add(state.bend_sent[j], first), stroke.bend.add(readings.bend[j], first);
     const float asked = stroke.asked.swing(), bend = stroke.bend.swing(), reach = model.joint[j].reach;
-    bool dry = false, empty = false, goes_on = true, stands = false;
+    bool dry = false, empty = false, goes_on = true;
     for (int side = 0; side < 2; ++side) {
         const int c = 2 * j + side;
         const hypertuna::SupervisorState<float>& circuit = state.circuit[c];
@@ -184,8 +195,6 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
         dry = dry || pressure.high < fill + stroke_pressure * min(work, 2 * rise);
         empty = empty || pressure.high < stroke_empty * fill;
         goes_on = goes_on && 0 < pressure.swing();
-        stands = stands || (turn_pressure.has(pressure.swing() / work) &&
-                            stroke.turn[side].less(turn_stands, float(stroke.ticks)));
     }
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
     // A bias takes up a part of the joint's reach, and holds one side's pressure.
@@ -195,7 +204,7 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     const bool lost = trusted ? swings && even && dry && !follows : faulty && unseen && empty && goes_on && 0 < bend;
     const bool within = turn_bend.has(bend / asked) && -reach < stroke.bend.low && stroke.bend.high < reach;
     const bool judged = trusted || (stroke.explained && !follows);
-    const bool fails = lost || (stands && swings && within && judged);
+    const bool fails = lost || (swings && within && judged && a_servo_stands(model, stroke, j));
     stroke.missing = fails ? stroke.missing + 1 : 0;
     stroke.ticks = 0;
     return stroke_beats <= stroke.missing;

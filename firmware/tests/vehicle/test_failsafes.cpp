@@ -429,7 +429,7 @@ static void the_slope_of_a_turn() {
     for (float offset : {0.0f, 100.0f}) {
         Turn turn{};
         for (int k = 0; k < 4; ++k) turn.add(float(k), offset + (k < 2 ? 5.0f : 6.0f));
-        CHECK(turn.less(0.41f, 4) && !turn.less(0.39f, 4));
+        CHECK(turn.spread(4) == 20 && turn.less(0.41f, 4) && !turn.less(0.39f, 4));
     }
 }
 
