@@ -190,7 +190,7 @@ struct SupervisorModel {
 
 /// Pressure that holds a bend at rest, Pa.
 template <class T>
-T held(const SupervisorModel<T>& model, T bend) {
+HYPERTUNA_INLINE T held(const SupervisorModel<T>& model, T bend) {
     const T* term = model.hold;
     return model.fill + (((term[3] * bend + term[2]) * bend + term[1]) * bend + term[0]) * bend;
 }
