@@ -115,7 +115,7 @@ inline constexpr float gap_weight = 0.1f;  // weight of time without a condition
 /// loose: it must hold for more than a tenth of the time. What `was` present ends after a gap of ten times `seconds`.
 inline bool recurs(float& held, bool was, bool holds, float seconds, float tick) {
     held = holds ? min(held + tick, seconds) : max(held - gap_weight * tick, 0.0f);
-    return seconds <= held || (was && 0.0f < held);
+    return seconds - 0.5f * tick < held || (was && 0.0f < held);  // a sum of ticks is rounded
 }
 
 /// Whether the robot swims on a course, or for long on one leg, and stays where it is, as fixes show.
