@@ -346,7 +346,7 @@ static void any_angle_of_a_compass_shows() {
 
 /// A robot with a sound compass swims for a minute in 0.1 m/s, and is held then. It makes no way on its heading, and
 /// turns after 40 s. The change of the velocity over ground looks like a compass that is off in 120 of 240 cases if
-/// each course is judged; in 2 once the fixes must show that the robot moves.
+/// each course is judged; in none if fixes must show that the robot moves.
 static void a_held_robot_has_no_course() {
     int told = 0;
     for (int turn = 30; turn <= 180; turn += 30)

@@ -30,7 +30,7 @@ inline constexpr float turn_own = 6, turn_other = 3.5f;  // a joint's yield to p
                                                          // a servo displaces for its own side and the other
 inline constexpr float turn_least = 0.2f;   // part of the other side's spread; with a bias, a servo that has to turn by
                                             // less shows little
-inline constexpr float turn_stands = 0.3f;  // part of its way; a servo that turns by less stands
+inline constexpr float turn_stands = 0.3f;  // part of the angle sent; a servo that turns by less stands
 inline constexpr Extent turn_bend{0.2f, 1.25f};  // part of the swing asked: with less the bend sensor shows nothing,
                                                  // with more the water moves the joint
 inline constexpr Extent turn_pressure{0.02f, 0.5f};  // part of the working pressure by which a side swings: more than
@@ -199,9 +199,11 @@ inline bool has_no_stroke(const Controller<float>& model, Stroke& stroke, const 
     if (!state.posture[j].ended) return stroke_beats <= stroke.missing;
     // A bias takes up a part of the joint's reach, and holds one side's pressure.
     const bool even = abs(state.bias[j].value) < stroke_bias * state.amplitude[j].value;
-    const bool faulty = state.bend[j].faulty, unseen = blind(state, j), trusted = !faulty && !unseen;
+    const bool bend_lost = state.bend[j].faulty, pressure_lost = blind(state, j),
+               trusted = !bend_lost && !pressure_lost;
     const bool swings = 2 * model.posture.amplitude_min < asked, follows = stroke_bend * asked < bend;
-    const bool lost = trusted ? swings && even && dry && !follows : faulty && unseen && empty && goes_on && 0 < bend;
+    const bool lost =
+        trusted ? swings && even && dry && !follows : bend_lost && pressure_lost && empty && goes_on && 0 < bend;
     const bool within = turn_bend.has(bend / asked) && -reach < stroke.bend.low && stroke.bend.high < reach;
     const bool judged = trusted || (stroke.explained && !follows);
     const bool fails = lost || (swings && within && judged && a_servo_stands(model, stroke, j));

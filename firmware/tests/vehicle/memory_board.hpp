@@ -44,7 +44,7 @@ struct MemoryBoard {
     float depth = 0.05f;        // m
     bool limp[2] = {};          // joints that do not bend
     int stands = -1;            // circuit whose servo does not turn as it is sent; none
-    float turns = 0;            // part of its way that this servo turns
+    float turns = 0;            // part of the angle sent that this servo turns
     std::uint32_t word = 0;     // kept over a reset without loss of power
     std::uint32_t ticking = 0;  // counts by which the clock advances at every reading
     std::uint32_t erasing = 0;  // counts that an erasure takes
@@ -57,7 +57,7 @@ inline std::uint32_t word_at(const std::uint8_t* from) {
     return word;
 }
 
-/// Pressure in a joint's circuit above the one that holds a bend, where one of its servos turns by a part of its way:
+/// Pressure in a joint's circuit above the one that holds a bend, where a servo turns by a part of the angle sent:
 /// by the oil that its servo displaces beyond that of the bend. The other side is at the pressure that holds the bend.
 inline float displaced(const MemoryBoard& board, const Vehicle& vehicle, int circuit, float bend) {
     if (circuit != board.stands) return 0;

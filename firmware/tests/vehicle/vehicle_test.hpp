@@ -111,3 +111,11 @@ inline bool same(const Mission<float>& a, const Mission<float>& b) {
            std::memcmp(a.waypoint, b.waypoint, sizeof(a.waypoint[0]) * std::size_t(a.waypoints)) == 0 &&
            std::memcmp(a.corner, b.corner, sizeof(a.corner[0]) * std::size_t(a.corners)) == 0;
 }
+
+/// Choose the response to a fault.
+inline void choose(const char* parameter, Answer answer) {
+    begin();
+    set_parameter(v, ground, index_of(parameter), float(answer));
+    float_on(v, board, 300);
+    CHECK(give(v, Order::arm, ground) == Refusal::none);
+}

@@ -54,9 +54,9 @@ struct WayState {
     RefusedFixes<T> refused;
     T astray;             // m swum since the attitude was lost
     Complex<T> shown;     // m: mean place of the fixes of the last seconds
-    Complex<T> moved_to;  // m: the same where the present piece of the way began
+    Complex<T> moved_to;  // m: the same where the present piece of the path began
     T swum;               // m swum since then
-    bool held;            // the robot did not move on the piece before
+    bool held;            // the robot did not move on the previous piece
 };
 
 /// Largest squared deviation of a fix that is believed, in variances: all but one fix in 1000 keep it; and while fixes
@@ -161,7 +161,8 @@ void compare_gyroscope(const AttitudeModel<T>& frame, WayState<T>& way, T pulled
 inline constexpr float held_swum = 7.5f;
 inline constexpr float shown_time = 5;  // s over which fixes are averaged to show it
 
-/// Whether fixes show the robot to move, on one piece of its way after another.
+/// Judge by fixes whether the robot moves, anew on each piece of the path: it ends where the robot has moved, or after
+/// `held_swum`.
 template <class T>
 void watch_progress(const WayModel<T>& model, WayState<T>& way, Complex<T> fix) {
     way.shown = way.shown + min(T(1), way.refused.since / T(shown_time)) * (fix - way.shown);
